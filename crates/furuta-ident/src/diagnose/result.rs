@@ -1,0 +1,635 @@
+//! What a diagnosis says: the JSON contract, and the curves that only the report shows.
+//!
+//! [`Diagnosis`] is read by other programs: fields may be added, but none of the present ones changes name, unit or meaning without a new
+//! [`SCHEMA`]. A number that could not be determined is `NaN` here and `null` in the JSON, never an invented zero.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// Version of the JSON contract, the field `schema`.
+pub const SCHEMA: u32 = 1;
+
+/// The answer in one word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The model as given predicts down to the noise floor.
+    NoGap,
+    /// Refitted parameters predict down to the noise floor: no effect is missing.
+    ParametersOnly,
+    /// Named effects are missing; with them the gap closes.
+    MissingEffects,
+    /// A gap remains that no entry of the catalogue explains (effects may still be named: they help, and are not the whole of it).
+    Unexplained,
+}
+
+impl Verdict {
+    /// The word used in the JSON.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::NoGap => "no_gap",
+            Self::ParametersOnly => "parameters_only",
+            Self::MissingEffects => "missing_effects",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+impl core::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// One of the two measured angles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Channel {
+    /// The arm's angle.
+    Theta,
+    /// The pendulum's angle, zero upright.
+    Alpha,
+}
+
+impl Channel {
+    /// Both channels, in the order used by every `[_; 2]` of this module.
+    pub const ALL: [Self; 2] = [Self::Theta, Self::Alpha];
+
+    /// `theta` or `alpha`.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Theta => "theta",
+            Self::Alpha => "alpha",
+        }
+    }
+
+    /// What turns by this angle, for sentences: `arm` or `pendulum`.
+    #[must_use]
+    pub const fn part(self) -> &'static str {
+        match self {
+            Self::Theta => "arm",
+            Self::Alpha => "pendulum",
+        }
+    }
+}
+
+impl core::fmt::Display for Channel {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// One number per measured angle, in rad.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Channels {
+    /// The arm's angle, rad.
+    #[serde(with = "null_if_not_finite")]
+    pub theta: f64,
+    /// The pendulum's angle, rad.
+    #[serde(with = "null_if_not_finite")]
+    pub alpha: f64,
+}
+
+impl Channels {
+    /// Neither is known.
+    pub const UNKNOWN: Self = Self {
+        theta: f64::NAN,
+        alpha: f64::NAN,
+    };
+
+    /// The number of one channel.
+    #[must_use]
+    pub const fn get(&self, channel: Channel) -> f64 {
+        match channel {
+            Channel::Theta => self.theta,
+            Channel::Alpha => self.alpha,
+        }
+    }
+}
+
+impl Default for Channels {
+    fn default() -> Self {
+        Self::UNKNOWN
+    }
+}
+
+impl From<[f64; 2]> for Channels {
+    fn from([theta, alpha]: [f64; 2]) -> Self {
+        Self { theta, alpha }
+    }
+}
+
+impl From<Channels> for [f64; 2] {
+    fn from(value: Channels) -> Self {
+        [value.theta, value.alpha]
+    }
+}
+
+/// A fitted number of an effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Fitted value in `unit`.
+    #[serde(with = "null_if_not_finite")]
+    pub value: f64,
+    /// Standard deviation of `value` in `unit`.
+    #[serde(with = "null_if_not_finite")]
+    pub std: f64,
+    /// SI unit, `1` where there is none.
+    pub unit: String,
+}
+
+/// An effect that the model lacks, found in the data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NamedEffect {
+    /// Id in the catalogue, for example `arm.coulomb`.
+    pub id: String,
+    /// The catalogue's name, for example `Coulomb friction on the arm`.
+    pub name: String,
+    /// Fitted parameters by the names that the rig file uses.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// Fall of the Bayesian information criterion when the effect is added to everything else named; larger is stronger evidence.
+    #[serde(with = "null_if_not_finite")]
+    pub delta_bic: f64,
+    /// Share of the remaining squared prediction error on held-out data that the effect removes, at most 1.
+    #[serde(with = "null_if_not_finite")]
+    pub held_out_gain: f64,
+    /// Ids that explain these data nearly as well.
+    pub confusable_with: Vec<String>,
+}
+
+/// A parameter of the rig file before and after recalibration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterEstimate {
+    /// Value in the rig file.
+    #[serde(with = "null_if_not_finite")]
+    pub nominal: f64,
+    /// Fitted value; equal to `nominal` where the data cannot tell.
+    #[serde(with = "null_if_not_finite")]
+    pub fitted: f64,
+    /// Standard deviation of `fitted`; `NaN` where it is not identifiable.
+    #[serde(with = "null_if_not_finite")]
+    pub std: f64,
+    /// SI unit, `1` where there is none.
+    pub unit: String,
+    /// Whether these data determine the parameter (given the torque scale `mass*com`).
+    pub identifiable: bool,
+}
+
+/// RMS error of prediction over a fixed horizon from estimated initial states, by model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Gap {
+    /// Unit of all numbers, `rad`.
+    pub unit: String,
+    /// Length of a prediction, s.
+    #[serde(default = "not_a_number", with = "null_if_not_finite")]
+    pub horizon: f64,
+    /// The rig file as given.
+    pub nominal: Channels,
+    /// The rig file with refitted parameters.
+    pub recalibrated: Channels,
+    /// Refitted, with the named effects.
+    pub augmented: Channels,
+    /// What a perfect model would leave.
+    pub noise_floor: Channels,
+}
+
+/// As [`Gap`], on data that neither the search nor the fit has seen.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct HeldOut {
+    /// The rig file with refitted parameters.
+    pub recalibrated: Channels,
+    /// Refitted, with the named effects.
+    pub augmented: Channels,
+    /// What a perfect model would leave.
+    pub noise_floor: Channels,
+}
+
+/// Where the gap of the recalibrated model sits: in which run, in which angle, under which condition.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GapShare {
+    /// Name of the run, or `all`.
+    pub run: String,
+    /// The angle that disagrees.
+    pub channel: Channel,
+    /// The condition, in the field's symbols: `abs(theta_dot) < 0.3 rad/s`.
+    pub condition: String,
+    /// Share of the run's squared prediction error that falls under the condition, 0 to 1.
+    #[serde(with = "null_if_not_finite")]
+    pub share_of_gap: f64,
+}
+
+/// One recording predicted again by the models side by side, one angle of it: a row of the table of `--verify`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VerificationRow {
+    /// Name of the run.
+    pub run: String,
+    /// The angle compared.
+    pub channel: Channel,
+    /// RMS error of the rig file as given, rad.
+    #[serde(with = "null_if_not_finite")]
+    pub nominal: f64,
+    /// RMS error with refitted parameters, rad.
+    #[serde(with = "null_if_not_finite")]
+    pub recalibrated: f64,
+    /// RMS error of the repaired model: refitted, with the named effects, rad.
+    #[serde(with = "null_if_not_finite")]
+    pub repaired: f64,
+}
+
+/// The result of `diagnose`: the JSON contract.
+///
+/// ```
+/// use furuta_ident::diagnose::result::{Diagnosis, Verdict};
+/// let mut diagnosis = Diagnosis::new(Verdict::NoGap);
+/// diagnosis.gap.nominal = [0.0012, f64::NAN].into();
+/// let json = diagnosis.to_json();
+/// assert!(json.contains(r#""verdict": "no_gap""#) && json.contains(r#""alpha": null"#));
+/// assert_eq!(Diagnosis::from_json(&json)?.gap.nominal.theta, 0.0012);
+/// # Ok::<(), serde_json::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Diagnosis {
+    /// Version of this contract, [`SCHEMA`].
+    pub schema: u32,
+    /// The answer in one word.
+    pub verdict: Verdict,
+    /// Effects that are missing, the strongest evidence first.
+    pub effects: Vec<NamedEffect>,
+    /// The rig file's parameters by `table.key`.
+    pub parameters: BTreeMap<String, ParameterEstimate>,
+    /// Prediction error on the data given.
+    pub gap: Gap,
+    /// Prediction error on data kept apart; absent where there were too few.
+    #[serde(default)]
+    pub held_out: Option<HeldOut>,
+    /// Where the gap of the recalibrated model sits, the largest share first.
+    #[serde(rename = "where")]
+    pub location: Vec<GapShare>,
+    /// What to measure next, in a sentence.
+    pub next_experiment: Option<String>,
+    /// Recordings of `--verify`, predicted over their whole length; left out of the JSON where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub verification: Vec<VerificationRow>,
+    /// What was noticed about the recordings and dealt with, one sentence each; left out of the JSON where there is nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notices: Vec<String>,
+    /// Wall-clock time that the diagnosis took, s.
+    #[serde(with = "null_if_not_finite")]
+    pub seconds: f64,
+}
+
+impl Diagnosis {
+    /// A diagnosis with a verdict and nothing else; every number is unknown.
+    #[must_use]
+    pub fn new(verdict: Verdict) -> Self {
+        let gap = Gap {
+            unit: "rad".into(),
+            horizon: f64::NAN,
+            nominal: Channels::UNKNOWN,
+            recalibrated: Channels::UNKNOWN,
+            augmented: Channels::UNKNOWN,
+            noise_floor: Channels::UNKNOWN,
+        };
+        Self {
+            schema: SCHEMA,
+            verdict,
+            effects: Vec::new(),
+            parameters: BTreeMap::new(),
+            gap,
+            held_out: None,
+            location: Vec::new(),
+            next_experiment: None,
+            verification: Vec::new(),
+            notices: Vec::new(),
+            seconds: f64::NAN,
+        }
+    }
+
+    /// The contract as indented JSON. Numbers that are not finite become `null`.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Maps have string keys and nothing here returns an error of its own, so serde_json has nothing to fail on.
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+
+    /// Reads what [`Self::to_json`] wrote; `null` becomes `NaN`.
+    ///
+    /// # Errors
+    /// Where the text is not JSON or lacks a field of the contract.
+    pub fn from_json(json: &str) -> Result<Self, serde_json::Error> {
+        serde_json::from_str(json)
+    }
+
+    /// The verdict in one sentence, with the number that matters most.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        match self.verdict {
+            Verdict::NoGap => "The model predicts these recordings down to the noise floor: nothing is missing.".into(),
+            Verdict::ParametersOnly => format!(
+                "No effect is missing: with refitted parameters the model predicts these recordings {}.",
+                self.change(|gap| (gap.nominal, gap.recalibrated))
+            ),
+            Verdict::MissingEffects => format!(
+                "The model is missing {}: with {}, it predicts these recordings {}.",
+                self.effect_names(),
+                if self.effects.len() == 1 { "it" } else { "them" },
+                self.change(|gap| (gap.recalibrated, gap.augmented))
+            ),
+            Verdict::Unexplained if self.effects.is_empty() => {
+                "Something is missing that no effect of the catalogue explains: nothing is named rather than the nearest guess.".into()
+            }
+            Verdict::Unexplained => format!(
+                "{} explains part of the gap ({}), but something remains that no effect of the catalogue explains.",
+                capitalised(&self.effect_names()),
+                self.change(|gap| (gap.recalibrated, gap.augmented))
+            ),
+        }
+    }
+
+    fn effect_names(&self) -> String {
+        let names: Vec<&str> = self
+            .effects
+            .iter()
+            .map(|effect| effect.name.as_str())
+            .collect();
+        match names.as_slice() {
+            [] => "nothing".into(),
+            [only] => (*only).into(),
+            [first @ .., last] => format!("{} and {last}", first.join(", ")),
+        }
+    }
+
+    /// "to 0.0021 rad instead of 0.46 rad (arm)", for the angle on which the change is largest.
+    fn change(&self, models: impl Fn(&Gap) -> (Channels, Channels)) -> String {
+        let (before, after) = models(&self.gap);
+        let ratio = |channel: Channel| {
+            let ratio = before.get(channel) / after.get(channel);
+            if ratio.is_finite() { ratio } else { 0.0 }
+        };
+        let channel = if ratio(Channel::Alpha) > ratio(Channel::Theta) {
+            Channel::Alpha
+        } else {
+            Channel::Theta
+        };
+        let (before, after) = (before.get(channel), after.get(channel));
+        if before.is_finite() && after.is_finite() {
+            format!(
+                "to {} rad instead of {} rad ({})",
+                significant(after, 2),
+                significant(before, 2),
+                channel.part()
+            )
+        } else {
+            "better".into()
+        }
+    }
+}
+
+/// A recording beside what the models predict: report only, not part of the JSON contract.
+///
+/// Every series has the length of `t`. A model that was not run leaves its series empty.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RunCurves {
+    /// Name of the run, the file's name without its folder.
+    pub name: String,
+    /// Time, s.
+    pub t: Vec<f64>,
+    /// Motor command, V.
+    pub u: Vec<f64>,
+    /// Measured `[theta, alpha]`, rad.
+    pub measured: [Vec<f64>; 2],
+    /// Predicted by the rig file as given, rad.
+    pub nominal: [Vec<f64>; 2],
+    /// Predicted with refitted parameters, rad.
+    pub recalibrated: [Vec<f64>; 2],
+    /// Predicted with refitted parameters and the named effects, rad.
+    pub augmented: [Vec<f64>; 2],
+    /// Indices at which the prediction starts anew from an estimated state (0 alone for a whole-run prediction).
+    pub restarts: Vec<usize>,
+    /// Whether the search or the fit has not seen this run.
+    pub held_out: bool,
+}
+
+/// How the gap divides over one condition, before and after: a bar of the report.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GapBar {
+    /// The angle that disagrees.
+    pub channel: Channel,
+    /// What the condition divides by, the heading of a group of bars: `arm speed`, `time`, `run`.
+    pub group: String,
+    /// The condition: `abs(theta_dot) < 0.3 rad/s`.
+    pub condition: String,
+    /// Share of the samples under the condition, 0 to 1.
+    pub share_of_samples: f64,
+    /// Mean squared error under the condition with refitted parameters, in units of the noise floor's.
+    pub recalibrated: f64,
+    /// The same with the named effects added.
+    pub augmented: f64,
+}
+
+/// A candidate that was tried, named or not.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CandidateEvidence {
+    /// Id in the catalogue.
+    pub id: String,
+    /// Fall of the Bayesian information criterion when this effect alone is added to the recalibrated model.
+    pub delta_bic: f64,
+    /// Share of the squared error on held-out data that it removes alone.
+    pub held_out_gain: f64,
+    /// Whether it was named in the end.
+    pub named: bool,
+}
+
+/// What the report shows beyond [`Diagnosis`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Curves {
+    /// Name of the rig.
+    pub rig: String,
+    /// The diagnosed recordings, predicted window by window over the horizon of [`Gap::horizon`].
+    pub runs: Vec<RunCurves>,
+    /// Where the gap sits, before and after.
+    pub bars: Vec<GapBar>,
+    /// ALL candidates tried, in any order.
+    pub evidence: Vec<CandidateEvidence>,
+    /// The recordings of `--verify`, predicted over their whole length.
+    pub verification: Vec<RunCurves>,
+    /// The repaired rig file, whole, as TOML.
+    pub repaired_rig: Option<String>,
+}
+
+/// `value` with `digits` significant digits, without an exponent between 1e-3 and 1e5.
+pub(crate) fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    if !value.is_finite() {
+        return "unknown".into();
+    }
+    let digits = digits.max(1);
+    let magnitude = value.abs();
+    if !(1e-3..1e5).contains(&magnitude) {
+        return format!("{value:.*e}", digits - 1);
+    }
+    // Rounding may carry into the next decade (0.0999 -> 0.10), which costs one digit too many at worst.
+    let decade = magnitude.log10().floor();
+    let decimals = (digits as f64 - 1.0 - decade).max(0.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+fn capitalised(text: &str) -> String {
+    let mut characters = text.chars();
+    characters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().collect::<String>() + characters.as_str()
+    })
+}
+
+fn not_a_number() -> f64 {
+    f64::NAN
+}
+
+/// JSON has no NaN and no infinity: they are written as `null`, whatever the serialiser's own habit is, and read back as NaN.
+mod null_if_not_finite {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    #[allow(clippy::trivially_copy_pass_by_ref)] // the signature that serde calls
+    pub(super) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        if value.is_finite() {
+            serializer.serialize_f64(*value)
+        } else {
+            serializer.serialize_none()
+        }
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spring() -> Diagnosis {
+        let mut diagnosis = Diagnosis::new(Verdict::MissingEffects);
+        diagnosis.effects.push(NamedEffect {
+            id: "arm.spring".into(),
+            name: "a spring on the arm".into(),
+            parameters: BTreeMap::from([
+                (
+                    "stiffness".into(),
+                    Estimate {
+                        value: 8.6e-4,
+                        std: 1e-5,
+                        unit: "N m/rad".into(),
+                    },
+                ),
+                (
+                    "rest".into(),
+                    Estimate {
+                        value: -0.5,
+                        std: f64::INFINITY,
+                        unit: "rad".into(),
+                    },
+                ),
+            ]),
+            delta_bic: 812.4,
+            held_out_gain: f64::NAN,
+            confusable_with: vec!["arm.cable".into()],
+        });
+        diagnosis.gap.recalibrated = [0.46, 0.023].into();
+        diagnosis.gap.augmented = [0.06, 0.02].into();
+        diagnosis.location.push(GapShare {
+            run: "a.csv".into(),
+            channel: Channel::Theta,
+            condition: "all".into(),
+            share_of_gap: 0.8,
+        });
+        diagnosis.seconds = 3.1;
+        diagnosis
+    }
+
+    /// The keys of the contract, spelt out: renaming a field must fail here.
+    #[test]
+    fn json_has_the_keys_of_the_contract() {
+        let json: serde_json::Value = serde_json::from_str(&spring().to_json()).unwrap();
+        assert_eq!(json["schema"], 1);
+        assert_eq!(json["verdict"], "missing_effects");
+        assert_eq!(json["effects"][0]["id"], "arm.spring");
+        assert_eq!(
+            json["effects"][0]["parameters"]["stiffness"]["value"],
+            8.6e-4
+        );
+        assert_eq!(
+            json["effects"][0]["parameters"]["stiffness"]["unit"],
+            "N m/rad"
+        );
+        assert_eq!(json["effects"][0]["delta_bic"], 812.4);
+        assert_eq!(json["effects"][0]["confusable_with"][0], "arm.cable");
+        assert_eq!(json["gap"]["unit"], "rad");
+        for model in ["nominal", "recalibrated", "augmented", "noise_floor"] {
+            assert!(
+                json["gap"][model]
+                    .as_object()
+                    .unwrap()
+                    .contains_key("theta"),
+                "{model}"
+            );
+        }
+        assert_eq!(json["gap"]["recalibrated"]["theta"], 0.46);
+        assert_eq!(json["where"][0]["channel"], "theta");
+        assert_eq!(json["where"][0]["share_of_gap"], 0.8);
+        for key in ["parameters", "held_out", "next_experiment", "seconds"] {
+            assert!(json.as_object().unwrap().contains_key(key), "{key}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_become_null_and_come_back_as_nan() {
+        let json = spring().to_json();
+        let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+        assert!(value["effects"][0]["parameters"]["rest"]["std"].is_null());
+        assert!(value["effects"][0]["held_out_gain"].is_null());
+        assert!(value["gap"]["nominal"]["theta"].is_null());
+        let back = Diagnosis::from_json(&json).unwrap();
+        assert!(back.gap.nominal.theta.is_nan());
+        assert_eq!(back.to_json(), json);
+    }
+
+    #[test]
+    fn sentence_names_the_effect_and_the_larger_change() {
+        let sentence = spring().sentence();
+        assert_eq!(
+            sentence,
+            "The model is missing a spring on the arm: with it, it predicts these recordings to 0.060 rad instead of 0.46 rad (arm)."
+        );
+    }
+
+    #[test]
+    fn sentences_exist_without_any_number() {
+        for verdict in [
+            Verdict::NoGap,
+            Verdict::ParametersOnly,
+            Verdict::MissingEffects,
+            Verdict::Unexplained,
+        ] {
+            let sentence = Diagnosis::new(verdict).sentence();
+            assert!(
+                sentence.ends_with('.') && !sentence.contains("NaN"),
+                "{sentence}"
+            );
+        }
+    }
+
+    #[test]
+    fn significant_digits() {
+        assert_eq!(significant(0.060_4, 2), "0.060");
+        assert_eq!(significant(-1234.5, 3), "-1234");
+        assert_eq!(significant(8.61e-4, 2), "8.6e-4");
+        assert_eq!(significant(0.0, 3), "0");
+        assert_eq!(significant(f64::NAN, 3), "unknown");
+    }
+}

@@ -1,0 +1,4 @@
+//! Recordings of a rotary inverted pendulum, and what they say about its model: reading and checking them, finding the effect that the
+//! model lacks, and showing it.
+
+pub mod diagnose;
