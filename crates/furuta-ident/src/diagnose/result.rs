@@ -330,11 +330,11 @@ impl Diagnosis {
         match self.verdict {
             Verdict::NoGap => "The model predicts these recordings down to the noise floor: nothing is missing.".into(),
             Verdict::ParametersOnly => format!(
-                "No effect is missing: with refitted parameters the model predicts these recordings {}.",
+                "No effect is missing: refitted parameters alone bring {}.",
                 self.change(|gap| (gap.nominal, gap.recalibrated))
             ),
             Verdict::MissingEffects => format!(
-                "The model is missing {}: with {}, it predicts these recordings {}.",
+                "The model is missing {}: adding {} brings {}.",
                 self.effect_names(),
                 if self.effects.len() == 1 { "it" } else { "them" },
                 self.change(|gap| (gap.recalibrated, gap.augmented))
@@ -343,8 +343,8 @@ impl Diagnosis {
                 "Something is missing that no effect of the catalogue explains: nothing is named rather than the nearest guess.".into()
             }
             Verdict::Unexplained => format!(
-                "{} explains part of the gap ({}), but something remains that no effect of the catalogue explains.",
-                capitalised(&self.effect_names()),
+                "Adding {} brings {}, but something remains that no effect of the catalogue explains.",
+                self.effect_names(),
                 self.change(|gap| (gap.recalibrated, gap.augmented))
             ),
         }
@@ -363,7 +363,7 @@ impl Diagnosis {
         }
     }
 
-    /// "to 0.0021 rad instead of 0.46 rad (arm)", for the angle on which the change is largest.
+    /// "the prediction error of the arm from 0.46 to 0.0021 rad", for the angle on which the change is largest.
     fn change(&self, models: impl Fn(&Gap) -> (Channels, Channels)) -> String {
         let (before, after) = models(&self.gap);
         let ratio = |channel: Channel| {
@@ -378,13 +378,13 @@ impl Diagnosis {
         let (before, after) = (before.get(channel), after.get(channel));
         if before.is_finite() && after.is_finite() {
             format!(
-                "to {} rad instead of {} rad ({})",
-                significant(after, 2),
+                "the prediction error of the {} from {} to {} rad",
+                channel.part(),
                 significant(before, 2),
-                channel.part()
+                significant(after, 2)
             )
         } else {
-            "better".into()
+            "the prediction closer to the recordings".into()
         }
     }
 }
@@ -478,13 +478,6 @@ pub(crate) fn significant(value: f64, digits: usize) -> String {
     let decade = magnitude.log10().floor();
     let decimals = (digits as f64 - 1.0 - decade).max(0.0) as usize;
     format!("{value:.decimals$}")
-}
-
-fn capitalised(text: &str) -> String {
-    let mut characters = text.chars();
-    characters.next().map_or_else(String::new, |first| {
-        first.to_uppercase().collect::<String>() + characters.as_str()
-    })
 }
 
 fn not_a_number() -> f64 {
@@ -604,7 +597,7 @@ mod tests {
         let sentence = spring().sentence();
         assert_eq!(
             sentence,
-            "The model is missing a spring on the arm: with it, it predicts these recordings to 0.060 rad instead of 0.46 rad (arm)."
+            "The model is missing a spring on the arm: adding it brings the prediction error of the arm from 0.46 to 0.060 rad."
         );
     }
 
