@@ -1,0 +1,66 @@
+//! What can go wrong with a log.
+
+use std::path::PathBuf;
+
+/// A log could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The file could not be created.
+    #[error("{}: cannot be created: {source}; choose a folder that exists and is writable", path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file could not be opened.
+    #[error("{}: cannot be opened: {source}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Reading failed in the middle, for a reason of the system's.
+    #[error("log cannot be read further: {0}")]
+    Read(#[source] std::io::Error),
+    /// Writing failed, for example because the disk is full.
+    #[error("log cannot be written further: {}", root(.0))]
+    Write(#[source] mcap::McapError),
+    /// A record could not be made JSON.
+    #[error("record cannot be encoded: {0}")]
+    Encode(#[source] serde_json::Error),
+    /// The file is empty.
+    #[error(
+        "log is an empty file: the run that wrote it ended before its first line; record it again"
+    )]
+    Empty,
+    /// The file does not begin as an MCAP file does.
+    #[error("not an MCAP file (it begins with {first:02x?}): give a log written by `furuta run`")]
+    NotMcap {
+        /// First bytes of the file.
+        first: Vec<u8>,
+    },
+    /// The file is a whole MCAP file, but not one of ours.
+    #[error("MCAP file without topic {topic} (it has {found:?}): give a log written by `furuta run`", topic = crate::TOPIC)]
+    NoTopic {
+        /// Topics that are in the file.
+        found: Vec<String>,
+    },
+    /// A message is not a record.
+    #[error("message {index} of topic {topic} is not a record of this version: {cause}", topic = crate::TOPIC)]
+    BadRecord {
+        /// Number of the message, from 0.
+        index: usize,
+        /// What JSON says.
+        cause: serde_json::Error,
+    },
+}
+
+/// `McapError::Io` hides the system's words, and these are what the reader needs ("No space left on device").
+pub(crate) fn root(error: &mcap::McapError) -> String {
+    match error {
+        mcap::McapError::Io(io) => io.to_string(),
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,45 @@
+//! The log of a run: an MCAP file with one JSON message per sample on the topic [`TOPIC`], its JSON schema beside it,
+//! so that Foxglove, PlotJuggler and the official MCAP readers open it without plug-ins; and the rig file, the
+//! controller, the units and the software version in a metadata record.
+//!
+//! A chunk is closed and flushed for every 100 ms of samples: a run that is killed leaves a file that is readable up
+//! to its last tenth of a second. [`read`] reads such a file too and says where it ends ([`Notice`]).
+//!
+//! ```
+//! use std::io::Cursor;
+//! use furuta_log::{LogWriter, Metadata, Mode, Record, read_from};
+//!
+//! let metadata = Metadata { rig: "qube-servo-2".into(), controller: "none".into(), ..Metadata::default() };
+//! let mut log = LogWriter::new(Cursor::new(Vec::new()), &metadata)?;
+//! for k in 0..500 {
+//!     let t = f64::from(k) * 0.002;
+//!     log.write(&Record { t, seq: k, u: (10.0 * t).sin(), mode: Mode::Excite, ..Record::default() })?;
+//! }
+//! let mut bytes = log.finish()?.into_inner();
+//!
+//! let log = read_from(&bytes[..])?;
+//! assert_eq!(log.records.len(), 500);
+//! assert_eq!(log.metadata.map(|m| m.rig), Some("qube-servo-2".to_owned()));
+//! assert!(log.notice.is_none());
+//!
+//! bytes.truncate(bytes.len() / 2); // the run was killed
+//! let log = read_from(&bytes[..])?;
+//! assert!(!log.records.is_empty() && log.notice.is_some());
+//! # Ok::<(), furuta_log::LogError>(())
+//! ```
+mod error;
+mod metadata;
+mod read;
+mod record;
+mod schema;
+mod write;
+
+pub use error::LogError;
+pub use metadata::Metadata;
+pub use read::{Log, Notice, read, read_from};
+pub use record::{Mode, Record};
+pub use schema::{FIELDS, Field};
+pub use write::LogWriter;
+
+/// Topic of the samples.
+pub const TOPIC: &str = "/furuta/sample";

@@ -1,0 +1,53 @@
+//! What a log says about its run.
+
+use std::collections::BTreeMap;
+
+/// What a log says about its run, in the MCAP metadata record `furuta`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Metadata {
+    /// Name of the rig.
+    pub rig: String,
+    /// The rig file, as TOML.
+    pub rig_file: String,
+    /// The controller and its gains, in words.
+    pub controller: String,
+    /// Program and version that wrote the log.
+    pub software: String,
+    /// Anything further, by name.
+    pub extra: BTreeMap<String, String>,
+}
+
+/// Name of the MCAP metadata record.
+pub(crate) const RECORD_NAME: &str = "furuta";
+
+const RIG: &str = "rig";
+const RIG_FILE: &str = "rig_file";
+const CONTROLLER: &str = "controller";
+const SOFTWARE: &str = "software";
+const UNITS: &str = "units";
+
+impl Metadata {
+    pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
+        let mut map = self.extra.clone();
+        map.insert(RIG.into(), self.rig.clone());
+        map.insert(RIG_FILE.into(), self.rig_file.clone());
+        map.insert(CONTROLLER.into(), self.controller.clone());
+        map.insert(SOFTWARE.into(), self.software.clone());
+        map.insert(UNITS.into(), crate::schema::units().to_string());
+        map
+    }
+
+    pub(crate) fn from_map(mut map: BTreeMap<String, String>) -> Self {
+        map.remove(UNITS); // a fact of the format, not of the run
+        let mut take = |key| map.remove(key).unwrap_or_default();
+        let (rig, rig_file) = (take(RIG), take(RIG_FILE));
+        let (controller, software) = (take(CONTROLLER), take(SOFTWARE));
+        Self {
+            rig,
+            rig_file,
+            controller,
+            software,
+            extra: map,
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Writing a log.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Seek, Write};
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use mcap::records::MessageHeader;
+use mcap::{Compression, WriteOptions, Writer};
+
+use crate::{LogError, Metadata, Record, TOPIC, metadata, schema};
+
+/// A killed run loses at most this much [s]; a microsecond less, so that rounding of t adds no sample to a chunk.
+const CHUNK_SECONDS: f64 = 0.1 - 1e-6;
+
+/// Writes the log of one run.
+pub struct LogWriter<W: Write + Seek> {
+    mcap: Writer<W>,
+    channel: u16,
+    started_ns: u64,
+    chunk_start: f64,
+    written: u64,
+    json: Vec<u8>,
+}
+
+impl LogWriter<BufWriter<File>> {
+    /// Creates the file, in place of one of the same name.
+    ///
+    /// # Errors
+    /// [`LogError::Create`], [`LogError::Write`].
+    pub fn create(path: &Path, metadata: &Metadata) -> Result<Self, LogError> {
+        let file = File::create(path).map_err(|source| LogError::Create {
+            path: path.to_owned(),
+            source,
+        })?;
+        Self::new(BufWriter::new(file), metadata)
+    }
+}
+
+impl<W: Write + Seek> LogWriter<W> {
+    /// Begins a log and writes its metadata, flushed.
+    ///
+    /// # Errors
+    /// [`LogError::Write`].
+    pub fn new(writer: W, metadata: &Metadata) -> Result<Self, LogError> {
+        let mut mcap = WriteOptions::new()
+            .profile("")
+            .library(concat!("furuta-log ", env!("CARGO_PKG_VERSION")))
+            .compression(Some(Compression::Lz4))
+            .chunk_size(None) // closed by time, in `write`
+            .disable_seeking(true) // a chunk is written whole or not at all: no half-made headers in a killed run's file
+            .create(writer)
+            .map_err(LogError::Write)?;
+        mcap.write_metadata(&mcap::records::Metadata {
+            name: metadata::RECORD_NAME.to_owned(),
+            metadata: metadata.to_map(),
+        })
+        .map_err(LogError::Write)?;
+        let schema = schema::json_schema().to_string();
+        let schema = mcap
+            .add_schema(schema::SCHEMA_NAME, "jsonschema", schema.as_bytes())
+            .map_err(LogError::Write)?;
+        let channel = mcap
+            .add_channel(schema, TOPIC, "json", &BTreeMap::new())
+            .map_err(LogError::Write)?;
+        mcap.flush().map_err(LogError::Write)?;
+        let since_epoch = SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .unwrap_or_default();
+        Ok(Self {
+            mcap,
+            channel,
+            started_ns: u64::try_from(since_epoch.as_nanos()).unwrap_or(u64::MAX / 2),
+            chunk_start: 0.0,
+            written: 0,
+            json: Vec::with_capacity(512),
+        })
+    }
+
+    /// Appends one record. What was written more than 100 ms of the rig's clock ago has been handed to the system.
+    ///
+    /// # Errors
+    /// [`LogError::Write`]: the log is then as good as it was; further writes fail too.
+    pub fn write(&mut self, record: &Record) -> Result<(), LogError> {
+        if record.t - self.chunk_start >= CHUNK_SECONDS {
+            self.mcap.flush().map_err(LogError::Write)?;
+            self.chunk_start = record.t;
+        }
+        self.json.clear();
+        serde_json::to_writer(&mut self.json, record).map_err(LogError::Encode)?;
+        // A float to integer cast saturates, so that no t can make it panic.
+        let log_time = self.started_ns.saturating_add((record.t * 1e9) as u64);
+        let header = MessageHeader {
+            channel_id: self.channel,
+            sequence: record.seq,
+            log_time,
+            publish_time: log_time,
+        };
+        self.mcap
+            .write_to_known_channel(&header, &self.json)
+            .map_err(LogError::Write)?;
+        self.written += 1;
+        Ok(())
+    }
+
+    /// Number of records written.
+    #[must_use]
+    pub fn written(&self) -> u64 {
+        self.written
+    }
+
+    /// Writes the index and ends the log.
+    ///
+    /// # Errors
+    /// [`LogError::Write`].
+    pub fn finish(mut self) -> Result<W, LogError> {
+        self.mcap.finish().map_err(LogError::Write)?;
+        let mut writer = self.mcap.into_inner();
+        writer.flush().map_err(|e| LogError::Write(e.into()))?;
+        Ok(writer)
+    }
+}
