@@ -1,0 +1,28 @@
+//! Design: from a linear model and weights to gains. Fixed sizes, no allocation; the same code runs on the target.
+//!
+//! | task | function |
+//! |---|---|
+//! | algebraic Riccati equations | [`riccati::discrete`], [`riccati::continuous`] |
+//! | linear-quadratic regulators | [`dlqr`], [`lqr`] |
+//! | poles, stability | [`poles`], [`spectral_radius`], [`is_schur`], [`is_hurwitz`] |
+
+mod elimination;
+mod error;
+mod lqr;
+pub mod riccati;
+mod stability;
+
+pub use error::{DesignError, Entry};
+pub use lqr::{Regulator, Weights, dlqr, lqr};
+pub use stability::{is_hurwitz, is_schur, poles, spectral_radius};
+
+use nalgebra::RealField;
+
+/// Float types the designs are written for: `f32` and `f64`.
+pub trait Float: RealField + Copy {}
+impl<T: RealField + Copy> Float for T {}
+
+/// The value as `f64`, for messages and comparisons.
+fn as_f64<T: Float>(x: T) -> f64 {
+    nalgebra::try_convert::<T, f64>(x).unwrap_or(f64::NAN)
+}
