@@ -1,0 +1,142 @@
+"""Fresh hidden-effect cases and a table of how many `furuta diagnose` names: for judging a change without fitting to one set.
+
+    python py/tests/benchmark.py --seed 1 --out out/bench-1          # makes the cases if they are not there, then scores
+    python py/tests/benchmark.py --seed 1 --out out/bench-1 --only-generate
+    python py/tests/benchmark.py --out out/bench-1 --groups usual,clean --jobs 2
+
+Another seed is another set of rigs, sizes, pairs and data sheets. The program under test sees a copy without truth.json.
+"""
+
+from __future__ import annotations
+
+import argparse
+import concurrent.futures
+import dataclasses
+import itertools
+import json
+import pathlib
+import shlex
+import shutil
+import subprocess
+import tempfile
+import time
+
+import numpy as np
+from mujoco_case import write_case
+from mujoco_rig import EFFECTS, FAMILIES, FOREIGN, draw_effect, draw_rig
+
+# Pairs whose order in the motor matters or which recordings cannot tell from one effect are not asked for.
+UNASKED = ({"motor.deadzone", "motor.lag"}, {"motor.deadzone", "motor.bias"}, {"motor.delay", "motor.lag"})
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """What to hide, in what kind of rig, recorded how."""
+
+    name: str
+    family: str
+    effects: tuple[str, ...]
+    seed: int
+    size: float = 1.0
+    spread: float = 0.03
+    noise: float = 0.0
+    rate: float | None = None
+
+    def write(self, folder: pathlib.Path) -> str:
+        rng = np.random.default_rng(self.seed)
+        rig = draw_rig(self.family, rng)
+        if self.rate:
+            rig = dataclasses.replace(rig, rate=self.rate)
+        effects = {effect: draw_effect(effect, rig, rng, self.size) for effect in self.effects}
+        write_case(folder / self.name, rig, effects, seed=self.seed, spread=self.spread, noise=self.noise)
+        return self.name
+
+
+def plan(seed: int) -> list[Case]:
+    """45 cases: every effect twice at its usual size, clean ones, pairs, foreign effects, and small effects under rough conditions."""
+    rng = np.random.default_rng(seed)
+    families, cases = sorted(FAMILIES), []
+
+    def add(group: str, effects: tuple[str, ...], **conditions: float) -> None:
+        family = families[(len(cases) + seed) % len(families)] if not group.startswith("usual") else families[int(rng.integers(len(families)))]
+        cases.append(Case(f"{len(cases):03d}-{group}", family, effects, 1000 * seed + len(cases), **conditions))
+
+    for effect in EFFECTS * 2:
+        add("usual", (effect,))
+    for i in range(6):
+        add("clean", (), spread=(0.03, 0.1, 0.2)[i % 3], noise=(0.0, 0.0, 0.5, 0.3, 0.0, 1.0)[i])
+    pairs = [pair for pair in itertools.combinations(EFFECTS, 2) if set(pair) not in UNASKED]
+    for i in rng.choice(len(pairs), 8, replace=False):
+        add("pair", pairs[i], spread=0.05)
+    for effect in FOREIGN:
+        add("foreign", (effect,))
+    for effect in rng.choice(EFFECTS, 8, replace=False):
+        add("small", (str(effect),), size=1 / 3, spread=float(rng.choice([0.03, 0.1, 0.2])), noise=float(rng.choice([0.0, 0.3, 1.0])),
+            rate=float(rng.choice([200, 400, 500, 1000])))  # fmt: skip
+    return cases
+
+
+def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, object]:
+    """Runs the program on a copy of the case and compares its answer with the truth."""
+    truth = json.loads((case / "truth.json").read_text())
+    wanted, begin = set(truth["effects"]), time.perf_counter()
+    with tempfile.TemporaryDirectory() as copy:
+        for file in [case / "rig.toml", *sorted(case.glob("run-*.csv"))]:
+            shutil.copy(file, copy)
+        runs = sorted(map(str, pathlib.Path(copy).glob("run-*.csv")))
+        try:
+            done = subprocess.run([*command, "diagnose", *runs, "--rig", f"{copy}/rig.toml", "--json", f"{copy}/out.json"], capture_output=True, text=True, timeout=limit)
+            answer = json.loads(pathlib.Path(copy, "out.json").read_text())
+        except subprocess.TimeoutExpired:
+            answer, error = None, f"no answer in {limit} s"
+        except OSError:
+            answer, error = None, (done.stderr.strip().splitlines() or ["no answer"])[-1]
+    row = {"case": case.name, "wanted": sorted(wanted), "seconds": time.perf_counter() - begin}
+    if answer is None:
+        return row | {"got": [error], "verdict": "error", "exact": False, "close": False}
+    got = {e["id"] for e in answer["effects"]}
+    rivals = got | {r for e in answer["effects"] for r in e.get("confusable_with", [])}
+    if any(effect in FOREIGN for effect in wanted):
+        exact = answer["verdict"] == "unexplained"
+    elif not wanted:
+        exact = not got and answer["verdict"] in ("no_gap", "parameters_only")
+    else:
+        exact = got == wanted
+    close = exact or (bool(wanted) and wanted <= rivals and len(got) == len(wanted))
+    return row | {"got": sorted(got), "verdict": answer["verdict"], "exact": exact, "close": close}
+
+
+def main() -> None:
+    a = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    a.add_argument("--out", type=pathlib.Path, required=True)
+    a.add_argument("--seed", type=int, default=1)
+    a.add_argument("--cli", default="target/release/furuta")
+    a.add_argument("--jobs", type=int, default=1)
+    a.add_argument("--limit", type=float, default=300, help="seconds for one case")
+    a.add_argument("--groups", default="", help="only these, e.g. usual,clean")
+    a.add_argument("--only-generate", action="store_true")
+    a = a.parse_args()
+    missing = [case for case in plan(a.seed) if not (a.out / case.name / "truth.json").exists()]
+    with concurrent.futures.ProcessPoolExecutor(2) as pool:
+        for name in pool.map(Case.write, missing, [a.out] * len(missing)):
+            print("made", name, flush=True)
+    if a.only_generate:
+        return
+    folders = sorted(p.parent for p in a.out.glob("*/truth.json"))
+    groups = list(dict.fromkeys(f.name.split("-", 1)[1] for f in folders))
+    groups = [g for g in groups if not a.groups or g in a.groups.split(",")]
+    folders = [f for f in folders if f.name.split("-", 1)[1] in groups]
+    with concurrent.futures.ThreadPoolExecutor(a.jobs) as pool:
+        rows = list(pool.map(lambda f: score(shlex.split(a.cli), f, a.limit), folders))
+    for row in rows:
+        mark = "ok  " if row["exact"] else "near" if row["close"] else "MISS"
+        print(f"{row['case']:14} {mark} wanted {','.join(row['wanted']) or '-':40} got {','.join(row['got']) or '-'}  {row['verdict']}  {row['seconds']:.1f} s")
+    print(f"{'group':10} {'exact':>8} {'near':>6} {'seconds':>8}")
+    for group in [*groups, "all"]:
+        of = [r for r in rows if group in ("all", r["case"].split("-", 1)[1])]
+        exact, near = sum(r["exact"] for r in of), sum(r["close"] and not r["exact"] for r in of)
+        print(f"{group:10} {f'{exact}/{len(of)}':>8} {near:6d} {np.median([r['seconds'] for r in of]):8.1f}")
+
+
+if __name__ == "__main__":
+    main()

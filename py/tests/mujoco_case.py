@@ -1,0 +1,151 @@
+"""Recordings of the MuJoCo rig, as an owner would make them: two hanging runs with a rich command and one balanced upright."""
+
+from __future__ import annotations
+
+import json
+import pathlib
+
+import numpy as np
+from mujoco_rig import Effects, Plant, TrueRig, data_sheet, rig_toml
+from scipy.linalg import solve_discrete_are
+from scipy.signal import cont2discrete
+
+FALLEN = 0.6  # rad from upright at which a balance run is given up
+
+
+class Velocity:
+    """Differenced and low-passed encoder angles: the velocity estimate of a plain laboratory controller."""
+
+    def __init__(self, h: float, angles: np.ndarray, corner: float = 2 * np.pi * 25):
+        self.h, self.keep, self.last, self.value = h, float(np.exp(-corner * h)), angles, np.zeros(2)
+
+    def __call__(self, angles: np.ndarray) -> np.ndarray:
+        self.value = self.keep * self.value + (1 - self.keep) * (angles - self.last) / self.h
+        self.last = angles
+        return self.value
+
+
+def multisine(rig: TrueRig, t: np.ndarray, rng: np.random.Generator, rms: float = 0.27) -> np.ndarray:
+    """A dozen sines from 0.4 to 6 Hz with random phases, RMS in command limits; 0.3 s of rest before."""
+    frequencies = rng.uniform(0.4, 6.0, 12)
+    sines = np.sin(2 * np.pi * np.outer(t - 0.3, frequencies) + rng.uniform(0, 2 * np.pi, 12)).sum(axis=1)
+    return rig.vmax * rms * sines / np.sqrt(6.0) * (t > 0.3)
+
+
+def steps(rig: TrueRig, t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Levels of either sign held for a quarter of a second to a second and a quarter; one second of rest before."""
+    u, begin = np.zeros_like(t), 1.0
+    while begin < t[-1]:
+        end = begin + rng.uniform(0.25, 1.25)
+        u[(t >= begin) & (t < end)] = rig.vmax * rng.choice([-1, 0, 1], p=[0.4, 0.2, 0.4]) * rng.uniform(0.15, 0.75)
+        begin = end
+    return u
+
+
+def hanging(rig: TrueRig, effects: Effects, excitation: np.ndarray, rng: np.random.Generator, noise: float) -> np.ndarray:
+    """Rows t, u, theta, alpha of a run from rest; a weak spring in software keeps the arm near the middle of its cable."""
+    plant, rows = Plant(rig, effects, alpha=np.pi), []
+    velocity = Velocity(1 / rig.rate, np.array(plant.measure()))
+    for k, wanted in enumerate(excitation):
+        angles = np.array(plant.measure(rng, noise))
+        arm_speed = velocity(angles)[0]
+        u = 0.0 if k < 0.3 * rig.rate else float(np.clip(wanted - rig.vmax * (0.15 * angles[0] + 0.004 * arm_speed), -rig.vmax, rig.vmax))
+        u = round(u, 6)  # what is logged is what was applied
+        rows.append((k / rig.rate, u, *angles))
+        plant.advance(u)
+    return np.array(rows)
+
+
+def upright(rig: TrueRig) -> tuple[np.ndarray, np.ndarray]:
+    """x' = A x + B u about the upright, from textbook mass matrix and gravity (a controller's model: it needs no more)."""
+    m, c, length = rig.pend_mass, rig.pend_com, rig.arm_length
+    mass = np.array([[rig.arm_inertia + m * length**2, -m * length * c], [-m * length * c, rig.pend_inertia + m * c**2]])
+    stiffness, damping = np.diag([0.0, rig.gravity_torque]), np.diag([rig.arm_damping, rig.pend_viscous])
+    a = np.block([[np.zeros((2, 2)), np.eye(2)], [np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]])
+    return a, np.concatenate([np.zeros(2), np.linalg.solve(mass, [rig.torque_per_volt, 0.0])])[:, None]
+
+
+def dlqr(rig: TrueRig, delay: int, softness: float) -> np.ndarray:
+    """LQR gain over [state, the last ``delay`` commands]."""
+    a, b, *_ = cont2discrete((*upright(rig), np.eye(4), np.zeros((4, 1))), 1 / rig.rate)
+    n = 4 + delay
+    big, entry = np.zeros((n, n)), np.zeros((n, 1))
+    big[:4, :4] = a
+    if delay:  # a chain of past commands, oldest acting now
+        big[:4, [n - 1]] = b
+        big[5:, 4:-1] = np.eye(delay - 1)
+        entry[4] = 1.0
+    else:
+        entry[:4] = b
+    weight = np.zeros((n, n))
+    weight[:4, :4] = np.diag([1.0, 4.0, 0.02, 0.02])
+    effort = np.array([[softness * 30.0 / rig.vmax**2]])
+    p = solve_discrete_are(big, entry, weight + 1e-9 * np.eye(n), effort)
+    return np.linalg.solve(effort + entry.T @ p @ entry, entry.T @ p @ big)[0]
+
+
+def balance(
+    rig: TrueRig, effects: Effects, samples: int, rng: np.random.Generator, noise: float, softness: float, delay: int
+) -> np.ndarray:
+    """Rows of a run balanced upright by an LQR on differenced encoders, the arm sent back and forth; ends where it falls."""
+    plant, rows, gain = Plant(rig, effects, alpha=0.02), [], dlqr(rig, delay, softness)
+    velocity, past = Velocity(1 / rig.rate, np.array(plant.measure())), [0.0] * delay
+    t = np.arange(samples) / rig.rate
+    reference = 0.25 * np.sign(np.sin(2 * np.pi * 0.23 * t + rng.uniform(0, 2 * np.pi))) * (t > 1.0)
+    dither = multisine(rig, t, rng, rms=0.02)
+    for k in range(samples):
+        angles = np.array(plant.measure(rng, noise))
+        if abs(angles[1]) > FALLEN:
+            break
+        x = np.concatenate([angles - [reference[k], 0.0], velocity(angles), past])
+        u = round(float(np.clip(dither[k] - gain @ x, -rig.vmax, rig.vmax)), 6)
+        past = ([u] + past)[:delay]
+        rows.append((t[k], u, *angles))
+        plant.advance(u)
+    return np.array(rows)
+
+
+def record(
+    rig: TrueRig, effects: Effects, kind: str, rng: np.random.Generator, noise: float, seconds: float
+) -> np.ndarray:
+    """One run. Like its owner, tries again with a tamer command or a softer gain when the pendulum goes over, or falls."""
+    samples = round(seconds * rig.rate)
+    t = np.arange(samples) / rig.rate
+    if kind == "balance":
+        delay = effects.get("motor.delay", {}).get("delay", 0.0) + effects.get("motor.lag", {}).get("time_constant", 0.0)
+        best = np.empty((0, 4))
+        for softness, lead in ((1.0, 0), (1.0, round(delay * rig.rate)), (0.2, 0), (5.0, round(delay * rig.rate)), (0.2, round(delay * rig.rate))):
+            rows = balance(rig, effects, samples, rng, noise, softness, lead)
+            best = max(best, rows, key=len)
+            if len(best) == samples:
+                break
+        return best
+    excitation = {"multisine": multisine, "steps": steps}[kind](rig, t, rng)
+    for _ in range(8):
+        rows = hanging(rig, effects, excitation, rng, noise)
+        if np.abs(rows[:, 3] - np.pi).max() < 2.6:
+            break
+        excitation = 0.75 * excitation
+    return rows
+
+
+def write_case(
+    folder: pathlib.Path, rig: TrueRig, effects: Effects, *, seed: int, spread: float, noise: float = 0.0,
+    seconds: float = 12.0, runs: list[str] = ("multisine", "steps", "balance"),
+) -> None:  # fmt: skip
+    """Writes rig.toml (the data sheet, off by ``spread``), run-*.csv and truth.json."""
+    rng = np.random.default_rng(10_000 + seed)
+    sheet = data_sheet(rig, rng, spread)
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.glob("run-*.csv"):
+        old.unlink()
+    (folder / "rig.toml").write_text(rig_toml(sheet))
+    kept = {}
+    for i, kind in enumerate(runs):
+        rows = record(rig, effects, kind, rng, noise, seconds)
+        kept[kind] = [len(rows) == round(seconds * rig.rate), len(rows)]
+        if len(rows) > rig.rate:  # a run of less than a second is not worth keeping
+            np.savetxt(folder / f"run-{i}-{kind}.csv", rows, fmt=["%.6f", "%.6f", "%.7f", "%.7f"], delimiter=",", header="t,u,theta,alpha", comments="")
+    truth = {"rig": rig.name, "effects": effects, "seed": seed, "spread": spread, "noise_counts": noise, "runs": kept}
+    truth["true_rig"] = {k: v for k, v in vars(rig).items() if k != "name"} | {"dt": 1e-4}
+    (folder / "truth.json").write_text(json.dumps(truth, indent=1))
