@@ -1,0 +1,38 @@
+//! Coulomb friction on the arm: `-torque * sign(theta_dot); at rest it holds up to torque`.
+
+use super::{Acts, Instant, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Coulomb friction on the arm: `-torque * sign(theta_dot); at rest it holds up to torque`.
+    ArmCoulomb {
+        /// Torque of friction, N m.
+        torque,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "arm.coulomb",
+    name: "Coulomb friction on the arm",
+    law: "-torque * sign(theta_dot); at rest it holds up to torque",
+    sentence: "Bearing, brushes or gear rub with the same torque at any speed, and hold the arm still until the motor pulls harder.",
+    shows: "The arm comes to rest early and stays; the error changes sign with the arm's direction and does not grow with its speed.",
+    look_alikes: &["arm.stribeck", "motor.deadzone", "arm.presliding"],
+    parameters: &[
+        ParameterSpec {
+            name: "torque",
+            unit: "N m",
+            min: 0.0,
+            max: 1e3,
+            typical: |p| 0.05 * super::stall_torque(p),
+        },
+    ],
+    acts: Acts::DRY_FRICTION,
+};
+
+impl<S: Scalar> Law<S> for ArmCoulomb<S> {
+    #[inline(always)]
+    fn dry_friction(&self, _: &Instant<'_, S>) -> [S; 2] {
+        [self.torque, S::ZERO]
+    }
+}

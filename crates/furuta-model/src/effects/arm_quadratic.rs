@@ -1,0 +1,39 @@
+//! Quadratic drag on the arm: `-coefficient * |theta_dot| * theta_dot`.
+
+use super::{Acts, Instant, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Quadratic drag on the arm: `-coefficient * |theta_dot| * theta_dot`.
+    ArmQuadratic {
+        /// Torque over speed squared, N m s2/rad2.
+        coefficient,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "arm.quadratic",
+    name: "Quadratic drag on the arm",
+    law: "-coefficient * |theta_dot| * theta_dot",
+    sentence: "The arm pushes air (or a fan, or an eddy-current brake works) and is braked with the square of its speed.",
+    shows: "Hardly anything at low speed; fast sweeps fall short in both directions.",
+    look_alikes: &["arm.coulomb"],
+    parameters: &[
+        ParameterSpec {
+            name: "coefficient",
+            unit: "N m s2/rad2",
+            min: 0.0,
+            max: 1e3,
+            typical: |p| 0.002 * super::stall_torque(p),
+        },
+    ],
+    acts: Acts::TORQUE,
+};
+
+impl<S: Scalar> Law<S> for ArmQuadratic<S> {
+    #[inline(always)]
+    fn torque(&self, at: &Instant<'_, S>) -> [S; 2] {
+        let v = at.x.theta_dot;
+        [-(self.coefficient * (v.abs() * v)), S::ZERO]
+    }
+}

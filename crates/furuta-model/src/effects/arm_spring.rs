@@ -1,0 +1,47 @@
+//! Spring (cable) on the arm: `-stiffness * (theta - rest)`.
+
+use super::{Acts, Instant, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Spring (cable) on the arm: `-stiffness * (theta - rest)`.
+    ArmSpring {
+        /// Torque per radian, N m/rad.
+        stiffness,
+        /// Angle at which it does not pull, rad.
+        rest,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "arm.spring",
+    name: "Spring (cable) on the arm",
+    law: "-stiffness * (theta - rest)",
+    sentence: "Something elastic, most often the encoder cable between base and arm, pulls the arm back towards one angle.",
+    shows: "The arm drifts back to one place whenever it is left alone; the model's arm wanders off.",
+    look_alikes: &["arm.cable", "arm.tilt", "motor.bias", "arm.cogging"],
+    parameters: &[
+        ParameterSpec {
+            name: "stiffness",
+            unit: "N m/rad",
+            min: 0.0,
+            max: 1e3,
+            typical: |p| 0.05 * super::stall_torque(p),
+        },
+        ParameterSpec {
+            name: "rest",
+            unit: "rad",
+            min: -100.0,
+            max: 100.0,
+            typical: |_| 0.3,
+        },
+    ],
+    acts: Acts::TORQUE,
+};
+
+impl<S: Scalar> Law<S> for ArmSpring<S> {
+    #[inline(always)]
+    fn torque(&self, at: &Instant<'_, S>) -> [S; 2] {
+        [-(self.stiffness * (at.x.theta - self.rest)), S::ZERO]
+    }
+}

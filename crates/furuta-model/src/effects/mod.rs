@@ -1,0 +1,197 @@
+//! The catalogue: what a real rig does and the rigid-body equations leave out. One file per effect.
+//!
+//! Every effect says where it acts by implementing hooks of [`Law`] and listing them in [`Spec::acts`]; [`crate::Plant`]
+//! calls only those. To add one: write its file, add one line to the `catalogue!` call below.
+//!
+//! Parameters that are all "off" (zero strength) leave the plant exactly as it was.
+
+mod spec;
+
+pub use spec::{Acts, EffectError, Instant, Law, ParameterSpec, Spec};
+
+use crate::params::Params;
+use crate::scalar::Scalar;
+use arrayvec::ArrayVec;
+
+/// The most parameters one effect can have.
+pub const MAX_PARAMETERS: usize = 4;
+
+/// Declares an effect's parameters once: the struct, and its conversions from and to plain lists of values.
+macro_rules! parameters {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident),+ $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Copy, Clone, Debug, PartialEq)]
+        pub struct $name<S> { $($(#[$field_doc])* pub $field: S),+ }
+
+        impl<S: $crate::scalar::Scalar> $name<S> {
+            /// From values in the order of the effect's parameter list (missing ones are zero).
+            #[must_use]
+            pub fn from_values(values: &[S]) -> Self {
+                let mut values = values.iter().copied();
+                Self { $($field: values.next().unwrap_or(S::ZERO)),+ }
+            }
+
+            /// The values in the order of the effect's parameter list.
+            #[must_use]
+            pub fn values(&self) -> arrayvec::ArrayVec<S, { $crate::effects::MAX_PARAMETERS }> {
+                [$(self.$field),+].into_iter().collect()
+            }
+        }
+    };
+}
+
+/// Makes the enum over all effects and the catalogue from one list.
+macro_rules! catalogue {
+    ($($module:ident :: $name:ident),+ $(,)?) => {
+        $(mod $module; pub use $module::$name;)+
+
+        /// One effect with its parameters' values.
+        #[derive(Copy, Clone, Debug, PartialEq)]
+        #[non_exhaustive]
+        pub enum Effect<S> {
+            $(#[doc = concat!("See [`", stringify!($name), "`].")] $name($name<S>)),+
+        }
+
+        /// Every effect this version knows, in the catalogue's order.
+        pub static CATALOGUE: &[&Spec] = &[$(&$module::SPEC),+];
+
+        impl<S: Scalar> Effect<S> {
+            fn build(id: &str, values: &[S]) -> Option<Self> {
+                $(if id == $module::SPEC.id { return Some(Self::$name($name::from_values(values))); })+
+                None
+            }
+
+            /// What the catalogue says of it.
+            #[must_use]
+            pub fn spec(&self) -> &'static Spec {
+                match self { $(Self::$name(_) => &$module::SPEC),+ }
+            }
+
+            /// Values in the order of [`Spec::parameters`].
+            #[must_use]
+            pub fn values(&self) -> ArrayVec<S, MAX_PARAMETERS> {
+                match self { $(Self::$name(e) => e.values()),+ }
+            }
+        }
+
+        impl<S: Scalar> Law<S> for Effect<S> {
+            #[inline(always)]
+            fn voltage(&self, t: S, volts: S) -> S {
+                match self { $(Self::$name(e) => e.voltage(t, volts)),+ }
+            }
+            #[inline(always)]
+            fn delay(&self) -> S {
+                match self { $(Self::$name(e) => e.delay()),+ }
+            }
+            #[inline(always)]
+            fn lag(&self) -> S {
+                match self { $(Self::$name(e) => e.lag()),+ }
+            }
+            #[inline(always)]
+            fn torque(&self, at: &Instant<'_, S>) -> [S; 2] {
+                match self { $(Self::$name(e) => e.torque(at)),+ }
+            }
+            #[inline(always)]
+            fn dry_friction(&self, at: &Instant<'_, S>) -> [S; 2] {
+                match self { $(Self::$name(e) => e.dry_friction(at)),+ }
+            }
+            #[inline(always)]
+            fn reading(&self, angles: [S; 2]) -> [S; 2] {
+                match self { $(Self::$name(e) => e.reading(angles)),+ }
+            }
+        }
+    };
+}
+
+catalogue! {
+    arm_coulomb::ArmCoulomb,
+    arm_quadratic::ArmQuadratic,
+    arm_spring::ArmSpring,
+    motor_deadzone::MotorDeadzone,
+    motor_bias::MotorBias,
+    motor_lag::MotorLag,
+    motor_delay::MotorDelay,
+    pendulum_coulomb::PendulumCoulomb,
+    pendulum_quadratic::PendulumQuadratic,
+    sensor_alpha_offset::SensorAlphaOffset,
+}
+
+/// The catalogue's entry with this id.
+///
+/// ```
+/// let spec = furuta_model::effects::spec("arm.spring").expect("in the catalogue");
+/// assert_eq!(spec.parameters[0].unit, "N m/rad");
+/// ```
+#[must_use]
+pub fn spec(id: &str) -> Option<&'static Spec> {
+    CATALOGUE.iter().copied().find(|s| s.id == id)
+}
+
+impl<S: Scalar> Effect<S> {
+    /// The effect `id` with `values` in the order of its [`Spec::parameters`].
+    ///
+    /// # Errors
+    /// An unknown id, a wrong number of values, or a value outside its range.
+    ///
+    /// ```
+    /// use furuta_model::{Effect, EffectError};
+    /// assert!(Effect::new("arm.spring", &[8.6e-4, -0.5]).is_ok());
+    /// assert!(matches!(Effect::new("arm.spring", &[-1.0, 0.0]), Err(EffectError::OutOfRange { parameter: "stiffness", .. })));
+    /// ```
+    pub fn new(id: &str, values: &[S]) -> Result<Self, EffectError> {
+        let spec = spec(id).ok_or(EffectError::UnknownEffect)?;
+        if values.len() != spec.parameters.len() {
+            return Err(EffectError::WrongCount {
+                effect: spec.id,
+                given: values.len(),
+                expected: spec.parameters.len(),
+            });
+        }
+        for (p, v) in spec.parameters.iter().zip(values) {
+            let value = v.value();
+            if !(value >= p.min && value <= p.max) {
+                return Err(EffectError::OutOfRange {
+                    effect: spec.id,
+                    parameter: p.name,
+                    value,
+                    min: p.min,
+                    max: p.max,
+                    unit: p.unit,
+                });
+            }
+        }
+        Self::build(id, values).ok_or(EffectError::UnknownEffect)
+    }
+
+    /// The effect without checking ranges: a fit walks along the edges. `None` for an unknown id.
+    #[must_use]
+    pub fn unchecked(id: &str, values: &[S]) -> Option<Self> {
+        Self::build(id, values)
+    }
+
+    /// Whether its strength (the first parameter, value and derivatives) is exactly zero, so that it does nothing.
+    #[must_use]
+    pub fn is_off(&self) -> bool {
+        self.values().first().is_none_or(|v| *v == S::ZERO)
+    }
+
+    /// The same effect in another scalar, its parameters constants.
+    #[must_use]
+    pub fn cast<T: Scalar>(&self) -> Effect<T> {
+        let values: ArrayVec<T, MAX_PARAMETERS> = self
+            .values()
+            .iter()
+            .map(|v| T::from_f64(v.value()))
+            .collect();
+        match Effect::build(self.spec().id, &values) {
+            Some(e) => e,
+            // `spec()` only returns ids that `build` knows.
+            None => unreachable!("an effect of the catalogue is in the catalogue"),
+        }
+    }
+}
+
+/// The torque of a stalled motor at the command's limit, N m: the yardstick for torques on the arm.
+fn stall_torque(p: &Params<f64>) -> f64 {
+    p.coefficients().drive * p.motor.command_limit
+}

@@ -1,0 +1,38 @@
+//! Offset of the motor voltage: `u -> u + voltage`.
+
+use super::{Acts, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Offset of the motor voltage: `u -> u + voltage`.
+    MotorBias {
+        /// Voltage added, V.
+        voltage,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "motor.bias",
+    name: "Offset of the motor voltage",
+    law: "u -> u + voltage",
+    sentence: "The amplifier's zero is off: with zero command the motor still pulls to one side.",
+    shows: "The arm creeps in one direction; balancing needs a mean command that is not zero.",
+    look_alikes: &["arm.tilt", "motor.asymmetry", "arm.spring"],
+    parameters: &[
+        ParameterSpec {
+            name: "voltage",
+            unit: "V",
+            min: -1e3,
+            max: 1e3,
+            typical: |p| 0.05 * p.motor.command_limit,
+        },
+    ],
+    acts: Acts::VOLTAGE,
+};
+
+impl<S: Scalar> Law<S> for MotorBias<S> {
+    #[inline(always)]
+    fn voltage(&self, _: S, volts: S) -> S {
+        volts + self.voltage
+    }
+}

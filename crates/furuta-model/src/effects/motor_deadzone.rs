@@ -1,0 +1,40 @@
+//! Dead zone of the motor: `u -> sign(u) * max(|u| - width, 0)`.
+
+use super::{Acts, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Dead zone of the motor: `u -> sign(u) * max(|u| - width, 0)`.
+    MotorDeadzone {
+        /// Voltage swallowed, V.
+        width,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "motor.deadzone",
+    name: "Dead zone of the motor",
+    law: "u -> sign(u) * max(|u| - width, 0)",
+    sentence: "Below a certain voltage the amplifier gives nothing, and above it that much less.",
+    shows: "Small commands do nothing, whatever the speed; large ones are short by the same voltage.",
+    look_alikes: &["arm.coulomb", "motor.asymmetry"],
+    parameters: &[
+        ParameterSpec {
+            name: "width",
+            unit: "V",
+            min: 0.0,
+            max: 1e3,
+            typical: |p| 0.05 * p.motor.command_limit,
+        },
+    ],
+    acts: Acts::VOLTAGE,
+};
+
+impl<S: Scalar> Law<S> for MotorDeadzone<S> {
+    #[inline(always)]
+    fn voltage(&self, _: S, volts: S) -> S {
+        let past = volts.abs() - self.width;
+        let left = past.if_less(S::ZERO, S::ZERO, past);
+        volts.if_less(S::ZERO, -left, left)
+    }
+}

@@ -1,0 +1,38 @@
+//! Delay of the command: `u(t) -> u(t - delay)`.
+
+use super::{Acts, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Delay of the command: `u(t) -> u(t - delay)`.
+    MotorDelay {
+        /// Time by which it is late, s.
+        delay,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "motor.delay",
+    name: "Delay of the command",
+    law: "u(t) -> u(t - delay)",
+    sentence: "The command reaches the motor late: communication, computation or the amplifier take time.",
+    shows: "Everything happens a little later than the model says, by the same time at every frequency.",
+    look_alikes: &["sensor.delay", "motor.lag"],
+    parameters: &[
+        ParameterSpec {
+            name: "delay",
+            unit: "s",
+            min: 0.0,
+            max: 10.0,
+            typical: |_| 0.005,
+        },
+    ],
+    acts: Acts::DELAY,
+};
+
+impl<S: Scalar> Law<S> for MotorDelay<S> {
+    #[inline(always)]
+    fn delay(&self) -> S {
+        self.delay
+    }
+}

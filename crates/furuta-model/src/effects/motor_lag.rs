@@ -1,0 +1,38 @@
+//! First-order lag of the motor voltage: `time_constant * dv/dt = u - v`.
+
+use super::{Acts, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// First-order lag of the motor voltage: `time_constant * dv/dt = u - v`.
+    MotorLag {
+        /// Time constant, s.
+        time_constant,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "motor.lag",
+    name: "First-order lag of the motor voltage",
+    law: "time_constant * dv/dt = u - v",
+    sentence: "Inductance or the driver's filter lets the voltage rise only gradually.",
+    shows: "Fast commands arrive weakened and late; slow ones are unchanged.",
+    look_alikes: &["motor.delay", "sensor.delay"],
+    parameters: &[
+        ParameterSpec {
+            name: "time_constant",
+            unit: "s",
+            min: 0.0,
+            max: 10.0,
+            typical: |_| 0.01,
+        },
+    ],
+    acts: Acts::LAG,
+};
+
+impl<S: Scalar> Law<S> for MotorLag<S> {
+    #[inline(always)]
+    fn lag(&self) -> S {
+        self.time_constant
+    }
+}

@@ -1,0 +1,38 @@
+//! Coulomb friction of the pendulum: `-torque * sign(alpha_dot); at rest it holds up to torque`.
+
+use super::{Acts, Instant, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Coulomb friction of the pendulum: `-torque * sign(alpha_dot); at rest it holds up to torque`.
+    PendulumCoulomb {
+        /// Torque of friction, N m.
+        torque,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "pendulum.coulomb",
+    name: "Coulomb friction of the pendulum",
+    law: "-torque * sign(alpha_dot); at rest it holds up to torque",
+    sentence: "The hinge rubs with the same torque at any speed.",
+    shows: "Free swings shrink by the same angle each period and stop at once; balancing leaves a small limit cycle.",
+    look_alikes: &["pendulum.quadratic"],
+    parameters: &[
+        ParameterSpec {
+            name: "torque",
+            unit: "N m",
+            min: 0.0,
+            max: 1e3,
+            typical: |p| 0.02 * p.coefficients().weight,
+        },
+    ],
+    acts: Acts::DRY_FRICTION,
+};
+
+impl<S: Scalar> Law<S> for PendulumCoulomb<S> {
+    #[inline(always)]
+    fn dry_friction(&self, _: &Instant<'_, S>) -> [S; 2] {
+        [S::ZERO, self.torque]
+    }
+}

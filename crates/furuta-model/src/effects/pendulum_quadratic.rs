@@ -1,0 +1,39 @@
+//! Air drag of the pendulum: `-coefficient * |alpha_dot| * alpha_dot`.
+
+use super::{Acts, Instant, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Air drag of the pendulum: `-coefficient * |alpha_dot| * alpha_dot`.
+    PendulumQuadratic {
+        /// Torque over speed squared, N m s2/rad2.
+        coefficient,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "pendulum.quadratic",
+    name: "Air drag of the pendulum",
+    law: "-coefficient * |alpha_dot| * alpha_dot",
+    sentence: "The pendulum pushes air and is braked with the square of its speed.",
+    shows: "Large swings die out quickly, small ones last.",
+    look_alikes: &["pendulum.coulomb"],
+    parameters: &[
+        ParameterSpec {
+            name: "coefficient",
+            unit: "N m s2/rad2",
+            min: 0.0,
+            max: 1e3,
+            typical: |p| 0.001 * p.coefficients().weight,
+        },
+    ],
+    acts: Acts::TORQUE,
+};
+
+impl<S: Scalar> Law<S> for PendulumQuadratic<S> {
+    #[inline(always)]
+    fn torque(&self, at: &Instant<'_, S>) -> [S; 2] {
+        let v = at.x.alpha_dot;
+        [S::ZERO, -(self.coefficient * (v.abs() * v))]
+    }
+}

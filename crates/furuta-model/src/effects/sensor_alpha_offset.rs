@@ -1,0 +1,38 @@
+//! Offset of the pendulum's encoder: `measured alpha = alpha + angle`.
+
+use super::{Acts, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Offset of the pendulum's encoder: `measured alpha = alpha + angle`.
+    SensorAlphaOffset {
+        /// Angle added, rad.
+        angle,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "sensor.alpha.offset",
+    name: "Offset of the pendulum's encoder",
+    law: "measured alpha = alpha + angle",
+    sentence: "The encoder's zero is not where the pendulum stands upright (it was zeroed while the pendulum still swung or leaned).",
+    shows: "The pendulum seems to balance beside upright and to hang beside straight down by the same angle.",
+    look_alikes: &["arm.tilt", "pendulum.bias", "sensor.alpha.scale"],
+    parameters: &[
+        ParameterSpec {
+            name: "angle",
+            unit: "rad",
+            min: -3.2,
+            max: 3.2,
+            typical: |_| 0.02,
+        },
+    ],
+    acts: Acts::READING,
+};
+
+impl<S: Scalar> Law<S> for SensorAlphaOffset<S> {
+    #[inline(always)]
+    fn reading(&self, [theta, alpha]: [S; 2]) -> [S; 2] {
+        [theta, alpha + self.angle]
+    }
+}

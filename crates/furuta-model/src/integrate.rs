@@ -1,0 +1,90 @@
+//! The classical Runge-Kutta method of fourth order.
+
+use crate::scalar::Scalar;
+use crate::state::State;
+
+/// Where within a step a slope is wanted: the classical method asks at its start, twice in its middle, and at its end.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// At `t`.
+    Start,
+    /// At `t + h/2`.
+    Middle,
+    /// At `t + h`.
+    End,
+}
+
+/// A step's length: a plain number, or one that itself carries derivatives (a delay that ends within the step).
+pub trait Length<S>: Copy {
+    /// `x` times this length.
+    fn of(self, x: S) -> S;
+    /// Half of it.
+    #[must_use]
+    fn half(self) -> Self;
+    /// A sixth of it.
+    #[must_use]
+    fn sixth(self) -> Self;
+}
+
+/// A plain step length, s.
+#[derive(Copy, Clone, Debug)]
+pub struct Fixed<R>(pub R);
+
+/// A step length with derivatives, s.
+#[derive(Copy, Clone, Debug)]
+pub struct Variable<S>(pub S);
+
+impl<S: Scalar> Length<S> for Fixed<S::Real> {
+    #[inline(always)]
+    fn of(self, x: S) -> S {
+        x.scale(self.0)
+    }
+    #[inline(always)]
+    fn half(self) -> Self {
+        Self(self.0 * S::Real::from_f64(0.5))
+    }
+    #[inline(always)]
+    fn sixth(self) -> Self {
+        Self(self.0 / S::Real::from_f64(6.0))
+    }
+}
+
+impl<S: Scalar> Length<S> for Variable<S> {
+    #[inline(always)]
+    fn of(self, x: S) -> S {
+        x * self.0
+    }
+    #[inline(always)]
+    fn half(self) -> Self {
+        Self(self.0.scale(S::Real::from_f64(0.5)))
+    }
+    #[inline(always)]
+    fn sixth(self) -> Self {
+        Self(self.0 / S::from_f64(6.0))
+    }
+}
+
+/// One step of length `h` from `x` along `slope(stage, x)`; local error `O(h⁵)`.
+///
+/// ```
+/// use furuta_model::{State, integrate::{Fixed, rk4}};
+/// // theta' = theta: one step of 0.1 gives e^0.1 to five digits.
+/// let x = rk4(State::new(1.0_f64, 0.0, 0.0, 0.0), Fixed(0.1), |_, x| State::new(x.theta, 0.0, 0.0, 0.0));
+/// assert!((x.theta - 0.1_f64.exp()).abs() < 1e-7);
+/// ```
+#[inline(always)]
+pub fn rk4<S: Scalar, H: Length<S>>(
+    x: State<S>,
+    h: H,
+    slope: impl Fn(Stage, &State<S>) -> State<S>,
+) -> State<S> {
+    let half = h.half();
+    let k1 = slope(Stage::Start, &x);
+    let k2 = slope(Stage::Middle, &(x + k1.map(|k| half.of(k))));
+    let k3 = slope(Stage::Middle, &(x + k2.map(|k| half.of(k))));
+    let k4 = slope(Stage::End, &(x + k3.map(|k| h.of(k))));
+    let middle = k2 + k3;
+    let sum = k1 + middle + middle + k4;
+    let sixth = h.sixth();
+    x + sum.map(|k| sixth.of(k))
+}

@@ -1,0 +1,426 @@
+//! Rig files: TOML in, TOML out, every mistake named with its key.
+
+use super::{Limits, Rig, Sensors};
+use crate::effects::{self, Effect, EffectError, MAX_PARAMETERS};
+use crate::params::{Arm, Motor, ParamError, Params, Pendulum, RANGES};
+use crate::plant::{MAX_EFFECTS, PlantError};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+/// What is wrong with a rig file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RigError {
+    /// Neither a built-in rig nor a file that can be read.
+    #[error(
+        "rig `{path}`: cannot be read ({source}); give a file, or one of the built-in rigs: {builtin}"
+    )]
+    Unreadable {
+        /// What was asked for.
+        path: String,
+        /// The built-in names.
+        builtin: String,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// Not TOML, an unknown key, a missing key, or a value of the wrong kind.
+    #[error("rig file, line {line}: {message}")]
+    Syntax {
+        /// Where, from 1.
+        line: usize,
+        /// What.
+        message: String,
+    },
+    /// A physical parameter outside its range.
+    #[error("rig file: {0}; values are in SI units")]
+    Parameter(#[from] ParamError),
+    /// A sensor or limit outside its range.
+    #[error("rig file: {key} = {value} is outside the allowed range [{min}, {max}]")]
+    OutOfRange {
+        /// Which.
+        key: &'static str,
+        /// What it was.
+        value: f64,
+        /// Lower end.
+        min: f64,
+        /// Upper end.
+        max: f64,
+    },
+    /// An effect that the catalogue does not have.
+    #[error("rig file: effect `{id}` is not in the catalogue; known are {known}")]
+    UnknownEffect {
+        /// Its id.
+        id: String,
+        /// The ids there are.
+        known: String,
+    },
+    /// An effect's parameter that it does not have, or lacks.
+    #[error("rig file: effect `{id}` {problem} `{parameter}`; it has {known}")]
+    EffectParameter {
+        /// The effect.
+        id: String,
+        /// `has no parameter` or `lacks`.
+        problem: &'static str,
+        /// The parameter.
+        parameter: String,
+        /// What it has.
+        known: String,
+    },
+    /// An effect's value outside its range.
+    #[error("rig file: effect {0}")]
+    Effect(#[from] EffectError),
+    /// More effects than a plant can hold.
+    #[error("rig file: {0}")]
+    Plant(#[from] PlantError),
+    /// Any of these in a file with a name.
+    #[error("{path}: {error}")]
+    InFile {
+        /// The file.
+        path: String,
+        /// What is wrong in it.
+        error: Box<RigError>,
+    },
+}
+
+impl RigError {
+    /// The same error, naming the file.
+    #[must_use]
+    pub fn in_file(self, path: &str) -> Self {
+        Self::InFile {
+            path: path.to_owned(),
+            error: Box::new(self),
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileText {
+    rig: RigText,
+    arm: ArmText,
+    pendulum: PendulumText,
+    motor: MotorText,
+    sensors: SensorsText,
+    environment: EnvironmentText,
+    limits: Option<LimitsText>,
+    effects: Option<BTreeMap<String, BTreeMap<String, f64>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RigText {
+    name: String,
+    source: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ArmText {
+    length: f64,
+    inertia: f64,
+    viscous: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PendulumText {
+    mass: f64,
+    com: f64,
+    inertia: f64,
+    inertia_transverse: Option<f64>,
+    inertia_axial: Option<f64>,
+    viscous: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MotorText {
+    resistance: f64,
+    torque_constant: f64,
+    back_emf_constant: f64,
+    gear_ratio: f64,
+    efficiency: f64,
+    amplifier_gain: f64,
+    command_limit: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SensorsText {
+    arm_counts_per_rev: f64,
+    pendulum_counts_per_rev: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EnvironmentText {
+    gravity: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LimitsText {
+    arm_angle: Option<f64>,
+    arm_speed: Option<f64>,
+    pendulum_speed: Option<f64>,
+}
+
+pub(super) fn parse(text: &str) -> Result<Rig, RigError> {
+    let file: FileText = toml::from_str(text).map_err(|e| syntax(text, &e))?;
+    let p = &file.pendulum;
+    let m = &file.motor;
+    let params = Params {
+        arm: Arm {
+            length: file.arm.length,
+            inertia: file.arm.inertia,
+            viscous: file.arm.viscous,
+        },
+        pendulum: Pendulum {
+            mass: p.mass,
+            com: p.com,
+            inertia: p.inertia,
+            inertia_transverse: p.inertia_transverse.unwrap_or(p.inertia),
+            inertia_axial: p.inertia_axial.unwrap_or(0.0),
+            viscous: p.viscous,
+        },
+        motor: Motor {
+            resistance: m.resistance,
+            torque_constant: m.torque_constant,
+            back_emf_constant: m.back_emf_constant,
+            gear_ratio: m.gear_ratio,
+            efficiency: m.efficiency,
+            amplifier_gain: m.amplifier_gain,
+            command_limit: m.command_limit,
+        },
+        gravity: file.environment.gravity,
+    };
+    params.validate()?;
+    let sensors = Sensors {
+        arm_counts_per_rev: within(
+            "sensors.arm_counts_per_rev",
+            file.sensors.arm_counts_per_rev,
+            4.0,
+            1e8,
+        )?,
+        pendulum_counts_per_rev: within(
+            "sensors.pendulum_counts_per_rev",
+            file.sensors.pendulum_counts_per_rev,
+            4.0,
+            1e8,
+        )?,
+    };
+    let limit = |key, value: Option<f64>, max| value.map(|v| within(key, v, 1e-3, max)).transpose();
+    let limits = match &file.limits {
+        None => Limits::default(),
+        Some(l) => Limits {
+            arm_angle: limit("limits.arm_angle", l.arm_angle, 1e3)?,
+            arm_speed: limit("limits.arm_speed", l.arm_speed, 1e4)?,
+            pendulum_speed: limit("limits.pendulum_speed", l.pendulum_speed, 1e4)?,
+        },
+    };
+    let effects = file
+        .effects
+        .unwrap_or_default()
+        .iter()
+        .map(|(id, values)| effect(id, values))
+        .collect::<Result<Vec<_>, _>>()?;
+    if effects.len() > MAX_EFFECTS {
+        return Err(PlantError::TooManyEffects {
+            given: effects.len(),
+        }
+        .into());
+    }
+    Ok(Rig {
+        name: file.rig.name,
+        source: file.rig.source.unwrap_or_default(),
+        params,
+        sensors,
+        limits,
+        effects,
+    })
+}
+
+fn within(key: &'static str, value: f64, min: f64, max: f64) -> Result<f64, RigError> {
+    if value >= min && value <= max {
+        Ok(value)
+    } else {
+        Err(RigError::OutOfRange {
+            key,
+            value,
+            min,
+            max,
+        })
+    }
+}
+
+fn effect(id: &str, values: &BTreeMap<String, f64>) -> Result<Effect<f64>, RigError> {
+    let spec = effects::spec(id).ok_or_else(|| RigError::UnknownEffect {
+        id: id.to_owned(),
+        known: effects::CATALOGUE
+            .iter()
+            .map(|s| s.id)
+            .collect::<Vec<_>>()
+            .join(", "),
+    })?;
+    let wrong = |problem, parameter: &str| RigError::EffectParameter {
+        id: id.to_owned(),
+        problem,
+        parameter: parameter.to_owned(),
+        known: spec
+            .parameters
+            .iter()
+            .map(|p| format!("{} [{}]", p.name, p.unit))
+            .collect::<Vec<_>>()
+            .join(", "),
+    };
+    if let Some(unknown) = values
+        .keys()
+        .find(|k| spec.parameters.iter().all(|p| p.name != **k))
+    {
+        return Err(wrong("has no parameter", unknown));
+    }
+    let list = spec
+        .parameters
+        .iter()
+        .map(|p| {
+            values
+                .get(p.name)
+                .copied()
+                .ok_or_else(|| wrong("lacks", p.name))
+        })
+        .collect::<Result<arrayvec::ArrayVec<f64, MAX_PARAMETERS>, _>>()?;
+    Ok(Effect::new(id, &list)?)
+}
+
+fn syntax(text: &str, e: &toml::de::Error) -> RigError {
+    let start = e.span().map_or(0, |s| s.start.min(text.len()));
+    RigError::Syntax {
+        line: text.as_bytes()[..start]
+            .iter()
+            .filter(|b| **b == b'\n')
+            .count()
+            + 1,
+        message: e.message().replace('\n', " "),
+    }
+}
+
+pub(super) fn write(rig: &Rig) -> String {
+    let mut out = String::new();
+    // Writing to a String cannot fail.
+    let _ = writeln!(
+        out,
+        "[rig]\nname = {}",
+        toml::Value::from(rig.name.as_str())
+    );
+    if !rig.source.is_empty() {
+        let _ = writeln!(out, "source = {}", toml::Value::from(rig.source.as_str()));
+    }
+    let mut section = "";
+    for (range, value) in RANGES.iter().zip(rig.params.to_array()) {
+        let (table, key) = range.key.split_once('.').unwrap_or(("", range.key));
+        if table != section {
+            if table == "environment" {
+                let s = &rig.sensors;
+                let _ = writeln!(
+                    out,
+                    "\n[sensors]\narm_counts_per_rev = {:?}\npendulum_counts_per_rev = {:?}",
+                    s.arm_counts_per_rev, s.pendulum_counts_per_rev
+                );
+            }
+            let _ = writeln!(out, "\n[{table}]");
+            section = table;
+        }
+        let _ = writeln!(out, "{key} = {value:?}   # {}", range.unit);
+    }
+    let l = &rig.limits;
+    let limits = [
+        ("arm_angle", l.arm_angle),
+        ("arm_speed", l.arm_speed),
+        ("pendulum_speed", l.pendulum_speed),
+    ];
+    if limits.iter().any(|(_, v)| v.is_some()) {
+        let _ = writeln!(out, "\n[limits]");
+        for (key, value) in limits {
+            if let Some(value) = value {
+                let _ = writeln!(out, "{key} = {value:?}");
+            }
+        }
+    }
+    for e in &rig.effects {
+        let spec = e.spec();
+        let _ = writeln!(out, "\n[effects.\"{}\"]   # {}", spec.id, spec.name);
+        for (p, v) in spec.parameters.iter().zip(e.values()) {
+            let _ = writeln!(out, "{} = {v:?}   # {}", p.name, p.unit);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const QUBE: &str = include_str!("../../rigs/qube-servo-2.toml");
+
+    fn message(text: &str) -> String {
+        parse(text).expect_err("must be refused").to_string()
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        let unknown = message(&QUBE.replace("[arm]", "[arm]\nlenght = 3.0"));
+        assert!(
+            unknown.contains("lenght") && unknown.contains("line "),
+            "{unknown}"
+        );
+        let negative = message(&QUBE.replace("mass = 0.024", "mass = -0.024"));
+        assert!(
+            negative.contains("pendulum.mass = -0.024") && negative.contains("(0, 100] kg"),
+            "{negative}"
+        );
+        let nan = message(&QUBE.replace("mass = 0.024", "mass = nan"));
+        assert!(nan.contains("pendulum.mass = NaN"), "{nan}");
+        let effect = message(&format!(
+            "{QUBE}\n[effects.\"arm.springs\"]\nstiffness = 1.0\n"
+        ));
+        assert!(
+            effect.contains("arm.springs") && effect.contains("arm.spring,"),
+            "{effect}"
+        );
+        let parameter = message(&format!(
+            "{QUBE}\n[effects.\"arm.spring\"]\nstiffness = 1.0\n"
+        ));
+        assert!(parameter.contains("lacks `rest`"), "{parameter}");
+        let range = message(&format!(
+            "{QUBE}\n[effects.\"arm.coulomb\"]\ntorque = -1.0\n"
+        ));
+        assert!(range.contains("torque = -1"), "{range}");
+        assert!(
+            message("").contains("rig"),
+            "an empty file lacks everything"
+        );
+    }
+
+    #[test]
+    fn written_rigs_read_back_equal() {
+        for name in Rig::BUILTIN {
+            let rig = Rig::builtin(name).expect("built in");
+            assert_eq!(parse(&write(&rig)).expect("readable"), rig);
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn any_text_is_answered(text in ".{0,400}") {
+            let _ = parse(&text);
+        }
+
+        #[test]
+        fn any_cut_of_a_valid_file_is_answered(cut in 0..QUBE.len()) {
+            if QUBE.is_char_boundary(cut) {
+                let _ = parse(&QUBE[..cut]);
+            }
+        }
+    }
+}
