@@ -78,6 +78,7 @@ impl<T: Scalar<Real = T>, const N: usize> Sub for Jet<T, N> {
 impl<T: Scalar<Real = T>, const N: usize> Mul for Jet<T, N> {
     type Output = Self;
     #[inline(always)]
+    #[allow(clippy::suspicious_arithmetic_impl)] // the product rule is a sum
     fn mul(self, o: Self) -> Self {
         Self {
             v: self.v * o.v,
@@ -89,6 +90,7 @@ impl<T: Scalar<Real = T>, const N: usize> Mul for Jet<T, N> {
 impl<T: Scalar<Real = T>, const N: usize> Div for Jet<T, N> {
     type Output = Self;
     #[inline(always)]
+    #[allow(clippy::suspicious_arithmetic_impl)] // the quotient rule has products
     fn div(self, o: Self) -> Self {
         let inverse = T::ONE / o.v;
         let v = self.v * inverse;
