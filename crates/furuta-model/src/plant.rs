@@ -198,6 +198,54 @@ impl<S: Scalar> Plant<S> {
         }
     }
 
+    /// The plant's state with the mechanical state `x` at time `t` (s), after the commands `past` (oldest first, each held for `h` seconds).
+    ///
+    /// What the effects remember comes from the commands alone, so a recording can be entered at any sample.
+    #[must_use]
+    pub fn resume(&self, x: State<S>, t: S::Real, past: &[S::Real], h: S::Real) -> PlantState<S> {
+        let first = past.first().map_or(S::ZERO, |u| S::from_real(*u));
+        let mut s = self.rest_under(x, first);
+        let lagging = self.acts.includes(Acts::LAG);
+        if lagging || self.acts.includes(Acts::DELAY) {
+            #[allow(clippy::cast_precision_loss)]
+            let mut ago = past.len() as f64;
+            let decay = (-(S::from_real(h) / self.lag)).exp();
+            for u in past {
+                let u = S::from_real(*u);
+                s.history.push(u);
+                if lagging {
+                    let now = S::from_real(t) - S::from_real(h).scale(S::Real::from_f64(ago));
+                    let target = self.mapped(now, self.delayed(&s, u, h));
+                    s.voltage = target + (s.voltage - target) * decay;
+                }
+                ago -= 1.0;
+            }
+        }
+        s.t = S::from_real(t);
+        s
+    }
+
+    /// The command that acts, on average over a step, after the delay.
+    fn delayed(&self, s: &PlantState<S>, u: S, h: S::Real) -> S {
+        if !self.acts.includes(Acts::DELAY) {
+            return u;
+        }
+        let (samples, first) = self.split_delay(h);
+        let (older, newer) = (s.history.ago(samples + 1), s.history.ago(samples));
+        newer + (older - newer) * first / S::from_real(h)
+    }
+
+    /// The delay as whole samples and the seconds left over.
+    fn split_delay(&self, h: S::Real) -> (usize, S) {
+        let whole = libm::floor(self.delay.value() / h.value());
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let samples = if whole > 0.0 { whole as usize } else { 0 };
+        (
+            samples,
+            self.delay - S::from_real(h).scale(S::Real::from_f64(whole)),
+        )
+    }
+
     /// Advances by `h` seconds under the command `u` (V): classical RK4, one step, two where a delayed command changes in between.
     #[inline]
     pub fn step(&self, s: &mut PlantState<S>, u: S, h: S::Real) {
@@ -210,13 +258,9 @@ impl<S: Scalar> Plant<S> {
 
     fn step_delayed(&self, s: &mut PlantState<S>, u: S, h: S::Real) {
         s.history.push(u);
-        let period = h.value();
-        let whole = libm::floor(self.delay.value() / period);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let samples = if whole > 0.0 { whole as usize } else { 0 };
-        let (older, newer) = (s.history.ago(samples + 1), s.history.ago(samples));
         // The older command still acts for `first` seconds of this step.
-        let first = self.delay - S::from_real(h).scale(S::Real::from_f64(whole));
+        let (samples, first) = self.split_delay(h);
+        let (older, newer) = (s.history.ago(samples + 1), s.history.ago(samples));
         if older == newer {
             self.advance(s, newer, Fixed(h), h);
             return;

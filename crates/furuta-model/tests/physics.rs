@@ -183,6 +183,32 @@ fn lag_follows_its_exponential() {
 }
 
 #[test]
+fn a_recording_can_be_entered_at_any_sample() {
+    let rig = qube();
+    let effects = [
+        Effect::new("motor.lag", &[0.01]).expect("valid"),
+        Effect::new("motor.deadzone", &[0.3]).expect("valid"),
+    ];
+    let plant: Plant<f64> = Plant::new(&rig.params, &effects).expect("two");
+    let u: Vec<f64> = (0..400)
+        .map(|k| 2.0 * (f64::from(k) * 0.05).sin())
+        .collect();
+    let mut s = plant.rest_under(State::hanging(), u[0]);
+    let mut middle = None;
+    for (k, u) in u.iter().enumerate() {
+        if k == 250 {
+            middle = Some(s.clone());
+        }
+        plant.step(&mut s, *u, 2e-3);
+    }
+    let mut r = plant.resume(middle.expect("passed").x, 0.5, &u[..250], 2e-3);
+    for u in &u[250..] {
+        plant.step(&mut r, *u, 2e-3);
+    }
+    assert!((s.x - r.x).to_array().iter().all(|d| d.abs() < 1e-12));
+}
+
+#[test]
 fn the_f32_trajectory_stays_near_the_f64_one() {
     let rig = qube();
     let single: Plant<f32> = rig.nominal_plant();
