@@ -2,3 +2,4 @@
 //! model lacks, and showing it.
 
 pub mod diagnose;
+pub mod recording;

@@ -1,0 +1,196 @@
+//! Why a recording was refused.
+
+use std::path::PathBuf;
+
+/// Why a recording was refused: in which file, in which row and column, which value, and what to do.
+///
+/// Rows are counted as an editor counts lines, from 1 and with the header and comments (CSV), or as messages from 1 (MCAP).
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordingError {
+    /// The file could not be read or written.
+    #[error("{}: {source}; give the path of a CSV or MCAP recording", path.display())]
+    Io {
+        /// The path as given.
+        path: PathBuf,
+        /// The operating system's reason.
+        source: std::io::Error,
+    },
+    /// There is nothing in the file.
+    #[error(
+        "{file}: the file is empty; a recording needs a header `t,u,theta,alpha` and rows of numbers"
+    )]
+    Empty {
+        /// The file.
+        file: String,
+    },
+    /// The bytes are not UTF-8.
+    #[error("{file}: row {row}: not UTF-8 text; save the recording as plain CSV in UTF-8")]
+    NotText {
+        /// The file.
+        file: String,
+        /// Row of the first byte that is not text.
+        row: usize,
+    },
+    /// A quoted field is not closed within its row.
+    #[error(
+        "{file}: row {row}: a quoted field is not closed; close the quotation mark or remove it"
+    )]
+    OpenQuote {
+        /// The file.
+        file: String,
+        /// The row.
+        row: usize,
+    },
+    /// A required column is absent.
+    #[error(
+        "{file}: no column `{column}`; found {found}; required are t (s), u (V), theta (rad), alpha (rad){hint}"
+    )]
+    MissingColumn {
+        /// The file.
+        file: String,
+        /// The column that is absent.
+        column: &'static str,
+        /// The columns that are there, separated by commas.
+        found: String,
+        /// What the header suggests has gone wrong; empty or starting with `; `.
+        hint: &'static str,
+    },
+    /// Two columns bear one name.
+    #[error("{file}: row {row}: two columns are called `{column}`; rename one")]
+    DuplicateColumn {
+        /// The file.
+        file: String,
+        /// Row of the header.
+        row: usize,
+        /// The name.
+        column: String,
+    },
+    /// A row has more or fewer fields than the header.
+    #[error(
+        "{file}: row {row}: {found} fields where the header has {expected}; the row is cut off or has a stray comma: mend or delete it"
+    )]
+    FieldCount {
+        /// The file.
+        file: String,
+        /// The row.
+        row: usize,
+        /// Fields in the row.
+        found: usize,
+        /// Fields in the header.
+        expected: usize,
+    },
+    /// A field of a column of numbers is something else.
+    #[error(
+        "{file}: row {row}, column {column}: `{value}` is not a number; write a number with a decimal point, or delete the row"
+    )]
+    NotANumber {
+        /// The file.
+        file: String,
+        /// The row.
+        row: usize,
+        /// The column.
+        column: String,
+        /// What stands there.
+        value: String,
+    },
+    /// A field is NaN or infinite.
+    #[error(
+        "{file}: row {row}, column {column}: the value is {value}, not a finite number; delete the row or cut the recording there"
+    )]
+    NotFinite {
+        /// The file.
+        file: String,
+        /// The row.
+        row: usize,
+        /// The column.
+        column: String,
+        /// NaN or an infinity.
+        value: f64,
+    },
+    /// A time stamp is earlier than the one before.
+    #[error(
+        "{file}: row {row}, column t: time goes backwards, from {before} s to {t} s; cut the recording there or sort the rows"
+    )]
+    TimeBackwards {
+        /// The file.
+        file: String,
+        /// The later row.
+        row: usize,
+        /// Time stamp of the row before, s.
+        before: f64,
+        /// Time stamp of this row, s.
+        t: f64,
+    },
+    /// Two rows of different content have one time stamp.
+    #[error(
+        "{file}: row {row}, column t: {t} s again, with other values than the row before; give time stamps that tell the rows apart"
+    )]
+    TimeStandsStill {
+        /// The file.
+        file: String,
+        /// The later row.
+        row: usize,
+        /// The time stamp, s.
+        t: f64,
+    },
+    /// The intervals between time stamps scatter too much for an evenly sampled recording.
+    #[error(
+        "{file}: {irregular} of {intervals} intervals between time stamps differ by more than {percent:.0} % from the sample period of {period} s \
+         (first: {interval} s before row {row}); record at a fixed rate, or resample the recording"
+    )]
+    IrregularTime {
+        /// The file.
+        file: String,
+        /// Intervals that differ.
+        irregular: usize,
+        /// All intervals.
+        intervals: usize,
+        /// The tolerance, per cent.
+        percent: f64,
+        /// The sample period, s.
+        period: f64,
+        /// The first interval that differs, s.
+        interval: f64,
+        /// The row after it.
+        row: usize,
+    },
+    /// Too few rows to know a sample period.
+    #[error("{file}: {rows} rows of data; a recording needs at least {required}")]
+    TooFewRows {
+        /// The file.
+        file: String,
+        /// Rows there are.
+        rows: usize,
+        /// Rows there must be.
+        required: usize,
+    },
+    /// A log was cut off or damaged.
+    #[error("{file}: {what}; `furuta convert {file} OUT.csv` saves what was read")]
+    CutOff {
+        /// The file.
+        file: String,
+        /// How the log ends and how much was read.
+        what: String,
+    },
+    /// A column cannot be stored in a log under its name.
+    #[error(
+        "{file}: column `{column}` has the name of a field of the log ({meaning}) but holds something else; rename it"
+    )]
+    NotLoggable {
+        /// The recording.
+        file: String,
+        /// The column.
+        column: String,
+        /// What the log's field of that name holds.
+        meaning: &'static str,
+    },
+    /// The MCAP log could not be read.
+    #[error("{file}: {reason}")]
+    Log {
+        /// The file.
+        file: String,
+        /// What is wrong with the log, and what to do.
+        reason: String,
+    },
+}

@@ -1,0 +1,252 @@
+//! Recordings of a rig: what they hold, how they are read and checked.
+//!
+//! A recording is a CSV file with a header (columns in any order, `t,u,theta,alpha` required, `#` starts a comment) or an MCAP log of
+//! `furuta run`. Nothing about the data is changed silently: each change is a [`Notice`], and what cannot be mended is a
+//! [`RecordingError`] that names file, row, column and value.
+
+mod checks;
+mod convention;
+mod csv;
+mod error;
+mod mcap;
+mod notice;
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::Path;
+
+pub use checks::{GAP_FACTOR, IRREGULAR_SHARE, JITTER_TOLERATED, MIN_SEGMENT};
+pub use error::RecordingError;
+pub use notice::{Notice, NoticeKind};
+
+/// One run of a rig, evenly sampled but for the gaps between its segments.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// The file's name without its folder.
+    pub name: String,
+    /// Time stamps as recorded, s.
+    pub t: Vec<f64>,
+    /// Motor command, V; that of sample `k` is held until sample `k + 1`.
+    pub u: Vec<f64>,
+    /// Arm angle, rad.
+    pub theta: Vec<f64>,
+    /// Pendulum angle from upright, rad, continuous over turns.
+    pub alpha: Vec<f64>,
+    /// Arm speed, rad/s, where recorded.
+    pub theta_dot: Option<Vec<f64>>,
+    /// Pendulum speed, rad/s, where recorded.
+    pub alpha_dot: Option<Vec<f64>>,
+    /// Further columns, kept as they are.
+    pub extra: Vec<Column>,
+    /// Mean interval between samples, gaps left out, s.
+    pub sample_period: f64,
+    /// The stretches without a gap, as ranges of samples; one range over everything where there is no gap.
+    pub segments: Vec<Range<usize>>,
+    /// The rig file's text, where the recording carries it.
+    pub rig: Option<String>,
+    /// What else the recording says about itself, by key.
+    pub metadata: BTreeMap<String, String>,
+    /// Comments of a CSV file, without the `#`.
+    pub comments: Vec<String>,
+}
+
+/// A column that is kept without being understood.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// Its name in the header.
+    pub name: String,
+    /// Its values, one per sample.
+    pub values: Values,
+}
+
+/// The values of a [`Column`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// Every field is a number or empty (NaN).
+    Numbers(Vec<f64>),
+    /// Some field is neither.
+    Text(Vec<String>),
+}
+
+impl Recording {
+    /// Reads a recording; CSV or MCAP is told by the file's first bytes and its extension. Notices are dropped: see
+    /// [`Self::load_with_notices`].
+    ///
+    /// # Errors
+    /// [`RecordingError`] where the file cannot be read, is damaged or breaks a convention.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, RecordingError> {
+        Self::load_with_notices(path).map(|(recording, _)| recording)
+    }
+
+    /// Reads a recording, with everything that a person should know about it.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_with_notices(
+        path: impl AsRef<Path>,
+    ) -> Result<(Self, Vec<Notice>), RecordingError> {
+        let (recording, notices) = Self::salvage(path)?;
+        let cut_off = notices.iter().find_map(|notice| match &notice.kind {
+            NoticeKind::CutOff { what } => Some(RecordingError::CutOff {
+                file: notice.file.clone(),
+                what: what.clone(),
+            }),
+            _ => None,
+        });
+        cut_off.map_or(Ok((recording, notices)), Err)
+    }
+
+    /// As [`Self::load_with_notices`], but a log that was cut off or damaged gives what was read before that place, with
+    /// [`NoticeKind::CutOff`].
+    ///
+    /// # Errors
+    /// As [`Self::load`]; [`RecordingError::CutOff`] only where nothing at all was read.
+    pub fn salvage(path: impl AsRef<Path>) -> Result<(Self, Vec<Notice>), RecordingError> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path).map_err(|source| RecordingError::Io {
+            path: path.into(),
+            source,
+        })?;
+        let file = path.to_string_lossy();
+        let named_so = path
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
+        if mcap::is_mcap(&bytes) || named_so && !bytes.is_empty() {
+            Self::from_mcap(&file, &bytes)
+        } else {
+            Self::from_csv(&file, &bytes)
+        }
+    }
+
+    /// Reads a recording from the bytes of a CSV file called `file`.
+    ///
+    /// ```
+    /// use furuta_ident::recording::Recording;
+    /// let mut csv = String::from("# bench 2, Tuesday\nalpha,t,u,theta,current\n");
+    /// for k in 0..100 {
+    ///     let t = 0.004 * f64::from(k);
+    ///     csv += &format!("{},{t},{},0.0,0.1\n", 3.14 + 0.1 * t, (9.0 * t).sin());
+    /// }
+    /// let (recording, notices) = Recording::from_csv("swing.csv", csv.as_bytes())?;
+    /// assert_eq!((recording.len(), recording.extra[0].name.as_str()), (100, "current"));
+    /// assert!((recording.sample_period - 0.004).abs() < 1e-12);
+    /// assert_eq!(notices.len(), 1); // it is short
+    ///
+    /// let error = Recording::from_csv("swing.csv", b"t,u,theta\n0,0,0\n").unwrap_err();
+    /// assert!(error.to_string().starts_with("swing.csv: no column `alpha`; found t, u, theta"));
+    /// # Ok::<(), furuta_ident::recording::RecordingError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Self::load`], but for the file system's.
+    pub fn from_csv(file: &str, bytes: &[u8]) -> Result<(Self, Vec<Notice>), RecordingError> {
+        checks::check(csv::parse(file, bytes)?)
+    }
+
+    /// Reads a recording from the bytes of an MCAP log called `file`; one that is cut off gives what is there, as [`Self::salvage`] does.
+    ///
+    /// # Errors
+    /// As [`Self::salvage`], but for the file system's.
+    pub fn from_mcap(file: &str, bytes: &[u8]) -> Result<(Self, Vec<Notice>), RecordingError> {
+        let (table, cut_off) = mcap::parse(file, bytes)?;
+        if let (Some(NoticeKind::CutOff { what }), true) = (&cut_off, table.t.is_empty()) {
+            return Err(RecordingError::CutOff {
+                file: file.into(),
+                what: what.clone(),
+            });
+        }
+        let (recording, notices) = checks::check(table)?;
+        let cut_off = cut_off.map(|kind| Notice {
+            file: file.into(),
+            kind,
+        });
+        Ok((recording, cut_off.into_iter().chain(notices).collect()))
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// Whether there are no samples (never so for a recording that was loaded).
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+
+    /// From the first to the last sample, s, gaps included.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        match (self.t.first(), self.t.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        }
+    }
+
+    /// The recording cut at its gaps: each part is evenly sampled throughout. One without gaps is returned as it is; the parts of
+    /// another are named `name[1]`, `name[2]`, ...
+    #[must_use]
+    pub fn continuous_parts(&self) -> Vec<Self> {
+        if let [only] = self.segments.as_slice()
+            && *only == (0..self.len())
+        {
+            return vec![self.clone()];
+        }
+        self.segments
+            .iter()
+            .enumerate()
+            .map(|(i, range)| {
+                let mut part = self.part(range.clone());
+                part.name = format!("{}[{}]", self.name, i + 1);
+                part
+            })
+            .collect()
+    }
+
+    fn part(&self, range: Range<usize>) -> Self {
+        let cut = |values: &Vec<f64>| values.get(range.clone()).unwrap_or_default().to_vec();
+        let extra = self.extra.iter().map(|column| Column {
+            name: column.name.clone(),
+            values: match &column.values {
+                Values::Numbers(values) => Values::Numbers(cut(values)),
+                Values::Text(values) => {
+                    Values::Text(values.get(range.clone()).unwrap_or_default().to_vec())
+                }
+            },
+        });
+        Self {
+            name: self.name.clone(),
+            t: cut(&self.t),
+            u: cut(&self.u),
+            theta: cut(&self.theta),
+            alpha: cut(&self.alpha),
+            theta_dot: self.theta_dot.as_ref().map(cut),
+            alpha_dot: self.alpha_dot.as_ref().map(cut),
+            extra: extra.collect(),
+            sample_period: self.sample_period,
+            segments: core::iter::once(0..range.len()).collect(),
+            rig: self.rig.clone(),
+            metadata: self.metadata.clone(),
+            comments: self.comments.clone(),
+        }
+    }
+}
+
+/// A table as read, before any check of what its numbers mean. Rows and columns are complete.
+struct Table {
+    /// The path as given, for messages.
+    file: String,
+    t: Vec<f64>,
+    u: Vec<f64>,
+    theta: Vec<f64>,
+    alpha: Vec<f64>,
+    theta_dot: Option<Vec<f64>>,
+    alpha_dot: Option<Vec<f64>>,
+    extra: Vec<Column>,
+    /// Row number of each sample, for messages.
+    rows: Vec<usize>,
+    rig: Option<String>,
+    metadata: BTreeMap<String, String>,
+    comments: Vec<String>,
+}

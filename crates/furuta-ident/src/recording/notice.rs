@@ -1,0 +1,234 @@
+//! What was noticed about a recording that was nevertheless read.
+
+use std::fmt;
+
+/// Something about a recording that a person should know: what was changed while reading it, or what looks wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Notice {
+    /// The file.
+    pub file: String,
+    /// What was noticed.
+    pub kind: NoticeKind,
+}
+
+impl fmt::Display for Notice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.file, self.kind)
+    }
+}
+
+/// What was noticed. Rows are counted as in [`RecordingError`](super::RecordingError).
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum NoticeKind {
+    /// The log was cut off or damaged; what stands before that place was read.
+    CutOff {
+        /// How the log ends and how much was read.
+        what: String,
+    },
+    /// Rows that repeat the row before, time stamp included, were dropped.
+    DuplicatedRows {
+        /// The rows dropped.
+        rows: Vec<usize>,
+    },
+    /// Samples are missing: the recording falls into segments, and no prediction runs across the gap.
+    Gap {
+        /// The row after the gap.
+        row: usize,
+        /// Time before the gap, s.
+        from: f64,
+        /// Time after it, s.
+        to: f64,
+    },
+    /// More gaps than are listed one by one.
+    FurtherGaps {
+        /// How many.
+        count: usize,
+    },
+    /// Single intervals are too long or too short for the sample period; the recording is divided there.
+    IrregularIntervals {
+        /// The rows after them.
+        rows: Vec<usize>,
+        /// The sample period, s.
+        period: f64,
+    },
+    /// Time stamps scatter; the samples are taken as evenly spaced.
+    Jitter {
+        /// The largest deviation of an interval from the sample period, as a fraction of it.
+        largest: f64,
+        /// The sample period, s.
+        period: f64,
+    },
+    /// A segment between gaps is too short to be of use and left out of it.
+    ShortSegment {
+        /// Its first row.
+        row: usize,
+        /// Its number of samples.
+        samples: usize,
+    },
+    /// An angle was recorded modulo a turn and made continuous.
+    Unwrapped {
+        /// The column.
+        column: &'static str,
+        /// The first row at which it jumps.
+        row: usize,
+        /// How often it jumps.
+        jumps: usize,
+    },
+    /// An angle jumps by far more than a sample allows, and not by a turn: left as recorded.
+    Jump {
+        /// The column.
+        column: &'static str,
+        /// The row after the jump.
+        row: usize,
+        /// The jump, rad.
+        by: f64,
+    },
+    /// The recording is too short to say much.
+    TooShort {
+        /// Its duration, s.
+        duration: f64,
+        /// What it should have at least, s.
+        required: f64,
+    },
+    /// The command never changes: nothing about the motor can be told from this recording.
+    ConstantCommand {
+        /// The command, V.
+        value: f64,
+    },
+    /// Neither angle moves.
+    NoMotion,
+    /// An angle looks as if it were in degrees.
+    DegreesSuspected {
+        /// The column.
+        column: &'static str,
+        /// The smallest change in it, which is the encoder's resolution.
+        resolution: f64,
+        /// Its largest size.
+        largest: f64,
+    },
+    /// Time stamps look as if they were not in seconds.
+    TimeUnitSuspected {
+        /// The sample period that they give, s.
+        period: f64,
+        /// The unit that would give a usual rate.
+        unit: &'static str,
+    },
+    /// The pendulum swings about alpha = 0, which should be upright.
+    HangingSuspected,
+    /// The pendulum answers the arm with the wrong sign: theta or alpha is counted the other way.
+    SignSuspected,
+}
+
+/// At most this many rows are listed; the rest are counted.
+const ROWS_LISTED: usize = 8;
+
+struct Rows<'a>(&'a [usize]);
+
+impl fmt::Display for Rows<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.0.len() == 1 { "row " } else { "rows " })?;
+        for (i, row) in self.0.iter().take(ROWS_LISTED).enumerate() {
+            write!(f, "{}{row}", if i == 0 { "" } else { ", " })?;
+        }
+        match self.0.len().saturating_sub(ROWS_LISTED) {
+            0 => Ok(()),
+            more => write!(f, " and {more} more"),
+        }
+    }
+}
+
+impl NoticeKind {
+    /// Whether the recording probably breaks a convention (units, signs, origin), so that a diagnosis of it would blame physics for a
+    /// mistake of recording.
+    #[must_use]
+    pub const fn is_suspicion(&self) -> bool {
+        matches!(
+            self,
+            Self::DegreesSuspected { .. }
+                | Self::TimeUnitSuspected { .. }
+                | Self::HangingSuspected
+                | Self::SignSuspected
+                | Self::Jump { .. }
+        )
+    }
+}
+
+impl fmt::Display for NoticeKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::CutOff { what } => f.write_str(what),
+            Self::DuplicatedRows { rows } => {
+                write!(f, "{} repeat the row before: dropped", Rows(rows))
+            }
+            Self::Gap { row, from, to } => {
+                write!(
+                    f,
+                    "gap before row {row}: no samples from {from} s to {to} s; predictions stop there and start anew"
+                )
+            }
+            Self::FurtherGaps { count } => write!(f, "{count} further gaps, treated alike"),
+            Self::IrregularIntervals { rows, period } => write!(
+                f,
+                "the interval before {} does not fit the sample period of {period} s; predictions stop there and start anew",
+                Rows(rows)
+            ),
+            Self::Jitter { largest, period } => write!(
+                f,
+                "time stamps scatter by up to {:.0} % of the sample period; taken as evenly spaced by {period} s",
+                100.0 * largest
+            ),
+            Self::ShortSegment { row, samples } => {
+                write!(
+                    f,
+                    "the {samples} samples from row {row} on, between two gaps, are too few to be of use and left out"
+                )
+            }
+            Self::Unwrapped { column, row, jumps } => write!(
+                f,
+                "{column} was recorded modulo a turn ({jumps} {}, first at row {row}): made continuous",
+                if *jumps == 1 { "jump" } else { "jumps" }
+            ),
+            Self::Jump { column, row, by } => write!(
+                f,
+                "{column} jumps by {by:.3} rad at row {row}, which is neither motion nor a turn: check the encoder or cut the recording there"
+            ),
+            Self::TooShort { duration, required } => {
+                write!(
+                    f,
+                    "only {duration:.3} s long; record at least {required} s, better 10 s"
+                )
+            }
+            Self::ConstantCommand { value } => {
+                write!(
+                    f,
+                    "the command is {value} V throughout: the motor cannot be told from this recording alone; add one with a changing command"
+                )
+            }
+            Self::NoMotion => write!(
+                f,
+                "neither arm nor pendulum moves: record with a command that moves them"
+            ),
+            Self::DegreesSuspected {
+                column,
+                resolution,
+                largest,
+            } => write!(
+                f,
+                "{column} looks as if it were in degrees (steps of {resolution:.4}, up to {largest:.1}); radians are required: multiply by pi/180"
+            ),
+            Self::TimeUnitSuspected { period, unit } => write!(
+                f,
+                "time stamps {period} apart look as if they were in {unit}; seconds are required"
+            ),
+            Self::HangingSuspected => write!(
+                f,
+                "the pendulum swings about alpha = 0, so alpha looks as if measured from hanging; it must be 0 upright: add pi to it"
+            ),
+            Self::SignSuspected => write!(
+                f,
+                "the pendulum answers the arm with the wrong sign, so theta or alpha looks as if counted the other way: change the sign of one"
+            ),
+        }
+    }
+}
