@@ -1,1 +1,29 @@
-//! Python bindings
+//! The private extension module `furuta._furuta`. What users see, `furuta`, is `python/furuta/__init__.py`; types and docstrings for
+//! editors are in `_furuta.pyi`.
+//!
+//! Every function copies its numbers in, releases the interpreter for the work, and copies the answer out: other Python threads run meanwhile.
+
+mod design;
+mod error;
+mod linear;
+mod matrix;
+mod rig;
+mod simulate;
+
+use pyo3::prelude::*;
+
+/// Rotary inverted pendulum: model, design, diagnosis (private extension; import `furuta`).
+#[pymodule]
+fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    error::register(m)?;
+    m.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    m.add_class::<rig::PyRig>()?;
+    m.add_function(wrap_pyfunction!(rig::catalogue, m)?)?;
+    m.add_function(wrap_pyfunction!(simulate::simulate, m)?)?;
+    m.add_function(wrap_pyfunction!(simulate::measure, m)?)?;
+    m.add_function(wrap_pyfunction!(linear::linearize, m)?)?;
+    m.add_function(wrap_pyfunction!(linear::zero_order_hold, m)?)?;
+    m.add_function(wrap_pyfunction!(design::lqr, m)?)?;
+    m.add_function(wrap_pyfunction!(design::dlqr, m)?)?;
+    Ok(())
+}

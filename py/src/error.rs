@@ -1,0 +1,54 @@
+//! Python's exceptions: one base class, a `ValueError`, and one subclass for each part that can refuse its input.
+
+use pyo3::create_exception;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+create_exception!(
+    furuta,
+    FurutaError,
+    PyValueError,
+    "Anything that furuta refuses: what, where, which value is allowed."
+);
+create_exception!(
+    furuta,
+    RigError,
+    FurutaError,
+    "A rig, rig file, parameter or effect that cannot be."
+);
+create_exception!(
+    furuta,
+    SimulationError,
+    FurutaError,
+    "A simulation that cannot start or left the finite numbers."
+);
+create_exception!(
+    furuta,
+    DesignError,
+    FurutaError,
+    "A design problem without a usable answer."
+);
+
+/// Adds the exceptions to the module.
+pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    let py = m.py();
+    m.add("FurutaError", py.get_type::<FurutaError>())?;
+    m.add("RigError", py.get_type::<RigError>())?;
+    m.add("SimulationError", py.get_type::<SimulationError>())?;
+    m.add("DesignError", py.get_type::<DesignError>())
+}
+
+/// A rig error of the model as Python's.
+pub(crate) fn rig(e: impl std::fmt::Display) -> PyErr {
+    RigError::new_err(e.to_string())
+}
+
+/// A simulation that cannot be as Python's error.
+pub(crate) fn simulation(e: impl std::fmt::Display) -> PyErr {
+    SimulationError::new_err(e.to_string())
+}
+
+/// A design error as Python's.
+pub(crate) fn design(e: impl std::fmt::Display) -> PyErr {
+    DesignError::new_err(e.to_string())
+}

@@ -1,0 +1,118 @@
+//! Linear models of the plant.
+
+use crate::error;
+use crate::matrix::{Matrix, Vector, array, fixed, state};
+use crate::rig::PyRig;
+use furuta_model::State;
+use numpy::PyArray2;
+use pyo3::prelude::*;
+
+type Pair<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
+/// Jacobians of the equations of motion, exact to rounding: x' = A (x - x0) + B (u - u0).
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+/// x : array_like, shape (4,), optional
+///     State [theta, alpha, theta_dot, alpha_dot] in rad and rad/s; upright at rest if not given.
+/// u : float, optional
+///     Motor command in V.
+/// effects : bool, optional
+///     Whether the rig's effects take part. At rest, dry friction holds the arm: a design model is better without it.
+///
+/// Returns
+/// -------
+/// A : numpy.ndarray, shape (4, 4)
+/// B : numpy.ndarray, shape (4, 1)
+///     Per volt of command.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> A, B = furuta.linearize(furuta.Rig.load("shahzad2022-srv02"))
+/// >>> [round(float(v), 2) for v in A[2:, 1]]  # published: 54.06, 109.56
+/// [54.06, 109.56]
+#[pyfunction]
+#[pyo3(signature = (rig, x=None, u=0.0, *, effects=false), text_signature = "(rig, x=None, u=0.0, *, effects=False)")]
+pub(crate) fn linearize<'py>(
+    py: Python<'py>,
+    rig: PyRef<'py, PyRig>,
+    x: Option<Vector<'py>>,
+    u: f64,
+    effects: bool,
+) -> PyResult<Pair<'py>> {
+    let x = x.map_or(Ok(State::upright()), |x| state("x", &x))?;
+    if !u.is_finite() {
+        return Err(error::simulation(format!("u = {u} is not a finite number")));
+    }
+    let plant = if effects {
+        rig.rig.try_plant().map_err(error::rig)?
+    } else {
+        rig.rig.nominal_plant()
+    };
+    let linear = furuta_model::linearize(&plant, x, u);
+    Ok((array(py, &linear.a)?, array(py, &linear.b)?))
+}
+
+/// The sampled system x[k+1] = Ad x[k] + Bd u[k] of x' = A x + B u with u held between samples.
+///
+/// Parameters
+/// ----------
+/// A : array_like, shape (n, n)
+///     n from 1 to 8.
+/// B : array_like, shape (n, 1)
+/// dt : float
+///     Sample period in s.
+///
+/// Returns
+/// -------
+/// Ad : numpy.ndarray, shape (n, n)
+/// Bd : numpy.ndarray, shape (n, 1)
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> Ad, Bd = furuta.zero_order_hold([[0, 1], [0, 0]], [[0], [1]], 0.1)
+/// >>> Ad[0, 1].round(12).item(), Bd[:, 0].round(12).tolist()
+/// (0.1, [0.005, 0.1])
+#[pyfunction]
+#[pyo3(name = "zero_order_hold", text_signature = "(A, B, dt)")]
+pub(crate) fn zero_order_hold<'py>(
+    py: Python<'py>,
+    a: Matrix<'py>,
+    b: Matrix<'py>,
+    dt: f64,
+) -> PyResult<Pair<'py>> {
+    fn sized<'py, const N: usize>(
+        py: Python<'py>,
+        a: &Matrix<'py>,
+        b: &Matrix<'py>,
+        dt: f64,
+    ) -> PyResult<Pair<'py>> {
+        let (ad, bd) = furuta_model::discretize::zero_order_hold(
+            &fixed::<N, N>("A", a)?,
+            &fixed::<N, 1>("B", b)?,
+            dt,
+        );
+        Ok((array(py, &ad)?, array(py, &bd)?))
+    }
+    if !(dt > 0.0 && dt.is_finite()) {
+        return Err(error::design(format!(
+            "dt = {dt} s; a positive number is needed"
+        )));
+    }
+    match a.as_array().nrows() {
+        1 => sized::<1>(py, &a, &b, dt),
+        2 => sized::<2>(py, &a, &b, dt),
+        3 => sized::<3>(py, &a, &b, dt),
+        4 => sized::<4>(py, &a, &b, dt),
+        5 => sized::<5>(py, &a, &b, dt),
+        6 => sized::<6>(py, &a, &b, dt),
+        7 => sized::<7>(py, &a, &b, dt),
+        8 => sized::<8>(py, &a, &b, dt),
+        n => Err(error::design(format!(
+            "A has {n} rows; 1 to 8 are possible"
+        ))),
+    }
+}

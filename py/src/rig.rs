@@ -1,0 +1,241 @@
+//! The class `Rig` and the catalogue of effects.
+
+use crate::error;
+use furuta_model::params::RANGES;
+use furuta_model::{CATALOGUE, Effect, Params, Rig, effects};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyType};
+use std::collections::BTreeMap;
+
+/// A rig: parameters, sensors, limits and effects. Immutable: the `with_...` methods return another one.
+///
+/// Get one with `Rig.load(name or path)` or `Rig.from_toml(text)`.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> rig = furuta.Rig.load("qube-servo-2")
+/// >>> rig.parameters["pendulum.mass"]  # kg
+/// 0.024
+/// >>> heavier = rig.with_parameters({"pendulum.mass": 0.03})
+/// >>> furuta.Rig.from_toml(heavier.to_toml()) == heavier
+/// True
+#[pyclass(name = "Rig", module = "furuta", frozen, eq)]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyRig {
+    pub(crate) rig: Rig,
+}
+
+#[pymethods]
+impl PyRig {
+    /// Names of the built-in rigs.
+    #[classattr]
+    #[pyo3(name = "BUILTIN")]
+    fn builtin() -> Vec<&'static str> {
+        Rig::BUILTIN.to_vec()
+    }
+
+    /// A built-in rig by its name, or else the rig file at this path.
+    #[classmethod]
+    #[pyo3(text_signature = "(name_or_path)")]
+    fn load(_cls: &Bound<'_, PyType>, name_or_path: std::path::PathBuf) -> PyResult<Self> {
+        let rig = Rig::load(&name_or_path.to_string_lossy()).map_err(error::rig)?;
+        Ok(Self { rig })
+    }
+
+    /// A rig from the text of a rig file (TOML).
+    #[classmethod]
+    #[pyo3(text_signature = "(text)")]
+    fn from_toml(_cls: &Bound<'_, PyType>, text: &str) -> PyResult<Self> {
+        Ok(Self {
+            rig: Rig::from_toml(text).map_err(error::rig)?,
+        })
+    }
+
+    /// The rig as the text of a rig file.
+    fn to_toml(&self) -> String {
+        self.rig.to_toml()
+    }
+
+    /// Short name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.rig.name
+    }
+
+    /// Where the numbers come from.
+    #[getter]
+    fn source(&self) -> &str {
+        &self.rig.source
+    }
+
+    /// Physical parameters in SI units by their keys in the rig file, for example `"arm.inertia"`. A copy: see `with_parameters`.
+    #[getter]
+    fn parameters(&self) -> BTreeMap<&'static str, f64> {
+        RANGES
+            .iter()
+            .map(|r| r.key)
+            .zip(self.rig.params.to_array())
+            .collect()
+    }
+
+    /// Counts per revolution of the two encoders.
+    #[getter]
+    fn sensors(&self) -> BTreeMap<&'static str, f64> {
+        let s = &self.rig.sensors;
+        BTreeMap::from([
+            ("arm_counts_per_rev", s.arm_counts_per_rev),
+            ("pendulum_counts_per_rev", s.pendulum_counts_per_rev),
+        ])
+    }
+
+    /// Where a run is stopped (rad, rad/s), or None.
+    #[getter]
+    fn limits(&self) -> BTreeMap<&'static str, Option<f64>> {
+        let l = &self.rig.limits;
+        BTreeMap::from([
+            ("arm_angle", l.arm_angle),
+            ("arm_speed", l.arm_speed),
+            ("pendulum_speed", l.pendulum_speed),
+        ])
+    }
+
+    /// Effects beyond the rigid-body model: parameters (SI) by the effect's id. A copy: see `with_effect`.
+    #[getter]
+    fn effects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for effect in &self.rig.effects {
+            let spec = effect.spec();
+            let values = PyDict::new(py);
+            for (p, v) in spec.parameters.iter().zip(effect.values()) {
+                values.set_item(p.name, v)?;
+            }
+            all.set_item(spec.id, values)?;
+        }
+        Ok(all)
+    }
+
+    /// The same rig with these parameters changed, for example `{"pendulum.mass": 0.03}`.
+    fn with_parameters(&self, parameters: BTreeMap<String, f64>) -> PyResult<Self> {
+        let mut values = self.rig.params.to_array();
+        for (key, value) in parameters {
+            let Some(i) = RANGES.iter().position(|r| r.key == key) else {
+                let known: Vec<_> = RANGES.iter().map(|r| r.key).collect();
+                return Err(error::rig(format!(
+                    "no parameter `{key}`; a rig has {}",
+                    known.join(", ")
+                )));
+            };
+            values[i] = value;
+        }
+        let params = Params::from_array(values);
+        params.validate().map_err(error::rig)?;
+        Ok(Self {
+            rig: Rig {
+                params,
+                ..self.rig.clone()
+            },
+        })
+    }
+
+    /// The same rig with one more effect, or with its parameters replaced where the rig has it already.
+    ///
+    /// Parameters
+    /// ----------
+    /// id : str
+    ///     Its id in the catalogue, for example "arm.coulomb".
+    /// **parameters : float
+    ///     Its parameters in SI units; those not given are 0. See `catalogue`.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import furuta
+    /// >>> furuta.Rig.load("qube-servo-2").with_effect("arm.spring", stiffness=8.6e-4, rest=-0.5).effects
+    /// {'arm.spring': {'stiffness': 0.00086, 'rest': -0.5}}
+    #[pyo3(signature = (id, /, **parameters))]
+    fn with_effect(&self, id: &str, parameters: Option<BTreeMap<String, f64>>) -> PyResult<Self> {
+        let Some(spec) = effects::spec(id) else {
+            let known: Vec<_> = CATALOGUE.iter().map(|s| s.id).collect();
+            return Err(error::rig(format!(
+                "effect `{id}` is not in the catalogue; known are {}",
+                known.join(", ")
+            )));
+        };
+        let mut values = vec![0.0; spec.parameters.len()];
+        for (name, value) in parameters.unwrap_or_default() {
+            let Some(i) = spec.parameters.iter().position(|p| p.name == name) else {
+                let known: Vec<_> = spec.parameters.iter().map(|p| p.name).collect();
+                return Err(error::rig(format!(
+                    "effect `{id}` has no parameter `{name}`; it has {}",
+                    known.join(", ")
+                )));
+            };
+            values[i] = value;
+        }
+        let effect = Effect::new(id, &values).map_err(error::rig)?;
+        let mut rig = self.rig.clone();
+        rig.effects.retain(|e| e.spec().id != id);
+        rig.effects.push(effect);
+        rig.try_plant::<f64>().map_err(error::rig)?;
+        Ok(Self { rig })
+    }
+
+    /// The same rig as its data sheet has it: no effects.
+    fn without_effects(&self) -> Self {
+        Self {
+            rig: Rig {
+                effects: Vec::new(),
+                ..self.rig.clone()
+            },
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        let effects: Vec<_> = self.rig.effects.iter().map(|e| e.spec().id).collect();
+        let with = if effects.is_empty() {
+            String::new()
+        } else {
+            format!(" with {}", effects.join(", "))
+        };
+        format!("<furuta.Rig {:?}{with}>", self.rig.name)
+    }
+
+    /// Pickles as the rig file's text.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        Ok((slf.get_type().getattr("from_toml")?, (slf.get().to_toml(),)))
+    }
+}
+
+/// The effects that this version can simulate and name.
+///
+/// Returns
+/// -------
+/// dict
+///     By id, in the catalogue's order: `name`, `law` (formula), `sentence` (what it is), `shows` (how it looks in data),
+///     `look_alikes` (ids) and `parameters` (SI unit by name).
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> furuta.catalogue()["arm.spring"]["parameters"]
+/// {'stiffness': 'N m/rad', 'rest': 'rad'}
+#[pyfunction]
+#[pyo3(text_signature = "()")]
+pub(crate) fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let all = PyDict::new(py);
+    for spec in CATALOGUE {
+        let entry = PyDict::new(py);
+        entry.set_item("name", spec.name)?;
+        entry.set_item("law", spec.law)?;
+        entry.set_item("sentence", spec.sentence)?;
+        entry.set_item("shows", spec.shows)?;
+        entry.set_item("look_alikes", spec.look_alikes.to_vec())?;
+        let parameters = PyDict::new(py);
+        for p in spec.parameters {
+            parameters.set_item(p.name, p.unit)?;
+        }
+        entry.set_item("parameters", parameters)?;
+        all.set_item(spec.id, entry)?;
+    }
+    Ok(all)
+}
