@@ -1,0 +1,384 @@
+//! The real-time loop: one thread, led by the rig's clock.
+//!
+//! Each sample is answered at once: counts to angles, [`Pilot::process`], command out, record into the ring. Nothing
+//! here allocates, locks or writes to disk after the start. However the loop ends, by its duration, a limit, an error
+//! or a panic of the pilot, the last thing the rig hears is 0 V.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use arrayvec::ArrayVec;
+use furuta_log::{Mode, Record};
+use furuta_model::Limits;
+use furuta_wire::{Hello, Message, Sample, Status};
+
+use crate::delay::DelayMeter;
+use crate::link::Link;
+use crate::pilot::{Decision, Measurement, Pilot};
+use crate::recorder::RecordSender;
+use crate::transport::{Transport, TransportError};
+
+/// Changes of mode that a summary can hold; later ones are only counted.
+const MODE_CHANGES: usize = 64;
+/// The last 0 V is sent so many times, since one frame can be lost. The rig's watchdog is what remains.
+const FAREWELLS: usize = 3;
+
+/// Settings of the loop.
+#[derive(Copy, Clone, Debug)]
+pub struct LoopSettings<'a> {
+    /// The run ends after this time of the rig's clock.
+    pub duration: Duration,
+    /// The run ends where one of these is exceeded.
+    pub limits: Limits,
+    /// The run ends where no sample comes for so long.
+    pub silence: Duration,
+    /// Set from elsewhere, for example on Ctrl-C, to end the run.
+    pub stop: Option<&'a AtomicBool>,
+}
+
+impl LoopSettings<'_> {
+    /// Silence after which a rig counts as dead where nothing else is said: long against any hiccup of an operating
+    /// system, since the rig's own watchdog has long switched the motor off by then.
+    pub const SILENCE: Duration = Duration::from_millis(500);
+}
+
+/// Why a run ended before its time.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The way to the rig.
+    #[error(transparent)]
+    Transport(#[from] TransportError),
+    /// The rig sends no samples (any more).
+    #[error("no sample from the rig for {waited:.1?} (after {samples} samples): see that it is switched on; reset it")]
+    Silent {
+        /// How long was waited.
+        waited: Duration,
+        /// Samples before.
+        samples: u64,
+    },
+    /// The rig began counting anew.
+    #[error("the rig restarted at t = {t:.3} s (sample number fell from {last} to {seq}): see its power supply")]
+    RigReset {
+        /// Time [s].
+        t: f64,
+        /// Number of the last sample before.
+        last: u32,
+        /// Number of the first sample after.
+        seq: u32,
+    },
+    /// A limit of the rig file is exceeded.
+    #[error("{quantity} is {value:.3} {unit} at t = {t:.3} s, its limit is {limit} {unit}: motor off; bring the arm back to its middle")]
+    Limit {
+        /// What.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its limit.
+        limit: f64,
+        /// Unit of both.
+        unit: &'static str,
+        /// Time [s].
+        t: f64,
+    },
+    /// The rig itself found a limit exceeded.
+    #[error("the rig switched its motor off at t = {t:.3} s because a limit of its own is exceeded: bring the arm back to its middle")]
+    RigLimit {
+        /// Time [s].
+        t: f64,
+    },
+    /// Estimator or controller produced what is not a number.
+    #[error("{quantity} is not a finite number at t = {t:.3} s: motor off; see the controller's gains")]
+    NotFinite {
+        /// What.
+        quantity: &'static str,
+        /// Time [s].
+        t: f64,
+    },
+}
+
+/// How a run ended.
+#[derive(Debug)]
+pub enum End {
+    /// Its duration was over.
+    Finished,
+    /// The stop flag was set.
+    Stopped,
+    /// Something was wrong.
+    Failed(RunError),
+}
+
+/// A change of mode.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct ModeChange {
+    /// When [s].
+    pub t: f64,
+    /// The mode from then on.
+    pub mode: Mode,
+}
+
+/// What happened in a run.
+#[derive(Debug)]
+pub struct Summary {
+    /// How it ended.
+    pub end: End,
+    /// The rig's clock from first to last sample [s].
+    pub seconds: f64,
+    /// Samples received.
+    pub samples: u64,
+    /// Samples lost on the wire.
+    pub lost: u64,
+    /// Samples that arrived more than a period later than the promptest.
+    pub late: u64,
+    /// Periods in which the rig heard no valid command and held the last one: the host was late, or the frame lost.
+    pub held: u64,
+    /// Periods in which the rig's watchdog had the motor off after the run had begun.
+    pub watchdog: u64,
+    /// Frames that were not valid.
+    pub bad_frames: u64,
+    /// Records lost because the log's writer did not keep up.
+    pub unlogged: u64,
+    /// First changes of mode, in order.
+    pub modes: ArrayVec<ModeChange, MODE_CHANGES>,
+    /// Number of changes of mode, the first mode included.
+    pub mode_changes: u64,
+    /// Longest time from a sample's arrival to its answer's departure [s].
+    pub compute_max: f64,
+    /// Mean of the same [s].
+    pub compute_mean: f64,
+    /// Longest delay of a sample against the promptest one [s].
+    pub delay_max: f64,
+}
+
+impl Summary {
+    fn new() -> Self {
+        Self {
+            end: End::Finished,
+            seconds: 0.0,
+            samples: 0,
+            lost: 0,
+            late: 0,
+            held: 0,
+            watchdog: 0,
+            bad_frames: 0,
+            unlogged: 0,
+            modes: ArrayVec::new(),
+            mode_changes: 0,
+            compute_max: 0.0,
+            compute_mean: 0.0,
+            delay_max: 0.0,
+        }
+    }
+
+    /// The error that ended the run, if one did.
+    #[must_use]
+    pub fn error(&self) -> Option<&RunError> {
+        match &self.end {
+            End::Failed(error) => Some(error),
+            End::Finished | End::Stopped => None,
+        }
+    }
+}
+
+/// Sends 0 V when dropped, so on every way out, a panic included.
+struct MotorOff<'a, T: Transport> {
+    link: &'a mut Link<T>,
+    seq: u32,
+}
+
+impl<T: Transport> Drop for MotorOff<'_, T> {
+    fn drop(&mut self) {
+        for _ in 0..FAREWELLS {
+            // Where this fails the wire is gone, and the rig's watchdog does it.
+            let _ = self.link.command(self.seq, 0.0);
+        }
+    }
+}
+
+/// Runs the loop until its end.
+///
+/// The summary tells how the run ended; what was recorded up to then is in the log in any case.
+pub fn run<T: Transport, P: Pilot>(
+    link: &mut Link<T>,
+    hello: &Hello,
+    pilot: &P,
+    settings: &LoopSettings<'_>,
+    records: &mut RecordSender,
+) -> Summary {
+    let mut motor = MotorOff { link, seq: 0 };
+    let mut run = Run {
+        summary: Summary::new(),
+        hello,
+        settings,
+        pilot,
+        state: pilot.start(),
+        delay: DelayMeter::new(),
+        begin: Instant::now(),
+        first_t_us: 0,
+        last_seq: None,
+        lost_before: 0,
+    };
+    let end = run.until_the_end(&mut motor, records);
+    let mut summary = run.summary;
+    summary.end = end;
+    summary.bad_frames = motor.link.bad_frames();
+    summary.unlogged = records.lost();
+    summary
+}
+
+/// A loop under way.
+struct Run<'a, P: Pilot> {
+    summary: Summary,
+    hello: &'a Hello,
+    settings: &'a LoopSettings<'a>,
+    pilot: &'a P,
+    state: P::State,
+    delay: DelayMeter,
+    begin: Instant,
+    first_t_us: u64,
+    last_seq: Option<u32>,
+    lost_before: u32,
+}
+
+impl<P: Pilot> Run<'_, P> {
+    fn until_the_end<T: Transport>(&mut self, motor: &mut MotorOff<'_, T>, records: &mut RecordSender) -> End {
+        let mut heard = Instant::now();
+        loop {
+            let message = match motor.link.receive(heard + self.settings.silence) {
+                Ok(message) => message,
+                Err(error) => return End::Failed(error.into()),
+            };
+            let arrived = Instant::now();
+            let Some(message) = message else {
+                let waited = arrived.duration_since(heard);
+                return End::Failed(RunError::Silent { waited, samples: self.summary.samples });
+            };
+            let Message::Sample(sample) = message else { continue };
+            heard = arrived;
+            match self.answer(&sample, arrived, motor, records) {
+                Ok(()) => {}
+                Err(error) => return End::Failed(error),
+            }
+            if self.summary.seconds >= self.settings.duration.as_secs_f64() {
+                return End::Finished;
+            }
+            if self.settings.stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+                return End::Stopped;
+            }
+        }
+    }
+
+    /// One sample: everything that happens in a period.
+    fn answer<T: Transport>(
+        &mut self,
+        sample: &Sample,
+        arrived: Instant,
+        motor: &mut MotorOff<'_, T>,
+        records: &mut RecordSender,
+    ) -> Result<(), RunError> {
+        let Some(periods) = self.periods_since_last(sample)? else {
+            return Ok(()); // the same sample twice: answered already
+        };
+        if self.summary.samples == 0 {
+            self.begin = arrived;
+            self.first_t_us = sample.t_us;
+        }
+        let t = sample.t_us.saturating_sub(self.first_t_us) as f64 * 1e-6;
+        let measurement = Measurement {
+            t,
+            periods,
+            theta: sample.theta.theta(self.hello.arm_counts_per_rev),
+            alpha: sample.alpha.alpha(self.hello.pendulum_counts_per_rev),
+            held: f64::from(sample.volts),
+        };
+        let decision = self.pilot.process(&mut self.state, &measurement);
+        let fault = self.fault(sample, &measurement, &decision);
+        let volts = if fault.is_some() { 0.0 } else { decision.volts };
+        motor.seq = sample.seq;
+        let sent = motor.link.command(sample.seq, volts as f32);
+
+        let compute = arrived.elapsed().as_secs_f64();
+        let delay = self.delay.delay(arrived.duration_since(self.begin).as_secs_f64(), t);
+        self.count(sample, t, decision.mode, compute, delay);
+        records.send(Record {
+            t,
+            u: measurement.held,
+            theta: measurement.theta,
+            alpha: measurement.alpha,
+            theta_dot: decision.theta_dot,
+            alpha_dot: decision.alpha_dot,
+            reference: decision.reference,
+            command: volts,
+            mode: decision.mode,
+            seq: sample.seq,
+            status: sample.status.bits(),
+            lost: self.lost_before,
+            delay,
+            compute,
+        });
+        match fault {
+            Some(fault) => Err(fault),
+            None => Ok(sent?),
+        }
+    }
+
+    /// Periods from the last sample to this one; `None` if this is the last one again.
+    fn periods_since_last(&mut self, sample: &Sample) -> Result<Option<u32>, RunError> {
+        let Some(last) = self.last_seq else {
+            self.last_seq = Some(sample.seq);
+            return Ok(Some(1));
+        };
+        let periods = sample.seq.wrapping_sub(last);
+        if periods == 0 {
+            return Ok(None);
+        }
+        if periods > u32::MAX / 2 {
+            return Err(RunError::RigReset { t: self.summary.seconds, last, seq: sample.seq });
+        }
+        self.last_seq = Some(sample.seq);
+        self.lost_before = periods - 1;
+        self.summary.lost += u64::from(self.lost_before);
+        Ok(Some(periods))
+    }
+
+    fn count(&mut self, sample: &Sample, t: f64, mode: Mode, compute: f64, delay: f64) {
+        let s = &mut self.summary;
+        s.samples += 1;
+        s.seconds = t;
+        // The first two samples were sent before the rig could have heard from us.
+        if s.samples > 2 {
+            s.held += u64::from(sample.status.contains(Status::HELD));
+            s.watchdog += u64::from(sample.status.contains(Status::WATCHDOG));
+        }
+        s.late += u64::from(delay > f64::from(self.hello.period_us) * 1e-6);
+        s.delay_max = s.delay_max.max(delay);
+        s.compute_max = s.compute_max.max(compute);
+        s.compute_mean += (compute - s.compute_mean) / s.samples as f64;
+        if s.modes.last().is_none_or(|last| last.mode != mode) {
+            s.mode_changes += 1;
+            // A full list keeps its first entries.
+            let _ = s.modes.try_push(ModeChange { t, mode });
+        }
+    }
+
+    fn fault(&self, sample: &Sample, m: &Measurement, d: &Decision) -> Option<RunError> {
+        let t = m.t;
+        let numbers = [("arm speed", d.theta_dot), ("pendulum speed", d.alpha_dot), ("command", d.volts)];
+        for (quantity, value) in numbers {
+            if !value.is_finite() {
+                return Some(RunError::NotFinite { quantity, t });
+            }
+        }
+        let Limits { arm_angle, arm_speed, pendulum_speed } = self.settings.limits;
+        let limited = [
+            ("arm angle", m.theta, arm_angle, "rad"),
+            ("arm speed", d.theta_dot, arm_speed, "rad/s"),
+            ("pendulum speed", d.alpha_dot, pendulum_speed, "rad/s"),
+        ];
+        for (quantity, value, limit, unit) in limited {
+            if let Some(limit) = limit.filter(|limit| value.abs() > *limit) {
+                return Some(RunError::Limit { quantity, value, limit, unit, t });
+            }
+        }
+        sample.status.contains(Status::LIMIT).then_some(RunError::RigLimit { t })
+    }
+}

@@ -1,0 +1,7 @@
+//! An emulated rig: it speaks the same bytes as a real one and integrates a model, in which effects can be hidden.
+
+mod pty;
+mod rig;
+
+pub use pty::{Pace, PtyError, PtyRig};
+pub use rig::{EmulatedRig, Emulation, EmulationError};

@@ -1,0 +1,381 @@
+//! The rig's side of the protocol with a model in place of motor, arm and pendulum. No I/O, no clock: bytes in, ticks
+//! out, so that the same rig runs in real time, as fast as it can, or in a unit test.
+
+use std::f64::consts::{PI, TAU};
+
+use arrayvec::ArrayVec;
+use furuta_model::{Effect, Plant, PlantError, PlantState, Rig, State};
+use furuta_wire::{
+    ArmCounts, Decoder, Hello, Message, PROTOCOL_VERSION, PendulumCounts, RIG_NAME_CAPACITY, RigLimits, RigName,
+    Sample, Status,
+};
+
+/// Longest step of the integrator [s]: RK4 then errs by less than an encoder count on all built-in rigs.
+const MAX_STEP: f64 = 1e-3;
+/// Speeds for the limits are taken over this many periods, since a single count per period is already fast.
+const SPEED_WINDOW: usize = 10;
+
+/// Settings of an emulated rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Emulation {
+    /// Sampling period [us].
+    pub period_us: u32,
+    /// Effects that act in addition to those of the rig file, and that nobody is told of.
+    pub hidden: Vec<Effect<f64>>,
+    /// State at power-on. The encoders count from arm 0 and pendulum hanging whatever it is.
+    pub start: State<f64>,
+    /// Periods without a valid command after which the motor is switched off.
+    pub watchdog_periods: u16,
+}
+
+impl Default for Emulation {
+    /// 500 Hz, nothing hidden, hanging at rest, watchdog after 10 periods (20 ms).
+    fn default() -> Self {
+        Self { period_us: 2000, hidden: Vec::new(), start: State::new(0.0, PI, 0.0, 0.0), watchdog_periods: 10 }
+    }
+}
+
+/// A rig cannot be emulated as asked.
+#[derive(Copy, Clone, Debug, PartialEq, thiserror::Error)]
+pub enum EmulationError {
+    /// The plant cannot have these effects, or not at this period.
+    #[error("{0}")]
+    Plant(PlantError),
+    /// The sampling period is outside its range.
+    #[error("sampling period is {period_us} us, must be between 100 and 100000")]
+    Period {
+        /// The period asked for [us].
+        period_us: u32,
+    },
+}
+
+impl From<PlantError> for EmulationError {
+    fn from(error: PlantError) -> Self {
+        Self::Plant(error)
+    }
+}
+
+/// An emulated rig.
+///
+/// ```
+/// use furuta_hw::{EmulatedRig, Emulation};
+/// use furuta_model::Rig;
+/// use furuta_wire::{Command, MAX_FRAME, Message, Status, encode};
+///
+/// let rig = Rig::builtin("qube-servo-2").expect("built in");
+/// let mut rig = EmulatedRig::new(&rig, &Emulation::default())?;
+/// assert!(rig.tick().status.contains(Status::WATCHDOG)); // nobody has commanded anything yet
+///
+/// let mut buffer = [0; MAX_FRAME];
+/// rig.receive(encode(&Message::Command(Command { seq: 0, volts: 1.0 }), &mut buffer)?);
+/// assert_eq!(rig.tick().volts, 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct EmulatedRig {
+    plant: Plant<f64>,
+    state: PlantState<f64>,
+    hello: Hello,
+    substeps: u32,
+    decoder: Decoder,
+    queried: bool,
+    fresh: Option<f32>,
+    refused: bool,
+    answered: bool,
+    held: f32,
+    silent: u32,
+    commanded: bool,
+    seq: u32,
+    t_us: u64,
+    recent: ArrayVec<[i32; 2], SPEED_WINDOW>,
+}
+
+impl EmulatedRig {
+    /// An emulated rig at power-on.
+    ///
+    /// # Errors
+    /// [`EmulationError`].
+    pub fn new(rig: &Rig, emulation: &Emulation) -> Result<Self, EmulationError> {
+        let Emulation { period_us, start, watchdog_periods, .. } = *emulation;
+        if !(100..=100_000).contains(&period_us) {
+            return Err(EmulationError::Period { period_us });
+        }
+        let effects: Vec<_> = rig.effects.iter().chain(&emulation.hidden).copied().collect();
+        let plant = Plant::new(&rig.params, &effects)?;
+        let period = f64::from(period_us) * 1e-6;
+        // At least 1 and at most 100, by the range of the period.
+        let substeps = (period / MAX_STEP).ceil().max(1.0) as u32;
+        plant.check_period(period / f64::from(substeps))?;
+        let limit = |limit: Option<f64>| limit.map(|l| l as f32);
+        let hello = Hello {
+            version: PROTOCOL_VERSION,
+            rig: short_name(&rig.name),
+            period_us,
+            arm_counts_per_rev: rig.sensors.arm_counts_per_rev,
+            pendulum_counts_per_rev: rig.sensors.pendulum_counts_per_rev,
+            command_limit: rig.params.motor.command_limit as f32,
+            limits: RigLimits {
+                arm_angle: limit(rig.limits.arm_angle),
+                arm_speed: limit(rig.limits.arm_speed),
+                pendulum_speed: limit(rig.limits.pendulum_speed),
+            },
+            watchdog_periods,
+        };
+        Ok(Self {
+            state: plant.rest(start),
+            plant,
+            hello,
+            substeps,
+            decoder: Decoder::new(),
+            queried: false,
+            fresh: None,
+            refused: false,
+            answered: false,
+            held: 0.0,
+            silent: 0,
+            commanded: false,
+            seq: 0,
+            t_us: 0,
+            recent: ArrayVec::new(),
+        })
+    }
+
+    /// Sampling period [us].
+    #[must_use]
+    pub fn period_us(&self) -> u32 {
+        self.hello.period_us
+    }
+
+    /// True state of the emulated mechanics: what no real rig would tell.
+    #[must_use]
+    pub fn state(&self) -> State<f64> {
+        self.state.x
+    }
+
+    /// Pushes the mechanics to another state, as a hand would.
+    pub fn set_state(&mut self, x: State<f64>) {
+        self.state.x = x;
+    }
+
+    /// Takes bytes from the host.
+    pub fn receive(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            match self.decoder.push(byte) {
+                Some(Ok(Message::Command(command))) => {
+                    // seq belongs to the sample before the current one at the latest; commands are not reordered on a
+                    // wire, so the newest is the last.
+                    self.answered |= command.seq == self.seq.wrapping_sub(1);
+                    if command.volts.is_finite() {
+                        self.fresh = Some(command.volts);
+                    } else {
+                        self.refused = true;
+                    }
+                }
+                Some(Ok(Message::Query(_)) | Err(furuta_wire::FrameError::Version { .. })) => self.queried = true,
+                _ => {}
+            }
+        }
+    }
+
+    /// The answer to a query, if one came since the last call.
+    pub fn hello(&mut self) -> Option<Hello> {
+        std::mem::take(&mut self.queried).then_some(self.hello)
+    }
+
+    /// True if the last sample has been answered, with whatever voltage.
+    #[must_use]
+    pub fn is_answered(&self) -> bool {
+        self.answered
+    }
+
+    /// One tick: latches the newest command, reads the encoders, and moves the mechanics on to the next tick.
+    pub fn tick(&mut self) -> Sample {
+        let period = f64::from(self.hello.period_us) * 1e-6;
+        let [theta, alpha] = self.plant.measure(&self.state);
+        let counts = [
+            to_counts(theta, self.hello.arm_counts_per_rev),
+            to_counts(alpha - PI, self.hello.pendulum_counts_per_rev),
+        ];
+        let (volts, status) = self.latch(counts);
+        let sample = Sample {
+            seq: self.seq,
+            t_us: self.t_us,
+            theta: ArmCounts(counts[0]),
+            alpha: PendulumCounts(counts[1]),
+            volts,
+            status,
+        };
+        let h = period / f64::from(self.substeps);
+        for _ in 0..self.substeps {
+            self.plant.step(&mut self.state, f64::from(volts), h);
+        }
+        self.seq = self.seq.wrapping_add(1);
+        self.t_us += u64::from(self.hello.period_us);
+        sample
+    }
+
+    /// The voltage from this tick on, and why.
+    fn latch(&mut self, counts: [i32; 2]) -> (f32, Status) {
+        let mut status = Status::OK;
+        self.answered = false;
+        if std::mem::take(&mut self.refused) {
+            status = status | Status::REFUSED;
+        }
+        if let Some(volts) = self.fresh.take() {
+            let limit = self.hello.command_limit;
+            if volts.abs() > limit {
+                status = status | Status::CLIPPED;
+            }
+            self.held = volts.clamp(-limit, limit);
+            self.silent = 0;
+            self.commanded = true;
+        } else {
+            self.silent = self.silent.saturating_add(1);
+            status = status | Status::HELD;
+        }
+        if !self.commanded || self.silent >= u32::from(self.hello.watchdog_periods) {
+            self.held = 0.0;
+            status = status | Status::WATCHDOG;
+        }
+        if self.beyond_limits(counts) {
+            self.held = 0.0;
+            status = status | Status::LIMIT;
+        }
+        (self.held, status)
+    }
+
+    fn beyond_limits(&mut self, counts: [i32; 2]) -> bool {
+        let angle = |counts: i32, per_rev: f64| f64::from(counts) * TAU / per_rev;
+        let RigLimits { arm_angle, arm_speed, pendulum_speed } = self.hello.limits;
+        let (arm, pendulum) = (self.hello.arm_counts_per_rev, self.hello.pendulum_counts_per_rev);
+        let mut speeds = [0.0; 2];
+        if self.recent.is_full() {
+            let old = self.recent.remove(0);
+            let window = SPEED_WINDOW as f64 * f64::from(self.hello.period_us) * 1e-6;
+            speeds = [
+                angle(counts[0].wrapping_sub(old[0]), arm) / window,
+                angle(counts[1].wrapping_sub(old[1]), pendulum) / window,
+            ];
+        }
+        self.recent.push(counts);
+        let beyond = |value: f64, limit: Option<f32>| limit.is_some_and(|l| value.abs() > f64::from(l));
+        beyond(angle(counts[0], arm), arm_angle) || beyond(speeds[0], arm_speed) || beyond(speeds[1], pendulum_speed)
+    }
+}
+
+/// Encoder counts at an angle, to the nearest count. A cast saturates, so that a state gone wild makes no panic.
+fn to_counts(angle: f64, per_rev: f64) -> i32 {
+    (angle * per_rev / TAU).round() as i32
+}
+
+/// The first bytes of a name that fit, cut between characters.
+fn short_name(name: &str) -> RigName {
+    let mut short = RigName::new();
+    for c in name.chars() {
+        if short.len() + c.len_utf8() > RIG_NAME_CAPACITY {
+            break;
+        }
+        short.push(c);
+    }
+    short
+}
+
+#[cfg(test)]
+mod tests {
+    use furuta_wire::{Command, MAX_FRAME, Query, encode};
+
+    use super::*;
+
+    fn rig(limits: furuta_model::Limits) -> EmulatedRig {
+        let rig = Rig { limits, ..Rig::builtin("qube-servo-2").expect("built in") };
+        EmulatedRig::new(&rig, &Emulation::default()).expect("valid")
+    }
+
+    fn say(rig: &mut EmulatedRig, message: Message) {
+        let mut buffer = [0; MAX_FRAME];
+        rig.receive(encode(&message, &mut buffer).expect("fits"));
+    }
+
+    fn command(rig: &mut EmulatedRig, volts: f32) {
+        say(rig, Message::Command(Command { seq: 0, volts }));
+    }
+
+    #[test]
+    fn a_hanging_rig_reads_zero_counts_and_stays() {
+        let mut rig = rig(Default::default());
+        for k in 0..100 {
+            let sample = rig.tick();
+            assert_eq!((sample.seq, sample.t_us), (k, u64::from(k) * 2000));
+            assert_eq!((sample.theta, sample.alpha), (ArmCounts(0), PendulumCounts(0)));
+        }
+    }
+
+    #[test]
+    fn watchdog_switches_the_motor_off_and_a_command_on_again() {
+        let mut rig = rig(Default::default());
+        command(&mut rig, 2.0);
+        let volts: Vec<_> = (0..14).map(|_| rig.tick()).collect();
+        for (k, sample) in volts.iter().enumerate() {
+            // The command's own tick, then nine held ones; the tenth silent period trips the watchdog.
+            assert_eq!(sample.volts, if k < 10 { 2.0 } else { 0.0 }, "tick {k}");
+            assert_eq!(sample.status.contains(Status::WATCHDOG), k >= 10, "tick {k}");
+            assert_eq!(sample.status.contains(Status::HELD), k >= 1, "tick {k}");
+        }
+        command(&mut rig, -1.0);
+        assert_eq!((rig.tick().volts, Status::OK), (-1.0, Status::OK));
+    }
+
+    #[test]
+    fn commands_are_clipped_and_nan_is_refused() {
+        let mut rig = rig(Default::default());
+        command(&mut rig, 1e9);
+        let sample = rig.tick();
+        assert_eq!((sample.volts, sample.status), (10.0, Status::CLIPPED));
+        for bad in [f32::NAN, f32::INFINITY] {
+            command(&mut rig, bad);
+            let sample = rig.tick();
+            assert!(sample.volts.is_finite() && sample.status.contains(Status::REFUSED | Status::HELD));
+        }
+    }
+
+    #[test]
+    fn beyond_a_limit_the_motor_is_off() {
+        let limits = furuta_model::Limits { arm_angle: Some(0.5), ..Default::default() };
+        let mut rig = rig(limits);
+        let mut tripped = None;
+        for _ in 0..1000 {
+            command(&mut rig, 3.0);
+            let sample = rig.tick();
+            let theta = sample.theta.theta(2048.0);
+            assert_eq!(theta.abs() > 0.5, sample.status.contains(Status::LIMIT));
+            if sample.status.contains(Status::LIMIT) {
+                assert_eq!(sample.volts, 0.0);
+                tripped = Some(theta);
+            }
+        }
+        assert!(tripped.is_some(), "3 V drive the arm beyond 0.5 rad");
+    }
+
+    #[test]
+    fn queries_are_answered_once_even_from_another_version() {
+        let mut rig = rig(Default::default());
+        assert_eq!(rig.hello(), None);
+        say(&mut rig, Message::Query(Query { version: PROTOCOL_VERSION + 1 }));
+        assert_eq!(rig.hello().map(|h| h.rig.to_string()), Some("qube-servo-2".to_owned()));
+        assert_eq!(rig.hello(), None);
+    }
+
+    #[test]
+    fn settings_out_of_range_are_refused() {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let period = |period_us| EmulatedRig::new(&rig, &Emulation { period_us, ..Emulation::default() });
+        assert!(matches!(period(0), Err(EmulationError::Period { period_us: 0 })));
+        let hidden = vec![Effect::new("motor.bias", &[0.1]).expect("valid"); 20];
+        assert!(EmulatedRig::new(&rig, &Emulation { hidden, ..Emulation::default() }).is_err());
+    }
+
+    #[test]
+    fn a_long_name_is_cut_between_characters() {
+        assert_eq!(short_name(&"ä".repeat(40)).as_str(), "ä".repeat(16));
+    }
+}

@@ -1,0 +1,27 @@
+//! Rigs and the real-time loop.
+//!
+//! | Module | What |
+//! |---|---|
+//! | [`transport`] | ways to reach a rig: serial port |
+//! | [`link`] | messages in place of bytes |
+//! | [`emulate`] | an emulated rig behind a pseudo-terminal |
+//! | [`control_loop`] | the loop: sample in, command out, record into a ring |
+//! | [`pilot`] | what decides about the motor: open-loop tests, swing-up and balance |
+//! | [`recorder`] | the log's writer, in a thread of its own |
+
+pub mod control_loop;
+mod delay;
+pub mod emulate;
+pub mod excitation;
+pub mod link;
+pub mod pilot;
+pub mod recorder;
+pub mod transport;
+
+pub use control_loop::{End, LoopSettings, ModeChange, RunError, Summary, run};
+pub use emulate::{EmulatedRig, Emulation, EmulationError, Pace, PtyError, PtyRig};
+pub use excitation::{Chirp, Excitation, Multisine, Steps};
+pub use link::{Link, LinkError};
+pub use pilot::{Decision, Measurement, Pilot};
+pub use recorder::{RecordSender, Recorded, Recorder};
+pub use transport::{SerialTransport, Transport, TransportError};

@@ -1,0 +1,178 @@
+//! Logging off the loop: the loop pushes records into a lock-free ring, a thread of its own encodes and writes them. A
+//! slow or full disk costs records, never time.
+
+use std::io::{Seek, Write};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use furuta_log::{LogError, LogWriter, Record};
+use rtrb::{Consumer, Producer, RingBuffer};
+
+/// Records the ring holds: 16 s at 500 Hz, 2 MB. A disk that stalls for longer costs records.
+const CAPACITY: usize = 8192;
+/// How often the writer looks for records.
+const POLL: Duration = Duration::from_millis(5);
+
+/// The loop's end of the ring.
+#[derive(Debug)]
+pub struct RecordSender {
+    ring: Option<Producer<Record>>,
+    lost: u64,
+}
+
+impl RecordSender {
+    /// For a run without a log.
+    #[must_use]
+    pub fn nowhere() -> Self {
+        Self { ring: None, lost: 0 }
+    }
+
+    /// Hands a record over, without waiting. A full ring loses it, counted.
+    pub fn send(&mut self, record: Record) {
+        if let Some(ring) = &mut self.ring
+            && ring.push(record).is_err()
+        {
+            self.lost += 1;
+        }
+    }
+
+    /// Records lost because the writer did not keep up.
+    #[must_use]
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+}
+
+/// The writer's end of the ring.
+#[derive(Debug)]
+pub struct Recorder {
+    thread: JoinHandle<Recorded>,
+}
+
+/// What became of a log.
+#[derive(Debug)]
+pub struct Recorded {
+    /// Records written.
+    pub records: u64,
+    /// Why the log ends early, where it does.
+    pub error: Option<LogError>,
+}
+
+impl Recorder {
+    /// Starts the writer's thread.
+    ///
+    /// # Errors
+    /// The system starts no thread.
+    pub fn start<W>(log: LogWriter<W>) -> std::io::Result<(RecordSender, Self)>
+    where
+        W: Write + Seek + Send + 'static,
+    {
+        let (producer, consumer) = RingBuffer::new(CAPACITY);
+        let thread =
+            std::thread::Builder::new().name("log-writer".to_owned()).spawn(move || write_all(consumer, log))?;
+        Ok((RecordSender { ring: Some(producer), lost: 0 }, Self { thread }))
+    }
+
+    /// Waits until everything sent is written and the log is ended. The sender must have been dropped; it ends the log.
+    #[must_use]
+    pub fn finish(self) -> Recorded {
+        // The writer does not panic; were it to, the log is as long as its last chunk.
+        self.thread.join().unwrap_or(Recorded { records: 0, error: None })
+    }
+}
+
+fn write_all<W: Write + Seek>(mut ring: Consumer<Record>, mut log: LogWriter<W>) -> Recorded {
+    loop {
+        // Asked before the ring is emptied: what was sent before the sender was dropped is seen below.
+        let last_round = ring.is_abandoned();
+        while let Ok(record) = ring.pop() {
+            if let Err(error) = log.write(&record) {
+                // The sender notices nothing but that the ring fills up: the loop must go on without a log.
+                return Recorded { records: log.written(), error: Some(error) };
+            }
+        }
+        if last_round {
+            let records = log.written();
+            return Recorded { records, error: log.finish().err() };
+        }
+        std::thread::sleep(POLL);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{self, Cursor, SeekFrom};
+    use std::time::Instant;
+
+    use furuta_log::Metadata;
+
+    use super::*;
+
+    /// A disk that takes its time, and no more than `room` bytes.
+    struct BadDisk {
+        bytes: Cursor<Vec<u8>>,
+        room: usize,
+        stall: Duration,
+    }
+
+    impl Write for BadDisk {
+        fn write(&mut self, buf: &[u8]) -> io::Result<usize> {
+            std::thread::sleep(self.stall);
+            if self.bytes.get_ref().len() + buf.len() > self.room {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            self.bytes.write(buf)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl Seek for BadDisk {
+        fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+            self.bytes.seek(to)
+        }
+    }
+
+    fn record_to(disk: BadDisk, records: u32) -> (Duration, u64, Recorded) {
+        let log = LogWriter::new(disk, &Metadata::default()).expect("room for the metadata");
+        let (mut sender, recorder) = Recorder::start(log).expect("a thread");
+        let start = Instant::now();
+        for seq in 0..records {
+            sender.send(Record { t: f64::from(seq) * 0.002, seq, ..Record::default() });
+        }
+        let (took, lost) = (start.elapsed(), sender.lost());
+        drop(sender);
+        (took, lost, recorder.finish())
+    }
+
+    #[test]
+    fn a_slow_disk_does_not_slow_the_sender() {
+        let stall = Duration::from_millis(5); // the log takes several hundred writes: more than a second
+        let disk = BadDisk { bytes: Cursor::default(), room: usize::MAX, stall };
+        let (took, lost, recorded) = record_to(disk, 2000);
+        assert!(took < Duration::from_millis(500), "{took:?}"); // a push takes 10 ns; the bound is for busy machines
+        assert_eq!((lost, recorded.records), (0, 2000));
+        assert!(recorded.error.is_none());
+    }
+
+    #[test]
+    fn a_full_disk_is_told_at_the_end() {
+        let disk = BadDisk { bytes: Cursor::default(), room: 20_000, stall: Duration::ZERO };
+        let (_, _, recorded) = record_to(disk, 5000);
+        assert!(recorded.records < 5000);
+        assert!(matches!(recorded.error, Some(LogError::Write(_))));
+    }
+
+    #[test]
+    fn a_full_ring_loses_records_and_counts_them() {
+        let (mut producer, _consumer) = RingBuffer::new(2);
+        producer.push(Record::default()).expect("room");
+        let mut sender = RecordSender { ring: Some(producer), lost: 0 };
+        for _ in 0..4 {
+            sender.send(Record::default());
+        }
+        assert_eq!(sender.lost(), 3);
+    }
+}
