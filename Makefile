@@ -1,0 +1,74 @@
+# What one can do here. `make demo` and `make test` set up everything they need: only Rust and Python >= 3.10 are assumed.
+#
+#   make demo    no hardware: an emulated rig hides an effect, is balanced, logged, diagnosed and repaired; writes a report
+#   make test    every test, Rust and Python
+#   make lint    formatting, clippy, the crates for the microcontroller, documentation: warnings are errors
+#   make py      the Python package `furuta`, into .venv
+#   make docs    the Rust documentation, target/doc/furuta_model/index.html
+#   make bench   benchmarks (criterion)
+#   make no-std  the crates without an operating system, for a Cortex-M4F
+#   make clean   removes what was built, .venv included
+
+SHELL := /bin/bash -eu -o pipefail
+.DEFAULT_GOAL := help
+CARGO ?= cargo
+# The first Python that is new enough; `make PYTHON=/path/to/python test` decides otherwise.
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11 python3.10; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null && { echo $$p; break; }; done)
+VENV := .venv
+# PyO3 asks this interpreter for its version; one answer for every build, or cargo builds it again each time.
+export PYO3_PYTHON := $(CURDIR)/$(VENV)/bin/python
+# Where the Python tests find the command-line program (as maturin and cargo do, this honours CARGO_TARGET_DIR).
+TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
+
+.PHONY: help demo build test test-rust test-python lint fmt no-std docs bench py clean
+
+help:
+	@sed -n 's/^#   //p' Makefile
+
+build:
+	$(CARGO) build --release --locked
+
+demo: build
+	$(TARGET)/release/furuta demo
+
+test: test-rust test-python
+
+# The Python extension cannot be linked into a Rust test; it is tested from Python.
+test-rust:
+	$(CARGO) test --workspace --exclude furuta-py --locked
+
+test-python: py build
+	FURUTA_CLI=$(TARGET)/release/furuta $(VENV)/bin/python -m pytest
+
+# The virtual environment is made anew when the requirements change.
+$(VENV)/ready: py/requirements-test.txt
+	@test -n "$(PYTHON)" || { echo "no Python 3.10 or newer found: install one, or say make PYTHON=/path/to/python"; exit 1; }
+	rm -rf $(VENV)
+	$(PYTHON) -m venv $(VENV) || { echo "this Python has no venv module (Debian, Ubuntu: apt install python3-venv)"; rm -rf $(VENV); exit 1; }
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check -r py/requirements-test.txt
+	touch $@
+
+py: $(VENV)/ready
+	VIRTUAL_ENV=$(CURDIR)/$(VENV) $(VENV)/bin/maturin develop --release --locked --quiet
+
+lint: $(VENV)/ready no-std
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --locked
+
+fmt:
+	$(CARGO) fmt --all
+
+no-std:
+	bash .ci/no-std
+
+docs: $(VENV)/ready
+	$(CARGO) doc --workspace --no-deps --locked
+
+bench:
+	$(CARGO) bench -p furuta-benches --locked
+
+clean:
+	$(CARGO) clean
+	rm -rf $(VENV)
