@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
+__all__: list[str]
 __version__: str
 
 class FurutaError(ValueError): ...
