@@ -6,7 +6,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
-__all__: list[str]
+__all__ = [
+    "DesignError",
+    "FurutaError",
+    "Rig",
+    "RigError",
+    "SimulationError",
+    "__version__",
+    "catalogue",
+    "dlqr",
+    "linearize",
+    "lqr",
+    "measure",
+    "simulate",
+    "zero_order_hold",
+]
+
 __version__: str
 
 class FurutaError(ValueError): ...
