@@ -3,3 +3,4 @@
 
 pub mod diagnose;
 pub mod recording;
+pub mod report;

@@ -351,14 +351,14 @@ impl Diagnosis {
     }
 
     fn effect_names(&self) -> String {
-        let names: Vec<&str> = self
+        let names: Vec<String> = self
             .effects
             .iter()
-            .map(|effect| effect.name.as_str())
+            .map(|effect| within_sentence(&effect.name))
             .collect();
         match names.as_slice() {
             [] => "nothing".into(),
-            [only] => (*only).into(),
+            [only] => only.clone(),
             [first @ .., last] => format!("{} and {last}", first.join(", ")),
         }
     }
@@ -480,6 +480,21 @@ pub(crate) fn significant(value: f64, digits: usize) -> String {
     format!("{value:.decimals$}")
 }
 
+/// A name as it stands within a sentence: its first letter small, but for names of people.
+fn within_sentence(name: &str) -> String {
+    let mut characters = name.chars();
+    match characters.next() {
+        Some(first)
+            if !["Coulomb", "Stribeck", "Dahl"]
+                .iter()
+                .any(|person| name.starts_with(person)) =>
+        {
+            first.to_lowercase().collect::<String>() + characters.as_str()
+        }
+        _ => name.into(),
+    }
+}
+
 fn not_a_number() -> f64 {
     f64::NAN
 }
@@ -510,7 +525,7 @@ mod tests {
         let mut diagnosis = Diagnosis::new(Verdict::MissingEffects);
         diagnosis.effects.push(NamedEffect {
             id: "arm.spring".into(),
-            name: "a spring on the arm".into(),
+            name: "Spring on the arm".into(),
             parameters: BTreeMap::from([
                 (
                     "stiffness".into(),
@@ -597,7 +612,7 @@ mod tests {
         let sentence = spring().sentence();
         assert_eq!(
             sentence,
-            "The model is missing a spring on the arm: adding it brings the prediction error of the arm from 0.46 to 0.060 rad."
+            "The model is missing spring on the arm: adding it brings the prediction error of the arm from 0.46 to 0.060 rad."
         );
     }
 

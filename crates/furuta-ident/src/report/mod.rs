@@ -1,0 +1,62 @@
+//! The report: one self-contained HTML page, readable without a network, in light and dark.
+
+mod charts;
+mod encode;
+mod sections;
+
+use crate::diagnose::result::{Curves, Diagnosis};
+
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+
+/// The report of a diagnosis as one HTML page: verdict, what is missing, measured against predicted (zoomable), where the gap sits, evidence,
+/// parameters, held-out and verified predictions, what to measure next. Sections for which there is nothing are left out.
+///
+/// The page stays below some 3 MB: longer recordings are shown at every second, third, ... sample, which it says.
+///
+/// ```
+/// use furuta_ident::diagnose::result::{Curves, Diagnosis, Verdict};
+/// let page = furuta_ident::report::html(&Diagnosis::new(Verdict::NoGap), &Curves::default());
+/// assert!(page.starts_with("<!doctype html>") && page.contains("nothing is missing"));
+/// ```
+#[must_use]
+pub fn html(diagnosis: &Diagnosis, curves: &Curves) -> String {
+    let title = if curves.rig.is_empty() {
+        "Diagnosis".into()
+    } else {
+        format!("Diagnosis of {}", escape(&curves.rig))
+    };
+    let body = [
+        sections::verdict(diagnosis, curves),
+        sections::effects(diagnosis, curves),
+        sections::runs(diagnosis, curves),
+        sections::location(diagnosis, curves),
+        sections::evidence(diagnosis, curves),
+        sections::parameters(diagnosis),
+        sections::verification(diagnosis, curves),
+        sections::next_experiment(diagnosis),
+        sections::notices(diagnosis),
+        sections::footer(diagnosis),
+    ]
+    .concat();
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
+    )
+}
+
+/// Text made safe between tags and in attributes: names of files and rigs come from outside.
+fn escape(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            '\'' => safe.push_str("&#39;"),
+            c => safe.push(c),
+        }
+    }
+    safe
+}
