@@ -8,6 +8,7 @@
 //! | [`control_loop`] | the loop: sample in, command out, record into a ring |
 //! | [`pilot`] | what decides about the motor: open-loop tests, swing-up and balance |
 //! | [`recorder`] | the log's writer, in a thread of its own |
+//! | [`session`] | one run from port to log |
 
 pub mod control_loop;
 mod delay;
@@ -16,6 +17,7 @@ pub mod excitation;
 pub mod link;
 pub mod pilot;
 pub mod recorder;
+pub mod session;
 pub mod transport;
 
 pub use control_loop::{End, LoopSettings, ModeChange, RunError, Summary, run};
@@ -24,4 +26,5 @@ pub use excitation::{Chirp, Excitation, Multisine, Steps};
 pub use link::{Link, LinkError};
 pub use pilot::{Decision, Measurement, Pilot};
 pub use recorder::{RecordSender, Recorded, Recorder};
+pub use session::{Mismatch, Session, SessionError};
 pub use transport::{SerialTransport, Transport, TransportError};

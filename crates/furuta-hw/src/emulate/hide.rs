@@ -1,0 +1,104 @@
+//! Effects to hide, as written on a command line.
+
+use furuta_model::{CATALOGUE, Effect, EffectError, Params, effects};
+
+/// A text does not say which effect to hide.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum HideError {
+    /// No such effect.
+    #[error("unknown effect {id:?}: give one of {}", known())]
+    UnknownEffect {
+        /// The id given.
+        id: String,
+    },
+    /// The effect has no such parameter.
+    #[error("{id} has no parameter {name:?}: it has {has}")]
+    UnknownParameter {
+        /// The effect.
+        id: &'static str,
+        /// The name given.
+        name: String,
+        /// The names it has.
+        has: String,
+    },
+    /// Not `name=value` with a number.
+    #[error("{text:?} is not NAME=NUMBER, as in {example}")]
+    NotAssignment {
+        /// What was given.
+        text: String,
+        /// What it should look like.
+        example: String,
+    },
+    /// A value outside its range.
+    #[error("{0}")]
+    Effect(EffectError),
+}
+
+/// Reads an effect to hide, `ID` or `ID:NAME=VALUE,NAME=VALUE`, in SI units. What is not given gets the size that would
+/// be noticed on this rig.
+///
+/// # Errors
+/// [`HideError`].
+///
+/// ```
+/// use furuta_hw::emulate::hidden_effect;
+/// use furuta_model::Rig;
+/// let params = Rig::builtin("qube-servo-2").expect("built in").params;
+/// let spring = hidden_effect("arm.spring:stiffness=1e-3,rest=-0.5", &params)?;
+/// assert_eq!(spring.values()[..], [1e-3, -0.5]);
+/// assert!(hidden_effect("arm.coulomb", &params)?.values()[0] > 0.0);
+/// let error = hidden_effect("arm.spring:stifness=1", &params).expect_err("misspelt");
+/// assert_eq!(error.to_string(), "arm.spring has no parameter \"stifness\": it has stiffness, rest");
+/// # Ok::<(), furuta_hw::emulate::HideError>(())
+/// ```
+pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, HideError> {
+    let (id, assignments) = text.split_once(':').unwrap_or((text, ""));
+    let spec = effects::spec(id.trim()).ok_or_else(|| HideError::UnknownEffect { id: id.to_owned() })?;
+    let mut values: Vec<f64> = spec.parameters.iter().map(|p| (p.typical)(params)).collect();
+    for assignment in assignments.split(',').filter(|a| !a.trim().is_empty()) {
+        let parsed = assignment.split_once('=').and_then(|(n, v)| Some((n.trim(), v.trim().parse().ok()?)));
+        let Some((name, value)) = parsed else {
+            let first = spec.parameters.first().map_or("value", |p| p.name);
+            return Err(HideError::NotAssignment { text: assignment.to_owned(), example: format!("{id}:{first}=0.001") });
+        };
+        let Some(slot) = spec.parameters.iter().position(|p| p.name == name).and_then(|i| values.get_mut(i)) else {
+            let has = spec.parameters.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+            return Err(HideError::UnknownParameter { id: spec.id, name: name.to_owned(), has });
+        };
+        *slot = value;
+    }
+    Effect::new(spec.id, &values).map_err(HideError::Effect)
+}
+
+fn known() -> String {
+    CATALOGUE.iter().map(|s| s.id).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use furuta_model::Rig;
+
+    use super::*;
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let params = Rig::builtin("qube-servo-2").expect("built in").params;
+        let error = |text| hidden_effect(text, &params).expect_err(text);
+        assert!(matches!(error("arm.sprong"), HideError::UnknownEffect { .. }));
+        assert!(matches!(error("arm.spring:1e-3"), HideError::NotAssignment { .. }));
+        assert!(matches!(error("arm.spring:rest=far"), HideError::NotAssignment { .. }));
+        assert!(matches!(error("arm.spring:stiffness=-1"), HideError::Effect(_)));
+        assert!(matches!(error("arm.spring:stiffness=nan"), HideError::Effect(_)));
+    }
+
+    #[test]
+    fn every_effect_can_be_hidden_at_its_typical_size() {
+        for name in Rig::BUILTIN {
+            let params = Rig::builtin(name).expect("built in").params;
+            for spec in CATALOGUE {
+                let effect = hidden_effect(spec.id, &params).expect(spec.id);
+                assert!(!effect.is_off(), "{name}: {}", spec.id);
+            }
+        }
+    }
+}
