@@ -38,7 +38,9 @@ pub enum FrameError {
     #[error("not a COBS frame: bytes were lost or altered on the line")]
     Framing,
     /// The checksum is wrong.
-    #[error("checksum is {found:08x}, the bytes give {computed:08x}: bytes were altered on the line")]
+    #[error(
+        "checksum is {found:08x}, the bytes give {computed:08x}: bytes were altered on the line"
+    )]
     Checksum {
         /// CRC received.
         found: u32,
@@ -46,7 +48,9 @@ pub enum FrameError {
         computed: u32,
     },
     /// The checksum is right, but the other end speaks another version of the protocol.
-    #[error("the other end speaks protocol version {found}, this one {PROTOCOL_VERSION}: update the older of the two")]
+    #[error(
+        "the other end speaks protocol version {found}, this one {PROTOCOL_VERSION}: update the older of the two"
+    )]
     Version {
         /// Version of the other end.
         found: u16,
@@ -64,7 +68,9 @@ pub fn encode<'a>(message: &Message, buffer: &'a mut [u8]) -> Result<&'a [u8], E
     let too_short = EncodeError::BufferTooShort { len: buffer.len() };
     let mut packet = [0; MAX_PACKET];
     // The packet is as long as the longest message, which a test holds against the messages: postcard cannot run out.
-    let body_len = postcard::to_slice(message, &mut packet[..MAX_BODY]).map_err(|_| too_short)?.len();
+    let body_len = postcard::to_slice(message, &mut packet[..MAX_BODY])
+        .map_err(|_| too_short)?
+        .len();
     let (body, rest) = packet.split_at_mut(body_len);
     rest[..CRC_LEN].copy_from_slice(&CRC.checksum(body).to_le_bytes());
     let coded = cobs::try_encode(&packet[..body_len + CRC_LEN], buffer).map_err(|_| too_short)?;
@@ -92,7 +98,11 @@ impl Decoder {
     /// An empty decoder.
     #[must_use]
     pub const fn new() -> Self {
-        Self { buffer: [0; MAX_FRAME], len: 0, overflowed: false }
+        Self {
+            buffer: [0; MAX_FRAME],
+            len: 0,
+            overflowed: false,
+        }
     }
 
     /// Takes the next byte from the line; returns something when that byte ends a frame.
@@ -125,7 +135,9 @@ impl Decoder {
         let coded = &mut self.buffer[..len];
         let packet_len = cobs::decode_in_place(coded).map_err(|_| FrameError::Framing)?;
         let packet = coded.get(..packet_len).ok_or(FrameError::Framing)?;
-        let (body, crc) = packet.split_last_chunk::<CRC_LEN>().ok_or(FrameError::Framing)?;
+        let (body, crc) = packet
+            .split_last_chunk::<CRC_LEN>()
+            .ok_or(FrameError::Framing)?;
         let found = u32::from_le_bytes(*crc);
         let computed = CRC.checksum(body);
         if found != computed {
@@ -138,7 +150,8 @@ impl Decoder {
 /// Query and Hello begin with their index and a version in every version of the protocol: read these first.
 fn parse(body: &[u8]) -> Result<Message, FrameError> {
     if let Some((&(0 | 1), rest)) = body.split_first() {
-        let (version, _) = postcard::take_from_bytes::<u16>(rest).map_err(|_| FrameError::Message)?;
+        let (version, _) =
+            postcard::take_from_bytes::<u16>(rest).map_err(|_| FrameError::Message)?;
         if version != PROTOCOL_VERSION {
             return Err(FrameError::Version { found: version });
         }

@@ -38,5 +38,6 @@ mod message;
 pub use counts::{ArmCounts, PendulumCounts};
 pub use frame::{Decoder, EncodeError, FrameError, MAX_FRAME, encode};
 pub use message::{
-    Command, Hello, Message, PROTOCOL_VERSION, Query, RIG_NAME_CAPACITY, RigLimits, RigName, Sample, Status,
+    Command, Hello, Message, PROTOCOL_VERSION, Query, RIG_NAME_CAPACITY, RigLimits, RigName,
+    Sample, Status,
 };

@@ -1,18 +1,23 @@
 //! Frames against properties that any framing must have, and against bytes worked out by hand.
 
 use furuta_wire::{
-    ArmCounts, Command, Decoder, EncodeError, FrameError, Hello, MAX_FRAME, Message, PROTOCOL_VERSION, PendulumCounts,
-    Query, RigLimits, RigName, Sample, Status, encode,
+    ArmCounts, Command, Decoder, EncodeError, FrameError, Hello, MAX_FRAME, Message,
+    PROTOCOL_VERSION, PendulumCounts, Query, RigLimits, RigName, Sample, Status, encode,
 };
 use proptest::prelude::*;
 
 fn frame(message: &Message) -> Vec<u8> {
     let mut buffer = [0; MAX_FRAME];
-    encode(message, &mut buffer).expect("MAX_FRAME holds every message").to_vec()
+    encode(message, &mut buffer)
+        .expect("MAX_FRAME holds every message")
+        .to_vec()
 }
 
 fn receive(decoder: &mut Decoder, bytes: &[u8]) -> Vec<Result<Message, FrameError>> {
-    bytes.iter().filter_map(|&byte| decoder.push(byte)).collect()
+    bytes
+        .iter()
+        .filter_map(|&byte| decoder.push(byte))
+        .collect()
 }
 
 fn limit() -> impl Strategy<Value = Option<f32>> {
@@ -22,39 +27,56 @@ fn limit() -> impl Strategy<Value = Option<f32>> {
 fn hello() -> impl Strategy<Value = Hello> {
     let counts = (any::<f64>(), any::<f64>());
     let limits = (limit(), limit(), limit());
-    (("[a-zäß0-9-]{0,16}", any::<u32>(), counts), (any::<f32>(), limits, any::<u16>())).prop_map(
-        |((rig, period_us, counts), (command_limit, limits, watchdog_periods))| Hello {
-            version: PROTOCOL_VERSION,
-            rig: RigName::from(&rig).expect("16 characters of at most two bytes"),
-            period_us,
-            arm_counts_per_rev: counts.0,
-            pendulum_counts_per_rev: counts.1,
-            command_limit,
-            limits: RigLimits { arm_angle: limits.0, arm_speed: limits.1, pendulum_speed: limits.2 },
-            watchdog_periods,
-        },
+    (
+        ("[a-zäß0-9-]{0,16}", any::<u32>(), counts),
+        (any::<f32>(), limits, any::<u16>()),
     )
+        .prop_map(
+            |((rig, period_us, counts), (command_limit, limits, watchdog_periods))| Hello {
+                version: PROTOCOL_VERSION,
+                rig: RigName::from(&rig).expect("16 characters of at most two bytes"),
+                period_us,
+                arm_counts_per_rev: counts.0,
+                pendulum_counts_per_rev: counts.1,
+                command_limit,
+                limits: RigLimits {
+                    arm_angle: limits.0,
+                    arm_speed: limits.1,
+                    pendulum_speed: limits.2,
+                },
+                watchdog_periods,
+            },
+        )
 }
 
 fn sample() -> impl Strategy<Value = Sample> {
-    (any::<u32>(), any::<u64>(), any::<i32>(), any::<i32>(), any::<f32>(), any::<u8>()).prop_map(
-        |(seq, t_us, theta, alpha, volts, status)| Sample {
+    (
+        any::<u32>(),
+        any::<u64>(),
+        any::<i32>(),
+        any::<i32>(),
+        any::<f32>(),
+        any::<u8>(),
+    )
+        .prop_map(|(seq, t_us, theta, alpha, volts, status)| Sample {
             seq,
             t_us,
             theta: ArmCounts(theta),
             alpha: PendulumCounts(alpha),
             volts,
             status: Status::from_bits(status),
-        },
-    )
+        })
 }
 
 fn message() -> impl Strategy<Value = Message> {
     prop_oneof![
-        Just(Message::Query(Query { version: PROTOCOL_VERSION })),
+        Just(Message::Query(Query {
+            version: PROTOCOL_VERSION
+        })),
         hello().prop_map(Message::Hello),
         sample().prop_map(Message::Sample),
-        (any::<u32>(), any::<f32>()).prop_map(|(seq, volts)| Message::Command(Command { seq, volts })),
+        (any::<u32>(), any::<f32>())
+            .prop_map(|(seq, volts)| Message::Command(Command { seq, volts })),
     ]
 }
 
@@ -146,7 +168,11 @@ fn the_longest_hello_fills_max_frame() {
         arm_counts_per_rev: 4096.0,
         pendulum_counts_per_rev: 4096.0,
         command_limit: 10.0,
-        limits: RigLimits { arm_angle: Some(2.0), arm_speed: Some(30.0), pendulum_speed: Some(40.0) },
+        limits: RigLimits {
+            arm_angle: Some(2.0),
+            arm_speed: Some(30.0),
+            pendulum_speed: Some(40.0),
+        },
         watchdog_periods: u16::MAX,
     });
     // Two bytes short: a version below 128 takes one byte of the three reserved for it.
@@ -156,7 +182,10 @@ fn the_longest_hello_fills_max_frame() {
 /// Worked out by hand from the text in the crate's documentation; the CRC is Python's `zlib.crc32`.
 #[test]
 fn command_bytes() {
-    let bytes = frame(&Message::Command(Command { seq: 300, volts: -1.5 }));
+    let bytes = frame(&Message::Command(Command {
+        seq: 300,
+        volts: -1.5,
+    }));
     // 03 | ac 02 | 00 00 c0 bf | crc32 of these, little endian
     let body = [0x03, 0xac, 0x02, 0x00, 0x00, 0xc0, 0xbf];
     let crc = 0x28be_3e45_u32.to_le_bytes();
@@ -169,9 +198,16 @@ fn command_bytes() {
 
 #[test]
 fn another_protocol_version_is_named() {
-    let message = Message::Query(Query { version: PROTOCOL_VERSION + 1 });
+    let message = Message::Query(Query {
+        version: PROTOCOL_VERSION + 1,
+    });
     let received = receive(&mut Decoder::new(), &frame(&message));
-    assert_eq!(received, [Err(FrameError::Version { found: PROTOCOL_VERSION + 1 })]);
+    assert_eq!(
+        received,
+        [Err(FrameError::Version {
+            found: PROTOCOL_VERSION + 1
+        })]
+    );
 }
 
 #[test]
