@@ -114,10 +114,7 @@ fn missing_spring() -> (Diagnosis, Curves) {
             .name
             .into(),
         parameters: BTreeMap::from([
-            (
-                "stiffness".into(),
-                estimate(8.6123e-4, 1.1e-5, "N m/rad"),
-            ),
+            ("stiffness".into(), estimate(8.6123e-4, 1.1e-5, "N m/rad")),
             ("rest".into(), estimate(-0.5, 0.012, "rad")),
         ]),
         delta_bic: 8124.0,
@@ -287,12 +284,12 @@ fn the_page_shows_the_diagnosis() {
     let page = html(&diagnosis, &curves);
     keep("report.html", &page);
     for piece in [
-        "The model is missing spring (cable) on the arm",
+        "Missing from the model: spring (cable) on the arm; with it added,",
         "pulls the arm back towards one angle", // the catalogue's sentence
         "[effects.&quot;arm.spring&quot;]\nrest = -0.5 ", // to paste
         "\nstiffness = 0.00086123 ",
         "<code>arm.cable</code>, <code>arm.tilt</code>",
-        "8.61e-4",
+        "0.000861",
         "<td class=\"n unknown\">kept</td>",
         "<b>71 %</b> of the arm's gap in chirp-plus-1.csv",
         "slow arm sweeps",
@@ -354,7 +351,7 @@ fn a_clean_diagnosis_is_a_short_page() {
         },
     );
     keep("report-clean.html", &page);
-    assert!(page.contains("refitted parameters alone bring the prediction error of the pendulum from 0.030 to 0.0010 rad"));
+    assert!(page.contains("with the parameters refitted, the prediction error of the pendulum falls from 0.030 to 0.0010 rad"));
     assert!(
         !page.contains("data-model=\"augmented\"") && !page.contains("What the model is missing")
     );

@@ -330,11 +330,11 @@ impl Diagnosis {
         match self.verdict {
             Verdict::NoGap => "The model predicts these recordings down to the noise floor: nothing is missing.".into(),
             Verdict::ParametersOnly => format!(
-                "No effect is missing: refitted parameters alone bring {}.",
+                "No effect is missing: with the parameters refitted, {}.",
                 self.change(|gap| (gap.nominal, gap.recalibrated))
             ),
             Verdict::MissingEffects => format!(
-                "The model is missing {}: adding {} brings {}.",
+                "Missing from the model: {}; with {} added, {}.",
                 self.effect_names(),
                 if self.effects.len() == 1 { "it" } else { "them" },
                 self.change(|gap| (gap.recalibrated, gap.augmented))
@@ -343,7 +343,7 @@ impl Diagnosis {
                 "Something is missing that no effect of the catalogue explains: nothing is named rather than the nearest guess.".into()
             }
             Verdict::Unexplained => format!(
-                "Adding {} brings {}, but something remains that no effect of the catalogue explains.",
+                "With {} added, {}, but something remains that no effect of the catalogue explains.",
                 self.effect_names(),
                 self.change(|gap| (gap.recalibrated, gap.augmented))
             ),
@@ -363,7 +363,7 @@ impl Diagnosis {
         }
     }
 
-    /// "the prediction error of the arm from 0.46 to 0.0021 rad", for the angle on which the change is largest.
+    /// "the prediction error of the arm falls from 0.46 to 0.0021 rad", for the angle on which the change is largest.
     fn change(&self, models: impl Fn(&Gap) -> (Channels, Channels)) -> String {
         let (before, after) = models(&self.gap);
         let ratio = |channel: Channel| {
@@ -378,13 +378,13 @@ impl Diagnosis {
         let (before, after) = (before.get(channel), after.get(channel));
         if before.is_finite() && after.is_finite() {
             format!(
-                "the prediction error of the {} from {} to {} rad",
+                "the prediction error of the {} falls from {} to {} rad",
                 channel.part(),
                 significant(before, 2),
                 significant(after, 2)
             )
         } else {
-            "the prediction closer to the recordings".into()
+            "the prediction comes closer to the recordings".into()
         }
     }
 }
@@ -461,7 +461,7 @@ pub struct Curves {
     pub repaired_rig: Option<String>,
 }
 
-/// `value` with `digits` significant digits, without an exponent between 1e-3 and 1e5.
+/// `value` with `digits` significant digits, without an exponent between 1e-4 and 1e5.
 pub(crate) fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".into();
@@ -471,7 +471,7 @@ pub(crate) fn significant(value: f64, digits: usize) -> String {
     }
     let digits = digits.max(1);
     let magnitude = value.abs();
-    if !(1e-3..1e5).contains(&magnitude) {
+    if !(1e-4..1e5).contains(&magnitude) {
         return format!("{value:.*e}", digits - 1);
     }
     // Rounding may carry into the next decade (0.0999 -> 0.10), which costs one digit too many at worst.
@@ -612,7 +612,7 @@ mod tests {
         let sentence = spring().sentence();
         assert_eq!(
             sentence,
-            "The model is missing spring on the arm: adding it brings the prediction error of the arm from 0.46 to 0.060 rad."
+            "Missing from the model: spring on the arm; with it added, the prediction error of the arm falls from 0.46 to 0.060 rad."
         );
     }
 
@@ -636,7 +636,8 @@ mod tests {
     fn significant_digits() {
         assert_eq!(significant(0.060_4, 2), "0.060");
         assert_eq!(significant(-1234.5, 3), "-1234");
-        assert_eq!(significant(8.61e-4, 2), "8.6e-4");
+        assert_eq!(significant(8.61e-4, 2), "0.00086");
+        assert_eq!(significant(8.61e-5, 2), "8.6e-5");
         assert_eq!(significant(0.0, 3), "0");
         assert_eq!(significant(f64::NAN, 3), "unknown");
     }

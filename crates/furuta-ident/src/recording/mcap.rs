@@ -278,8 +278,7 @@ impl Recording {
 
     fn log_metadata(&self) -> BTreeMap<String, String> {
         let mut metadata = self.metadata.clone();
-        let columns: Vec<&str> = self.columns().map(|(name, _)| name).collect();
-        metadata.insert(COLUMNS.into(), Value::from(columns).to_string());
+        metadata.insert(COLUMNS.into(), Value::from(self.column_names()).to_string());
         if !self.comments.is_empty() {
             metadata.insert(COMMENTS.into(), self.comments.join("\n"));
         }

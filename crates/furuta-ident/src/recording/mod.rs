@@ -100,7 +100,7 @@ impl Recording {
     /// [`NoticeKind::CutOff`].
     ///
     /// # Errors
-    /// As [`Self::load`]; [`RecordingError::CutOff`] only where nothing at all was read.
+    /// As [`Self::load`], but for [`RecordingError::CutOff`].
     pub fn salvage(path: impl AsRef<Path>) -> Result<(Self, Vec<Notice>), RecordingError> {
         let path = path.as_ref();
         let bytes = std::fs::read(path).map_err(|source| RecordingError::Io {
@@ -150,9 +150,10 @@ impl Recording {
     pub fn from_mcap(file: &str, bytes: &[u8]) -> Result<(Self, Vec<Notice>), RecordingError> {
         let (table, cut_off) = mcap::parse(file, bytes)?;
         if let (Some(NoticeKind::CutOff { what }), true) = (&cut_off, table.t.is_empty()) {
-            return Err(RecordingError::CutOff {
+            let reason = format!("{what}; there is nothing to save: record it again");
+            return Err(RecordingError::Log {
                 file: file.into(),
-                what: what.clone(),
+                reason,
             });
         }
         let (recording, notices) = checks::check(table)?;
@@ -161,6 +162,24 @@ impl Recording {
             kind,
         });
         Ok((recording, cut_off.into_iter().chain(notices).collect()))
+    }
+
+    /// Names of the columns that the recording has, further ones last.
+    #[must_use]
+    pub fn column_names(&self) -> Vec<&str> {
+        let speeds = [
+            ("theta_dot", &self.theta_dot),
+            ("alpha_dot", &self.alpha_dot),
+        ];
+        let speeds = speeds
+            .into_iter()
+            .filter_map(|(name, values)| values.as_ref().map(|_| name));
+        let further = self.extra.iter().map(|column| column.name.as_str());
+        ["t", "u", "theta", "alpha"]
+            .into_iter()
+            .chain(speeds)
+            .chain(further)
+            .collect()
     }
 
     /// Number of samples.

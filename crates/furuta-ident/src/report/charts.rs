@@ -5,7 +5,9 @@ use core::fmt::Write as _;
 use super::escape;
 use crate::diagnose::result::{CandidateEvidence, Channel, Gap, GapBar, significant};
 
-const WIDTH: f64 = 640.0;
+/// Width of the full charts, and of the one beside a table.
+const WIDTH: f64 = 960.0;
+const HALF: f64 = 500.0;
 
 /// A logarithmic axis from decade to decade, or the smallest part of one that holds all values.
 struct Logarithmic {
@@ -54,7 +56,7 @@ pub(super) fn ladder(gap: &Gap) -> String {
             .iter()
             .flat_map(|(_, errors)| [errors.theta, errors.alpha]),
         84.0,
-        WIDTH - 24.0,
+        HALF - 24.0,
     ) else {
         return String::new();
     };
@@ -109,7 +111,11 @@ pub(super) fn ladder(gap: &Gap) -> String {
             );
         }
     }
-    figure("RMS error of prediction by model, logarithmic", 152.0, &svg)
+    figure(
+        "RMS error of prediction by model, logarithmic",
+        [HALF, 152.0],
+        &svg,
+    )
 }
 
 /// Bars by condition, before and after, as multiples of the noise floor.
@@ -126,7 +132,7 @@ pub(super) fn gap_bars(bars: &[GapBar]) -> String {
         .iter()
         .flat_map(|bar| [times(bar.recalibrated), times(bar.augmented)])
         .fold(1.0, f64::max);
-    let (from, to) = (236.0, WIDTH - 92.0);
+    let (from, to) = (250.0, WIDTH - 92.0);
     let at = |times: f64| from + times / largest * (to - from);
     let mut svg = String::new();
     let mut y = 4.0;
@@ -137,7 +143,7 @@ pub(super) fn gap_bars(bars: &[GapBar]) -> String {
             y += 14.0;
             let _ = write!(
                 svg,
-                r#"<text class="strong" x="0" y="{:.1}">{} by {}</text>"#,
+                r#"<text class="strong" x="0" y="{:.1}">The {}'s error, by {}</text>"#,
                 y + 10.0,
                 bar.channel.part(),
                 escape(&bar.group)
@@ -179,16 +185,18 @@ pub(super) fn gap_bars(bars: &[GapBar]) -> String {
     let floor = format!(r#"<line class="floorline" x1="{x:.1}" x2="{x:.1}" y1="14" y2="{y:.1}"/>"#);
     figure(
         "error by condition, in multiples of the noise floor, before and after",
-        y + 6.0,
-        &(svg + &floor),
+        [WIDTH, y + 6.0],
+        &(floor + &svg),
     )
 }
 
 /// All candidates by evidence, on a logarithmic axis; those that make things worse have no bar.
 pub(super) fn evidence(candidates: &[CandidateEvidence]) -> String {
     let mut sorted: Vec<&CandidateEvidence> = candidates.iter().collect();
-    sorted.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
-    let (from, to) = (196.0, WIDTH - 150.0);
+    // What could not be evaluated comes last.
+    let order = |bic: f64| if bic.is_nan() { f64::NEG_INFINITY } else { bic };
+    sorted.sort_by(|a, b| order(b.delta_bic).total_cmp(&order(a.delta_bic)));
+    let (from, to) = (196.0, WIDTH - 160.0);
     let largest = sorted
         .iter()
         .map(|candidate| candidate.delta_bic)
@@ -197,7 +205,8 @@ pub(super) fn evidence(candidates: &[CandidateEvidence]) -> String {
     let decades = largest.log10().ceil();
     let at = |bic: f64| from + (bic.max(1.0).log10() / decades).min(1.0) * (to - from);
     let rows = sorted.len() as f64;
-    let bottom = 8.0 + 24.0 * rows;
+    let (top, row_height) = (28.0, 24.0);
+    let bottom = top + row_height * rows;
     let mut svg = String::new();
     for exponent in 0..=decades as i32 {
         let (x, tick) = (
@@ -206,12 +215,12 @@ pub(super) fn evidence(candidates: &[CandidateEvidence]) -> String {
         );
         let _ = write!(
             svg,
-            r#"<line class="grid" x1="{x:.1}" x2="{x:.1}" y1="4" y2="{bottom:.1}"/><text class="soft small" x="{x:.1}" y="{:.1}" text-anchor="middle">{tick}</text>"#,
+            r#"<line class="grid" x1="{x:.1}" x2="{x:.1}" y1="{top}" y2="{bottom:.1}"/><text class="soft small" x="{x:.1}" y="{:.1}" text-anchor="middle">{tick}</text>"#,
             bottom + 16.0
         );
     }
     for (row, candidate) in sorted.iter().enumerate() {
-        let y = 8.0 + 24.0 * row as f64;
+        let y = top + row_height * row as f64;
         let (class, weight) = if candidate.named {
             ("after", " strong")
         } else {
@@ -246,11 +255,11 @@ pub(super) fn evidence(candidates: &[CandidateEvidence]) -> String {
     let heads = format!(
         r#"<text class="soft small" x="{:.1}" y="{y:.1}" text-anchor="end">evidence</text><text class="soft small" x="{WIDTH}" y="{y:.1}" text-anchor="end">held out</text>"#,
         WIDTH - 76.0,
-        y = bottom + 16.0
+        y = top - 12.0
     );
     figure(
         "evidence for each candidate, logarithmic",
-        bottom + 24.0,
+        [WIDTH, bottom + 24.0],
         &(svg + &heads),
     )
 }
@@ -263,8 +272,8 @@ fn power_of_ten(value: f64) -> String {
     }
 }
 
-fn figure(label: &str, height: f64, content: &str) -> String {
+fn figure(label: &str, [width, height]: [f64; 2], content: &str) -> String {
     format!(
-        r#"<svg viewBox="0 0 {WIDTH} {height:.0}" role="img" aria-label="{label}">{content}</svg>"#
+        r#"<svg viewBox="0 0 {width:.0} {height:.0}" style="max-width:{width:.0}px" role="img" aria-label="{label}">{content}</svg>"#
     )
 }

@@ -102,7 +102,7 @@
       let top = PAD.top;
       list.forEach((panel, n) => {
         const [low, high] = range(panel, from, to), bottom = top + panel.size, y = (v) => bottom - ((v - low) / (high - low)) * panel.size;
-        const [values, places] = nice(low, high, panel.size / 42);
+        const [values, places] = nice(low, high, Math.max(3, panel.size / 36));
         ctx.lineWidth = 1; ctx.strokeStyle = colour("--grid"); ctx.fillStyle = colour("--faint"); ctx.textBaseline = "middle"; ctx.textAlign = "right";
         for (const v of values) { const py = Math.round(y(v)) + 0.5; ctx.beginPath(); ctx.moveTo(PAD.left, py); ctx.lineTo(PAD.left + inner, py); ctx.stroke(); ctx.fillText(v.toFixed(places), PAD.left - 8, py); }
         for (const t of times) { const px = Math.round(x(t)) + 0.5; ctx.beginPath(); ctx.moveTo(px, top); ctx.lineTo(px, bottom); ctx.stroke(); }

@@ -302,7 +302,11 @@ pub(super) fn location(diagnosis: &Diagnosis, curves: &Curves) -> String {
                 "<li><b>{:.0} %</b> of the {}'s gap in {} lies where <code>{}</code></li>",
                 100.0 * share.share_of_gap,
                 share.channel.part(),
-                escape(&share.run),
+                if share.run == "all" {
+                    "all recordings together".into()
+                } else {
+                    escape(&share.run)
+                },
                 escape(&share.condition)
             )
         })
@@ -413,7 +417,7 @@ pub(super) fn verification(diagnosis: &Diagnosis, curves: &Curves) -> String {
     );
     heading
         + &plot(
-            "Verified runs",
+            "The verified runs",
             "The whole runs, without starting anew.",
             "verified",
             &curves.verification,
