@@ -49,7 +49,9 @@ pub enum RunError {
     #[error(transparent)]
     Transport(#[from] TransportError),
     /// The rig sends no samples (any more).
-    #[error("no sample from the rig for {waited:.1?} (after {samples} samples): see that it is switched on; reset it")]
+    #[error(
+        "no sample from the rig for {waited:.1?} (after {samples} samples): see that it is switched on; reset it"
+    )]
     Silent {
         /// How long was waited.
         waited: Duration,
@@ -57,7 +59,9 @@ pub enum RunError {
         samples: u64,
     },
     /// The rig began counting anew.
-    #[error("the rig restarted at t = {t:.3} s (sample number fell from {last} to {seq}): see its power supply")]
+    #[error(
+        "the rig restarted at t = {t:.3} s (sample number fell from {last} to {seq}): see its power supply"
+    )]
     RigReset {
         /// Time [s].
         t: f64,
@@ -67,7 +71,9 @@ pub enum RunError {
         seq: u32,
     },
     /// A limit of the rig file is exceeded.
-    #[error("{quantity} is {value:.3} {unit} at t = {t:.3} s, its limit is {limit} {unit}: motor off; bring the arm back to its middle")]
+    #[error(
+        "{quantity} is {value:.3} {unit} at t = {t:.3} s, its limit is {limit} {unit}: motor off; bring the arm back to its middle"
+    )]
     Limit {
         /// What.
         quantity: &'static str,
@@ -81,13 +87,17 @@ pub enum RunError {
         t: f64,
     },
     /// The rig itself found a limit exceeded.
-    #[error("the rig switched its motor off at t = {t:.3} s because a limit of its own is exceeded: bring the arm back to its middle")]
+    #[error(
+        "the rig switched its motor off at t = {t:.3} s because a limit of its own is exceeded: bring the arm back to its middle"
+    )]
     RigLimit {
         /// Time [s].
         t: f64,
     },
     /// Estimator or controller produced what is not a number.
-    #[error("{quantity} is not a finite number at t = {t:.3} s: motor off; see the controller's gains")]
+    #[error(
+        "{quantity} is not a finite number at t = {t:.3} s: motor off; see the controller's gains"
+    )]
     NotFinite {
         /// What.
         quantity: &'static str,
@@ -240,7 +250,11 @@ struct Run<'a, P: Pilot> {
 }
 
 impl<P: Pilot> Run<'_, P> {
-    fn until_the_end<T: Transport>(&mut self, motor: &mut MotorOff<'_, T>, records: &mut RecordSender) -> End {
+    fn until_the_end<T: Transport>(
+        &mut self,
+        motor: &mut MotorOff<'_, T>,
+        records: &mut RecordSender,
+    ) -> End {
         let mut heard = Instant::now();
         loop {
             let message = match motor.link.receive(heard + self.settings.silence) {
@@ -250,9 +264,14 @@ impl<P: Pilot> Run<'_, P> {
             let arrived = Instant::now();
             let Some(message) = message else {
                 let waited = arrived.duration_since(heard);
-                return End::Failed(RunError::Silent { waited, samples: self.summary.samples });
+                return End::Failed(RunError::Silent {
+                    waited,
+                    samples: self.summary.samples,
+                });
             };
-            let Message::Sample(sample) = message else { continue };
+            let Message::Sample(sample) = message else {
+                continue;
+            };
             heard = arrived;
             match self.answer(&sample, arrived, motor, records) {
                 Ok(()) => {}
@@ -261,7 +280,11 @@ impl<P: Pilot> Run<'_, P> {
             if self.summary.seconds >= self.settings.duration.as_secs_f64() {
                 return End::Finished;
             }
-            if self.settings.stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+            if self
+                .settings
+                .stop
+                .is_some_and(|stop| stop.load(Ordering::Relaxed))
+            {
                 return End::Stopped;
             }
         }
@@ -297,7 +320,9 @@ impl<P: Pilot> Run<'_, P> {
         let sent = motor.link.command(sample.seq, volts as f32);
 
         let compute = arrived.elapsed().as_secs_f64();
-        let delay = self.delay.delay(arrived.duration_since(self.begin).as_secs_f64(), t);
+        let delay = self
+            .delay
+            .delay(arrived.duration_since(self.begin).as_secs_f64(), t);
         self.count(sample, t, decision.mode, compute, delay);
         records.send(Record {
             t,
@@ -332,7 +357,11 @@ impl<P: Pilot> Run<'_, P> {
             return Ok(None);
         }
         if periods > u32::MAX / 2 {
-            return Err(RunError::RigReset { t: self.summary.seconds, last, seq: sample.seq });
+            return Err(RunError::RigReset {
+                t: self.summary.seconds,
+                last,
+                seq: sample.seq,
+            });
         }
         self.last_seq = Some(sample.seq);
         self.lost_before = periods - 1;
@@ -362,13 +391,21 @@ impl<P: Pilot> Run<'_, P> {
 
     fn fault(&self, sample: &Sample, m: &Measurement, d: &Decision) -> Option<RunError> {
         let t = m.t;
-        let numbers = [("arm speed", d.theta_dot), ("pendulum speed", d.alpha_dot), ("command", d.volts)];
+        let numbers = [
+            ("arm speed", d.theta_dot),
+            ("pendulum speed", d.alpha_dot),
+            ("command", d.volts),
+        ];
         for (quantity, value) in numbers {
             if !value.is_finite() {
                 return Some(RunError::NotFinite { quantity, t });
             }
         }
-        let Limits { arm_angle, arm_speed, pendulum_speed } = self.settings.limits;
+        let Limits {
+            arm_angle,
+            arm_speed,
+            pendulum_speed,
+        } = self.settings.limits;
         let limited = [
             ("arm angle", m.theta, arm_angle, "rad"),
             ("arm speed", d.theta_dot, arm_speed, "rad/s"),
@@ -376,9 +413,18 @@ impl<P: Pilot> Run<'_, P> {
         ];
         for (quantity, value, limit, unit) in limited {
             if let Some(limit) = limit.filter(|limit| value.abs() > *limit) {
-                return Some(RunError::Limit { quantity, value, limit, unit, t });
+                return Some(RunError::Limit {
+                    quantity,
+                    value,
+                    limit,
+                    unit,
+                    t,
+                });
             }
         }
-        sample.status.contains(Status::LIMIT).then_some(RunError::RigLimit { t })
+        sample
+            .status
+            .contains(Status::LIMIT)
+            .then_some(RunError::RigLimit { t })
     }
 }

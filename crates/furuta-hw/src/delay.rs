@@ -14,7 +14,11 @@ pub(crate) struct DelayMeter {
 
 impl DelayMeter {
     pub(crate) fn new() -> Self {
-        Self { window_start: 0.0, previous: f64::INFINITY, current: f64::INFINITY }
+        Self {
+            window_start: 0.0,
+            previous: f64::INFINITY,
+            current: f64::INFINITY,
+        }
     }
 
     /// Delay [s] of a sample that arrived at `host` on the host's clock and was taken at `rig` on the rig's [s].

@@ -76,8 +76,10 @@ pub struct Steps {
 
 impl Steps {
     /// Heights in parts of the amplitude. Up and down in equal measure, so that a free arm does not wander off.
-    const PATTERN: [f64; 16] =
-        [0.5, -0.5, 0.25, -0.25, 1.0, -1.0, 0.0, 0.125, -0.125, 0.75, -0.75, -0.375, 0.375, -1.0, 1.0, 0.0];
+    const PATTERN: [f64; 16] = [
+        0.5, -0.5, 0.25, -0.25, 1.0, -1.0, 0.0, 0.125, -0.125, 0.75, -0.75, -0.375, 0.375, -1.0,
+        1.0, 0.0,
+    ];
 
     /// Voltage at time `t` [s] [V].
     #[must_use]
@@ -107,7 +109,8 @@ impl Chirp {
         if t > self.duration {
             return 0.0;
         }
-        self.amplitude * (TAU * (self.from * t + (self.to - self.from) * t * t / (2.0 * self.duration))).sin()
+        self.amplitude
+            * (TAU * (self.from * t + (self.to - self.from) * t * t / (2.0 * self.duration))).sin()
     }
 }
 
@@ -118,25 +121,49 @@ mod tests {
     #[test]
     fn schroeder_phases_keep_peaks_low() {
         // Zero phases would add up to sqrt(2 * 12) = 4.9 times the RMS.
-        let signal = Multisine { rms: 1.0, low: 0.25, high: 8.0, lines: 12 };
-        let peak = (0..40_000).map(|k| signal.volts(f64::from(k) * 1e-3).abs()).fold(0.0, f64::max);
+        let signal = Multisine {
+            rms: 1.0,
+            low: 0.25,
+            high: 8.0,
+            lines: 12,
+        };
+        let peak = (0..40_000)
+            .map(|k| signal.volts(f64::from(k) * 1e-3).abs())
+            .fold(0.0, f64::max);
         assert!(peak < 3.5, "{peak}");
     }
 
     #[test]
     fn steps_have_no_mean() {
-        let steps = Steps { amplitude: 4.0, hold: 0.5 };
-        let sum: f64 = (0..16).map(|k| steps.volts(0.25 + 0.5 * f64::from(k))).sum();
+        let steps = Steps {
+            amplitude: 4.0,
+            hold: 0.5,
+        };
+        let sum: f64 = (0..16)
+            .map(|k| steps.volts(0.25 + 0.5 * f64::from(k)))
+            .sum();
         assert_eq!(sum, 0.0);
         assert_eq!(steps.volts(f64::INFINITY), steps.volts(1e300));
     }
 
     #[test]
     fn chirp_sweeps_its_frequencies() {
-        let chirp = Chirp { amplitude: 1.5, from: 10.0, to: 0.0, duration: 10.0 };
+        let chirp = Chirp {
+            amplitude: 1.5,
+            from: 10.0,
+            to: 0.0,
+            duration: 10.0,
+        };
         let signs = (0..100_000).map(|k| chirp.volts(f64::from(k) * 1e-4) > 0.0);
-        let crossings = signs.clone().zip(signs.skip(1)).filter(|(a, b)| a != b).count();
-        assert!((99..=101).contains(&crossings), "5 Hz on average for 10 s are 100 zero crossings, not {crossings}");
+        let crossings = signs
+            .clone()
+            .zip(signs.skip(1))
+            .filter(|(a, b)| a != b)
+            .count();
+        assert!(
+            (99..=101).contains(&crossings),
+            "5 Hz on average for 10 s are 100 zero crossings, not {crossings}"
+        );
         assert_eq!(chirp.volts(10.1), 0.0);
     }
 }

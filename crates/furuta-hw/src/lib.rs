@@ -2,7 +2,7 @@
 //!
 //! | Module | What |
 //! |---|---|
-//! | [`transport`] | ways to reach a rig: serial port |
+//! | [`transport`] | ways to reach a rig: serial port; a wire with faults around it |
 //! | [`link`] | messages in place of bytes |
 //! | [`emulate`] | an emulated rig behind a pseudo-terminal |
 //! | [`control_loop`] | the loop: sample in, command out, record into a ring |
@@ -24,7 +24,7 @@ pub use control_loop::{End, LoopSettings, ModeChange, RunError, Summary, run};
 pub use emulate::{EmulatedRig, Emulation, EmulationError, Pace, PtyError, PtyRig};
 pub use excitation::{Chirp, Excitation, Multisine, Steps};
 pub use link::{Link, LinkError};
-pub use pilot::{Decision, Measurement, Pilot};
+pub use pilot::{Decision, Measurement, Pilot, Reference};
 pub use recorder::{RecordSender, Recorded, Recorder};
 pub use session::{Mismatch, Session, SessionError};
-pub use transport::{SerialTransport, Transport, TransportError};
+pub use transport::{FaultRates, FaultyTransport, SerialTransport, Transport, TransportError};

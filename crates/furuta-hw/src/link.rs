@@ -2,7 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use furuta_wire::{Command, Decoder, FrameError, Hello, MAX_FRAME, Message, PROTOCOL_VERSION, Query, encode};
+use furuta_wire::{
+    Command, Decoder, FrameError, Hello, MAX_FRAME, Message, PROTOCOL_VERSION, Query, encode,
+};
 
 use crate::transport::{Transport, TransportError};
 
@@ -26,7 +28,9 @@ pub enum LinkError {
         bad_frames: u64,
     },
     /// The rig speaks another version of the protocol.
-    #[error("the rig speaks protocol version {found}, this program {PROTOCOL_VERSION}: update the older of the two")]
+    #[error(
+        "the rig speaks protocol version {found}, this program {PROTOCOL_VERSION}: update the older of the two"
+    )]
     Version {
         /// The rig's version.
         found: u16,
@@ -66,7 +70,14 @@ impl<T: Transport> Link<T> {
     /// A link on which nobody has been asked yet who is at the other end.
     #[must_use]
     pub fn new(transport: T) -> Self {
-        Self { transport, decoder: Decoder::new(), inbox: [0; 512], unread: 0..0, bytes: 0, bad_frames: 0 }
+        Self {
+            transport,
+            decoder: Decoder::new(),
+            inbox: [0; 512],
+            unread: 0..0,
+            bytes: 0,
+            bad_frames: 0,
+        }
     }
 
     /// Asks the rig who it is, for at most `timeout` (rigs that reset when their port is opened need two seconds).
@@ -80,7 +91,9 @@ impl<T: Transport> Link<T> {
         let mut wrong_version = None;
         while start.elapsed() < timeout {
             link.transport.write(&[0])?; // separates our first frame from whatever the rig has half received
-            link.send(&Message::Query(Query { version: PROTOCOL_VERSION }))?;
+            link.send(&Message::Query(Query {
+                version: PROTOCOL_VERSION,
+            }))?;
             let deadline = Instant::now() + QUERY_PERIOD;
             loop {
                 match link.next(deadline)? {
@@ -97,7 +110,11 @@ impl<T: Transport> Link<T> {
                 return Err(LinkError::Version { found });
             }
         }
-        Err(LinkError::NoHello { waited: start.elapsed(), bytes: link.bytes, bad_frames: link.bad_frames })
+        Err(LinkError::NoHello {
+            waited: start.elapsed(),
+            bytes: link.bytes,
+            bad_frames: link.bad_frames,
+        })
     }
 
     /// Next message, or `None` at the deadline. Bad frames are counted and skipped.
@@ -139,7 +156,10 @@ impl<T: Transport> Link<T> {
         self.bad_frames
     }
 
-    fn next(&mut self, deadline: Instant) -> Result<Option<Result<Message, FrameError>>, TransportError> {
+    fn next(
+        &mut self,
+        deadline: Instant,
+    ) -> Result<Option<Result<Message, FrameError>>, TransportError> {
         loop {
             while let Some(i) = self.unread.next() {
                 if let Some(result) = self.inbox.get(i).and_then(|&byte| self.decoder.push(byte)) {
@@ -159,9 +179,19 @@ impl<T: Transport> Link<T> {
 }
 
 fn check(hello: &Hello) -> Result<(), LinkError> {
-    let bad = |field, value, allowed| Err(LinkError::BadHello { field, value, allowed });
+    let bad = |field, value, allowed| {
+        Err(LinkError::BadHello {
+            field,
+            value,
+            allowed,
+        })
+    };
     if !(100..=1_000_000).contains(&hello.period_us) {
-        return bad("period_us", f64::from(hello.period_us), "between 100 and 1000000");
+        return bad(
+            "period_us",
+            f64::from(hello.period_us),
+            "between 100 and 1000000",
+        );
     }
     for (field, value) in [
         ("arm_counts_per_rev", hello.arm_counts_per_rev),
@@ -172,7 +202,11 @@ fn check(hello: &Hello) -> Result<(), LinkError> {
         }
     }
     if !(hello.command_limit.is_finite() && hello.command_limit > 0.0) {
-        return bad("command_limit", f64::from(hello.command_limit), "finite and above 0");
+        return bad(
+            "command_limit",
+            f64::from(hello.command_limit),
+            "finite and above 0",
+        );
     }
     Ok(())
 }

@@ -24,7 +24,10 @@ impl RecordSender {
     /// For a run without a log.
     #[must_use]
     pub fn nowhere() -> Self {
-        Self { ring: None, lost: 0 }
+        Self {
+            ring: None,
+            lost: 0,
+        }
     }
 
     /// Hands a record over, without waiting. A full ring loses it, counted.
@@ -68,16 +71,26 @@ impl Recorder {
         W: Write + Seek + Send + 'static,
     {
         let (producer, consumer) = RingBuffer::new(CAPACITY);
-        let thread =
-            std::thread::Builder::new().name("log-writer".to_owned()).spawn(move || write_all(consumer, log))?;
-        Ok((RecordSender { ring: Some(producer), lost: 0 }, Self { thread }))
+        let thread = std::thread::Builder::new()
+            .name("log-writer".to_owned())
+            .spawn(move || write_all(consumer, log))?;
+        Ok((
+            RecordSender {
+                ring: Some(producer),
+                lost: 0,
+            },
+            Self { thread },
+        ))
     }
 
     /// Waits until everything sent is written and the log is ended. The sender must have been dropped; it ends the log.
     #[must_use]
     pub fn finish(self) -> Recorded {
         // The writer does not panic; were it to, the log is as long as its last chunk.
-        self.thread.join().unwrap_or(Recorded { records: 0, error: None })
+        self.thread.join().unwrap_or(Recorded {
+            records: 0,
+            error: None,
+        })
     }
 }
 
@@ -88,12 +101,18 @@ fn write_all<W: Write + Seek>(mut ring: Consumer<Record>, mut log: LogWriter<W>)
         while let Ok(record) = ring.pop() {
             if let Err(error) = log.write(&record) {
                 // The sender notices nothing but that the ring fills up: the loop must go on without a log.
-                return Recorded { records: log.written(), error: Some(error) };
+                return Recorded {
+                    records: log.written(),
+                    error: Some(error),
+                };
             }
         }
         if last_round {
             let records = log.written();
-            return Recorded { records, error: log.finish().err() };
+            return Recorded {
+                records,
+                error: log.finish().err(),
+            };
         }
         std::thread::sleep(POLL);
     }
@@ -140,7 +159,11 @@ mod tests {
         let (mut sender, recorder) = Recorder::start(log).expect("a thread");
         let start = Instant::now();
         for seq in 0..records {
-            sender.send(Record { t: f64::from(seq) * 0.002, seq, ..Record::default() });
+            sender.send(Record {
+                t: f64::from(seq) * 0.002,
+                seq,
+                ..Record::default()
+            });
         }
         let (took, lost) = (start.elapsed(), sender.lost());
         drop(sender);
@@ -150,7 +173,11 @@ mod tests {
     #[test]
     fn a_slow_disk_does_not_slow_the_sender() {
         let stall = Duration::from_millis(5); // the log takes several hundred writes: more than a second
-        let disk = BadDisk { bytes: Cursor::default(), room: usize::MAX, stall };
+        let disk = BadDisk {
+            bytes: Cursor::default(),
+            room: usize::MAX,
+            stall,
+        };
         let (took, lost, recorded) = record_to(disk, 2000);
         assert!(took < Duration::from_millis(500), "{took:?}"); // a push takes 10 ns; the bound is for busy machines
         assert_eq!((lost, recorded.records), (0, 2000));
@@ -159,7 +186,11 @@ mod tests {
 
     #[test]
     fn a_full_disk_is_told_at_the_end() {
-        let disk = BadDisk { bytes: Cursor::default(), room: 20_000, stall: Duration::ZERO };
+        let disk = BadDisk {
+            bytes: Cursor::default(),
+            room: 20_000,
+            stall: Duration::ZERO,
+        };
         let (_, _, recorded) = record_to(disk, 5000);
         assert!(recorded.records < 5000);
         assert!(matches!(recorded.error, Some(LogError::Write(_))));
@@ -169,7 +200,10 @@ mod tests {
     fn a_full_ring_loses_records_and_counts_them() {
         let (mut producer, _consumer) = RingBuffer::new(2);
         producer.push(Record::default()).expect("room");
-        let mut sender = RecordSender { ring: Some(producer), lost: 0 };
+        let mut sender = RecordSender {
+            ring: Some(producer),
+            lost: 0,
+        };
         for _ in 0..4 {
             sender.send(Record::default());
         }

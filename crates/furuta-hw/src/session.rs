@@ -87,17 +87,37 @@ impl<T: Transport> Session<T> {
         let h = &self.hello;
         let mut found = Vec::new();
         if !rig.name.starts_with(h.rig.as_str()) {
-            found.push(Mismatch { quantity: "name", rig: h.rig.to_string(), file: rig.name.clone() });
+            found.push(Mismatch {
+                quantity: "name",
+                rig: h.rig.to_string(),
+                file: rig.name.clone(),
+            });
         }
         let numbers = [
-            ("arm_counts_per_rev", h.arm_counts_per_rev, rig.sensors.arm_counts_per_rev),
-            ("pendulum_counts_per_rev", h.pendulum_counts_per_rev, rig.sensors.pendulum_counts_per_rev),
-            ("command_limit", f64::from(h.command_limit), rig.params.motor.command_limit),
+            (
+                "arm_counts_per_rev",
+                h.arm_counts_per_rev,
+                rig.sensors.arm_counts_per_rev,
+            ),
+            (
+                "pendulum_counts_per_rev",
+                h.pendulum_counts_per_rev,
+                rig.sensors.pendulum_counts_per_rev,
+            ),
+            (
+                "command_limit",
+                f64::from(h.command_limit),
+                rig.params.motor.command_limit,
+            ),
         ];
         for (quantity, said, file) in numbers {
             // The command limit comes as an f32.
             if (said - file).abs() > 1e-6 * file.abs() {
-                found.push(Mismatch { quantity, rig: said.to_string(), file: file.to_string() });
+                found.push(Mismatch {
+                    quantity,
+                    rig: said.to_string(),
+                    file: file.to_string(),
+                });
             }
         }
         found
@@ -117,8 +137,8 @@ impl<T: Transport> Session<T> {
         let (mut sender, recorder) = match log {
             None => (RecordSender::nowhere(), None),
             Some((path, metadata)) => {
-                let (sender, recorder) =
-                    Recorder::start(LogWriter::create(path, metadata)?).map_err(SessionError::Thread)?;
+                let (sender, recorder) = Recorder::start(LogWriter::create(path, metadata)?)
+                    .map_err(SessionError::Thread)?;
                 (sender, Some(recorder))
             }
         };

@@ -10,13 +10,23 @@ use furuta_log::{LogWriter, Metadata};
 fn a_logged_run_allocates_nothing() {
     let rig = start(&Emulation::default(), Pace::HostLed);
     let (mut link, hello) = connect(&rig);
-    let path = std::env::temp_dir().join(format!("furuta-hw-allocation-{}.mcap", std::process::id()));
+    let path =
+        std::env::temp_dir().join(format!("furuta-hw-allocation-{}.mcap", std::process::id()));
     let log = LogWriter::create(&path, &Metadata::default()).expect("writable");
     let (mut sender, recorder) = Recorder::start(log).expect("a thread");
     let mut end = None;
     // Counts this thread's allocations; the log's writer, in its own thread, may allocate.
     let counted = allocation_counter::measure(|| {
-        end = Some(run(&mut link, &hello, &Constant(0.2), &settings(10.0), &mut sender).end);
+        end = Some(
+            run(
+                &mut link,
+                &hello,
+                &Constant(0.2),
+                &settings(10.0),
+                &mut sender,
+            )
+            .end,
+        );
     });
     assert!(matches!(end, Some(End::Finished)), "{end:?}");
     assert_eq!(counted.count_total, 0, "{counted:?}");
@@ -24,5 +34,8 @@ fn a_logged_run_allocates_nothing() {
     assert_eq!(recorder.finish().records, 5001);
     std::fs::remove_file(path).expect("written above");
     // The counter is at work.
-    assert_eq!(allocation_counter::measure(|| drop(std::hint::black_box(Box::new(1)))).count_total, 1);
+    assert_eq!(
+        allocation_counter::measure(|| drop(std::hint::black_box(Box::new(1)))).count_total,
+        1
+    );
 }

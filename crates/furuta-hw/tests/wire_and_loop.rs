@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 
 use common::{Constant, connect, qube, settings, start};
 use furuta_hw::{
-    Decision, Emulation, End, Link, LinkError, LoopSettings, Measurement, Pace, Pilot, RecordSender, Recorder,
-    RunError, SerialTransport, TransportError, run,
+    Decision, Emulation, End, FaultRates, FaultyTransport, Link, LinkError, LoopSettings,
+    Measurement, Pace, Pilot, RecordSender, Recorder, RunError, SerialTransport, TransportError,
+    run,
 };
 use furuta_log::{LogWriter, Metadata, Mode};
 use furuta_model::{Limits, State};
@@ -21,8 +22,14 @@ use furuta_wire::{Message, Status};
 fn hello_is_the_rig_file() {
     let rig = start(&Emulation::default(), Pace::RealTime);
     let (_, hello) = connect(&rig);
-    assert_eq!((hello.rig.as_str(), hello.period_us), ("qube-servo-2", 2000));
-    assert_eq!((hello.arm_counts_per_rev, hello.pendulum_counts_per_rev), (2048.0, 2048.0));
+    assert_eq!(
+        (hello.rig.as_str(), hello.period_us),
+        ("qube-servo-2", 2000)
+    );
+    assert_eq!(
+        (hello.arm_counts_per_rev, hello.pendulum_counts_per_rev),
+        (2048.0, 2048.0)
+    );
     assert_eq!(hello.command_limit, 10.0);
 }
 
@@ -32,11 +39,20 @@ fn every_sample_is_answered_one_period_later() {
     let (mut link, hello) = connect(&rig);
     let path = tempfile("answered");
     let (mut sender, recorder) =
-        Recorder::start(LogWriter::create(&path, &Metadata::default()).expect("writable")).expect("a thread");
+        Recorder::start(LogWriter::create(&path, &Metadata::default()).expect("writable"))
+            .expect("a thread");
     let summary = run(&mut link, &hello, &Sawtooth, &settings(2.0), &mut sender);
     drop(sender);
     assert!(matches!(summary.end, End::Finished), "{:?}", summary.end);
-    assert_eq!((summary.samples, summary.lost, summary.held, summary.bad_frames), (1001, 0, 0, 0));
+    assert_eq!(
+        (
+            summary.samples,
+            summary.lost,
+            summary.held,
+            summary.bad_frames
+        ),
+        (1001, 0, 0, 0)
+    );
     assert_eq!(recorder.finish().records, 1001);
     let log = furuta_log::read(&path).expect("own log");
     assert_eq!((log.records.len(), log.notice), (1001, None));
@@ -61,7 +77,13 @@ impl Pilot for Sawtooth {
     fn process(&self, k: &mut u32, _: &Measurement) -> Decision {
         *k += 1;
         let volts = 1e-3 * f64::from(*k % 100);
-        Decision { volts, theta_dot: 0.0, alpha_dot: 0.0, reference: 0.0, mode: Mode::Excite }
+        Decision {
+            volts,
+            theta_dot: 0.0,
+            alpha_dot: 0.0,
+            reference: 0.0,
+            mode: Mode::Excite,
+        }
     }
 }
 
@@ -70,18 +92,35 @@ fn a_free_run_in_real_time_keeps_the_rigs_period() {
     let rig = start(&Emulation::default(), Pace::RealTime);
     let (mut link, hello) = connect(&rig);
     let begin = Instant::now();
-    let summary = run(&mut link, &hello, &Constant(0.0), &settings(1.0), &mut RecordSender::nowhere());
+    let summary = run(
+        &mut link,
+        &hello,
+        &Constant(0.0),
+        &settings(1.0),
+        &mut RecordSender::nowhere(),
+    );
     assert!(matches!(summary.end, End::Finished), "{:?}", summary.end);
     // Never faster than the clock; how much slower depends on what else the machine does.
-    assert!(begin.elapsed() > Duration::from_millis(950), "{:?}", begin.elapsed());
+    assert!(
+        begin.elapsed() > Duration::from_millis(950),
+        "{:?}",
+        begin.elapsed()
+    );
     assert_eq!(summary.samples + summary.lost, 501);
 }
 
 #[test]
 fn a_missing_port_is_named() {
-    let error = SerialTransport::open("/dev/no-such-port", SerialTransport::BAUD).expect_err("not there");
-    assert!(matches!(error, TransportError::NoSuchPort { .. }), "{error:?}");
-    assert!(error.to_string().contains("/dev/no-such-port") && error.to_string().contains("plug the rig in"));
+    let error =
+        SerialTransport::open("/dev/no-such-port", SerialTransport::BAUD).expect_err("not there");
+    assert!(
+        matches!(error, TransportError::NoSuchPort { .. }),
+        "{error:?}"
+    );
+    assert!(
+        error.to_string().contains("/dev/no-such-port")
+            && error.to_string().contains("plug the rig in")
+    );
     // There, but no serial port.
     let error = SerialTransport::open("/dev/null", SerialTransport::BAUD).expect_err("no port");
     assert!(matches!(error, TransportError::Refused { .. }), "{error:?}");
@@ -109,8 +148,13 @@ fn silence_and_chatter_are_no_hello() {
             device
         });
         match Link::connect(host, Duration::from_millis(300)) {
-            Err(LinkError::NoHello { bytes, bad_frames, .. }) => {
-                assert_eq!((bytes > 0, bad_frames > 0), (!chatter.is_empty(), !chatter.is_empty()));
+            Err(LinkError::NoHello {
+                bytes, bad_frames, ..
+            }) => {
+                assert_eq!(
+                    (bytes > 0, bad_frames > 0),
+                    (!chatter.is_empty(), !chatter.is_empty())
+                );
             }
             other => panic!("{other:?}"),
         }
@@ -134,7 +178,9 @@ fn another_protocol_version_is_named() {
         }
     });
     match Link::connect(host, Duration::from_secs(5)) {
-        Err(error @ LinkError::Version { found: 9 }) => assert!(error.to_string().contains("version 9")),
+        Err(error @ LinkError::Version { found: 9 }) => {
+            assert!(error.to_string().contains("version 9"))
+        }
         other => panic!("{other:?}"),
     }
     talker.join().expect("no panic");
@@ -146,7 +192,8 @@ fn unplugged_mid_run_keeps_the_log() {
     let (mut link, hello) = connect(&rig);
     let path = tempfile("unplugged");
     let (mut sender, recorder) =
-        Recorder::start(LogWriter::create(&path, &Metadata::default()).expect("writable")).expect("a thread");
+        Recorder::start(LogWriter::create(&path, &Metadata::default()).expect("writable"))
+            .expect("a thread");
     let seen = AtomicU32::new(0);
     let summary = std::thread::scope(|scope| {
         let (seen, hand) = (&seen, rig);
@@ -156,16 +203,30 @@ fn unplugged_mid_run_keeps_the_log() {
             }
             hand.unplug();
         });
-        run(&mut link, &hello, &Counting(seen), &settings(60.0), &mut sender)
+        run(
+            &mut link,
+            &hello,
+            &Counting(seen),
+            &settings(60.0),
+            &mut sender,
+        )
     });
     drop(sender);
     let error = summary.error().expect("the cable was pulled");
-    assert!(matches!(error, RunError::Transport(TransportError::Unplugged { .. })), "{error:?}");
+    assert!(
+        matches!(error, RunError::Transport(TransportError::Unplugged { .. })),
+        "{error:?}"
+    );
     assert!(error.to_string().contains("unplugged"));
     let recorded = recorder.finish();
-    assert!(recorded.error.is_none() && recorded.records == summary.samples && summary.samples >= 200);
+    assert!(
+        recorded.error.is_none() && recorded.records == summary.samples && summary.samples >= 200
+    );
     let log = furuta_log::read(&path).expect("own log");
-    assert_eq!((log.records.len() as u64, log.notice), (summary.samples, None));
+    assert_eq!(
+        (log.records.len() as u64, log.notice),
+        (summary.samples, None)
+    );
     std::fs::remove_file(path).expect("written above");
 }
 
@@ -188,11 +249,22 @@ fn a_rig_that_falls_silent_ends_the_run() {
     let name = serialport::SerialPort::name(&port).expect("named");
     let mut host = SerialTransport::open(&name, SerialTransport::BAUD).expect("there");
     let hello = connect(&start(&Emulation::default(), Pace::RealTime)).1;
-    let settings = LoopSettings { silence: Duration::from_millis(100), ..settings(60.0) };
+    let settings = LoopSettings {
+        silence: Duration::from_millis(100),
+        ..settings(60.0)
+    };
     let mut link = Link::new(&mut host);
-    let summary = run(&mut link, &hello, &Constant(1.0), &settings, &mut RecordSender::nowhere());
+    let summary = run(
+        &mut link,
+        &hello,
+        &Constant(1.0),
+        &settings,
+        &mut RecordSender::nowhere(),
+    );
     match summary.error() {
-        Some(RunError::Silent { samples: 0, waited }) => assert!(*waited >= Duration::from_millis(100)),
+        Some(RunError::Silent { samples: 0, waited }) => {
+            assert!(*waited >= Duration::from_millis(100))
+        }
         other => panic!("{other:?}"),
     }
     drop(device);
@@ -202,13 +274,33 @@ fn a_rig_that_falls_silent_ends_the_run() {
 #[test]
 fn the_last_word_is_zero_volts() {
     for (pilot, name) in [(Faulty::Nan, "command"), (Faulty::Runaway, "arm angle")] {
-        let rig = start(&Emulation { watchdog_periods: u16::MAX, ..Emulation::default() }, Pace::RealTime);
+        let rig = start(
+            &Emulation {
+                watchdog_periods: u16::MAX,
+                ..Emulation::default()
+            },
+            Pace::RealTime,
+        );
         let (mut link, hello) = connect(&rig);
-        let limits = Limits { arm_angle: Some(1.0), ..Limits::default() };
-        let settings = LoopSettings { limits, ..settings(60.0) };
-        let summary = run(&mut link, &hello, &pilot, &settings, &mut RecordSender::nowhere());
+        let limits = Limits {
+            arm_angle: Some(1.0),
+            ..Limits::default()
+        };
+        let settings = LoopSettings {
+            limits,
+            ..settings(60.0)
+        };
+        let summary = run(
+            &mut link,
+            &hello,
+            &pilot,
+            &settings,
+            &mut RecordSender::nowhere(),
+        );
         match summary.error() {
-            Some(RunError::NotFinite { quantity, .. } | RunError::Limit { quantity, .. }) => assert_eq!(*quantity, name),
+            Some(RunError::NotFinite { quantity, .. } | RunError::Limit { quantity, .. }) => {
+                assert_eq!(*quantity, name)
+            }
             other => panic!("{other:?}"),
         }
         assert_eq!(held_after_a_while(&mut link), 0.0);
@@ -217,10 +309,22 @@ fn the_last_word_is_zero_volts() {
 
 #[test]
 fn a_panicking_pilot_leaves_zero_volts() {
-    let rig = start(&Emulation { watchdog_periods: u16::MAX, ..Emulation::default() }, Pace::RealTime);
+    let rig = start(
+        &Emulation {
+            watchdog_periods: u16::MAX,
+            ..Emulation::default()
+        },
+        Pace::RealTime,
+    );
     let (mut link, hello) = connect(&rig);
     let panicked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        run(&mut link, &hello, &Faulty::Panic, &settings(60.0), &mut RecordSender::nowhere())
+        run(
+            &mut link,
+            &hello,
+            &Faulty::Panic,
+            &settings(60.0),
+            &mut RecordSender::nowhere(),
+        )
     }));
     assert!(panicked.is_err());
     assert_eq!(held_after_a_while(&mut link), 0.0);
@@ -243,7 +347,10 @@ impl Pilot for Faulty {
             Self::Panic if m.t > 0.1 => panic!("meant"),
             Self::Nan | Self::Panic | Self::Runaway => 5.0,
         };
-        Decision { volts, ..Constant(0.0).process(&mut (), m) }
+        Decision {
+            volts,
+            ..Constant(0.0).process(&mut (), m)
+        }
     }
 }
 
@@ -287,8 +394,17 @@ fn the_stop_flag_ends_a_run() {
     let rig = start(&Emulation::default(), Pace::RealTime);
     let (mut link, hello) = connect(&rig);
     let stop = AtomicBool::new(true);
-    let settings = LoopSettings { stop: Some(&stop), ..settings(60.0) };
-    let summary = run(&mut link, &hello, &Constant(0.0), &settings, &mut RecordSender::nowhere());
+    let settings = LoopSettings {
+        stop: Some(&stop),
+        ..settings(60.0)
+    };
+    let summary = run(
+        &mut link,
+        &hello,
+        &Constant(0.0),
+        &settings,
+        &mut RecordSender::nowhere(),
+    );
     assert!(matches!(summary.end, End::Stopped));
     assert_eq!(summary.samples, 1);
 }
@@ -297,12 +413,25 @@ fn the_stop_flag_ends_a_run() {
 #[test]
 fn measured_angles_are_the_models() {
     let start_state = State::new(0.0, PI - 0.5, 0.0, 0.0);
-    let rig = start(&Emulation { start: start_state, ..Emulation::default() }, Pace::HostLed);
+    let rig = start(
+        &Emulation {
+            start: start_state,
+            ..Emulation::default()
+        },
+        Pace::HostLed,
+    );
     let (mut link, hello) = connect(&rig);
     let path = tempfile("model");
     let (mut sender, recorder) =
-        Recorder::start(LogWriter::create(&path, &Metadata::default()).expect("writable")).expect("a thread");
-    run(&mut link, &hello, &Constant(0.7), &settings(1.0), &mut sender);
+        Recorder::start(LogWriter::create(&path, &Metadata::default()).expect("writable"))
+            .expect("a thread");
+    run(
+        &mut link,
+        &hello,
+        &Constant(0.7),
+        &settings(1.0),
+        &mut sender,
+    );
     drop(sender);
     assert!(recorder.finish().error.is_none());
     let log = furuta_log::read(&path).expect("own log");
@@ -322,7 +451,11 @@ fn measured_angles_are_the_models() {
     for record in &log.records {
         let (e, f) = (record.theta - model.theta, record.alpha - model.alpha);
         // Half a count of rounding, and a tenth for the integrators' difference.
-        assert!(e.abs() < 0.6 * count && f.abs() < 0.6 * count, "t = {}: {e} {f}", record.t);
+        assert!(
+            e.abs() < 0.6 * count && f.abs() < 0.6 * count,
+            "t = {}: {e} {f}",
+            record.t
+        );
         model = period(record.u);
     }
     assert_eq!((log.records.len(), log.notice), (501, None));
@@ -330,4 +463,36 @@ fn measured_angles_are_the_models() {
 
 fn tempfile(name: &str) -> std::path::PathBuf {
     std::env::temp_dir().join(format!("furuta-hw-{name}-{}.mcap", std::process::id()))
+}
+
+/// A wire that damages about one frame in ten: what is lost is counted, nothing wrong is believed, the run goes on.
+#[test]
+fn a_faulty_wire_is_survived_and_counted() {
+    // Frames have some 20 bytes each way.
+    let rates = FaultRates {
+        lost: 0.002,
+        flipped: 0.002,
+        doubled: 0.001,
+    };
+    let rig = start(&Emulation::default(), Pace::RealTime);
+    let port = SerialTransport::open(rig.path(), SerialTransport::BAUD).expect("the port is there");
+    let mut wire = FaultyTransport::new(port, rates, 1);
+    let (mut link, hello) =
+        Link::connect(&mut wire, Duration::from_secs(10)).expect("asked until it answers");
+    let summary = run(
+        &mut link,
+        &hello,
+        &Constant(0.5),
+        &settings(3.0),
+        &mut RecordSender::nowhere(),
+    );
+    assert!(matches!(summary.end, End::Finished), "{:?}", summary.end);
+    // Lost samples, and at the end perhaps some beyond the duration.
+    assert!(summary.samples + summary.lost >= 1501, "{summary:?}");
+    assert!((50..500).contains(&summary.lost), "{summary:?}");
+    assert!(
+        summary.bad_frames >= summary.lost / 2 && summary.held > 50,
+        "{summary:?}"
+    );
+    assert!(wire.damaged() > 100);
 }

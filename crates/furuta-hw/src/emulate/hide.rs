@@ -53,17 +53,41 @@ pub enum HideError {
 /// ```
 pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, HideError> {
     let (id, assignments) = text.split_once(':').unwrap_or((text, ""));
-    let spec = effects::spec(id.trim()).ok_or_else(|| HideError::UnknownEffect { id: id.to_owned() })?;
-    let mut values: Vec<f64> = spec.parameters.iter().map(|p| (p.typical)(params)).collect();
+    let spec =
+        effects::spec(id.trim()).ok_or_else(|| HideError::UnknownEffect { id: id.to_owned() })?;
+    let mut values: Vec<f64> = spec
+        .parameters
+        .iter()
+        .map(|p| (p.typical)(params))
+        .collect();
     for assignment in assignments.split(',').filter(|a| !a.trim().is_empty()) {
-        let parsed = assignment.split_once('=').and_then(|(n, v)| Some((n.trim(), v.trim().parse().ok()?)));
+        let parsed = assignment
+            .split_once('=')
+            .and_then(|(n, v)| Some((n.trim(), v.trim().parse().ok()?)));
         let Some((name, value)) = parsed else {
             let first = spec.parameters.first().map_or("value", |p| p.name);
-            return Err(HideError::NotAssignment { text: assignment.to_owned(), example: format!("{id}:{first}=0.001") });
+            return Err(HideError::NotAssignment {
+                text: assignment.to_owned(),
+                example: format!("{id}:{first}=0.001"),
+            });
         };
-        let Some(slot) = spec.parameters.iter().position(|p| p.name == name).and_then(|i| values.get_mut(i)) else {
-            let has = spec.parameters.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
-            return Err(HideError::UnknownParameter { id: spec.id, name: name.to_owned(), has });
+        let Some(slot) = spec
+            .parameters
+            .iter()
+            .position(|p| p.name == name)
+            .and_then(|i| values.get_mut(i))
+        else {
+            let has = spec
+                .parameters
+                .iter()
+                .map(|p| p.name)
+                .collect::<Vec<_>>()
+                .join(", ");
+            return Err(HideError::UnknownParameter {
+                id: spec.id,
+                name: name.to_owned(),
+                has,
+            });
         };
         *slot = value;
     }
@@ -71,7 +95,11 @@ pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, Hi
 }
 
 fn known() -> String {
-    CATALOGUE.iter().map(|s| s.id).collect::<Vec<_>>().join(", ")
+    CATALOGUE
+        .iter()
+        .map(|s| s.id)
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 #[cfg(test)]
@@ -84,11 +112,26 @@ mod tests {
     fn what_is_wrong_is_named() {
         let params = Rig::builtin("qube-servo-2").expect("built in").params;
         let error = |text| hidden_effect(text, &params).expect_err(text);
-        assert!(matches!(error("arm.sprong"), HideError::UnknownEffect { .. }));
-        assert!(matches!(error("arm.spring:1e-3"), HideError::NotAssignment { .. }));
-        assert!(matches!(error("arm.spring:rest=far"), HideError::NotAssignment { .. }));
-        assert!(matches!(error("arm.spring:stiffness=-1"), HideError::Effect(_)));
-        assert!(matches!(error("arm.spring:stiffness=nan"), HideError::Effect(_)));
+        assert!(matches!(
+            error("arm.sprong"),
+            HideError::UnknownEffect { .. }
+        ));
+        assert!(matches!(
+            error("arm.spring:1e-3"),
+            HideError::NotAssignment { .. }
+        ));
+        assert!(matches!(
+            error("arm.spring:rest=far"),
+            HideError::NotAssignment { .. }
+        ));
+        assert!(matches!(
+            error("arm.spring:stiffness=-1"),
+            HideError::Effect(_)
+        ));
+        assert!(matches!(
+            error("arm.spring:stiffness=nan"),
+            HideError::Effect(_)
+        ));
     }
 
     #[test]

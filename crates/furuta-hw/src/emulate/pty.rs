@@ -62,12 +62,21 @@ impl PtyRig {
         let (master, slave) = TTYPort::pair().map_err(PtyError::Open)?;
         let path = slave.name().ok_or(PtyError::NoName)?;
         let stop = Arc::new(AtomicBool::new(false));
-        let server = Server { rig, master, slave, stop: Arc::clone(&stop) };
+        let server = Server {
+            rig,
+            master,
+            slave,
+            stop: Arc::clone(&stop),
+        };
         let thread = std::thread::Builder::new()
             .name("emulated-rig".to_owned())
             .spawn(move || server.run(pace))
             .map_err(PtyError::Thread)?;
-        Ok(Self { path, stop, thread: Some(thread) })
+        Ok(Self {
+            path,
+            stop,
+            thread: Some(thread),
+        })
     }
 
     /// Path of the port, to be opened by the host.
@@ -146,7 +155,11 @@ impl Server {
     }
 
     fn say(&mut self, message: &Message) {
-        if self.slave.bytes_to_read().is_ok_and(|unread| unread > UNREAD_LIMIT) {
+        if self
+            .slave
+            .bytes_to_read()
+            .is_ok_and(|unread| unread > UNREAD_LIMIT)
+        {
             return; // nobody reads: like a UART, drop it
         }
         let mut buffer = [0; MAX_FRAME];

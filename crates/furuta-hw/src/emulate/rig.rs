@@ -6,8 +6,8 @@ use std::f64::consts::{PI, TAU};
 use arrayvec::ArrayVec;
 use furuta_model::{Effect, Plant, PlantError, PlantState, Rig, State};
 use furuta_wire::{
-    ArmCounts, Decoder, Hello, Message, PROTOCOL_VERSION, PendulumCounts, RIG_NAME_CAPACITY, RigLimits, RigName,
-    Sample, Status,
+    ArmCounts, Decoder, Hello, Message, PROTOCOL_VERSION, PendulumCounts, RIG_NAME_CAPACITY,
+    RigLimits, RigName, Sample, Status,
 };
 
 /// Longest step of the integrator [s]: RK4 then errs by less than an encoder count on all built-in rigs.
@@ -31,7 +31,12 @@ pub struct Emulation {
 impl Default for Emulation {
     /// 500 Hz, nothing hidden, hanging at rest, watchdog after 10 periods (20 ms).
     fn default() -> Self {
-        Self { period_us: 2000, hidden: Vec::new(), start: State::new(0.0, PI, 0.0, 0.0), watchdog_periods: 10 }
+        Self {
+            period_us: 2000,
+            hidden: Vec::new(),
+            start: State::new(0.0, PI, 0.0, 0.0),
+            watchdog_periods: 10,
+        }
     }
 }
 
@@ -96,11 +101,21 @@ impl EmulatedRig {
     /// # Errors
     /// [`EmulationError`].
     pub fn new(rig: &Rig, emulation: &Emulation) -> Result<Self, EmulationError> {
-        let Emulation { period_us, start, watchdog_periods, .. } = *emulation;
+        let Emulation {
+            period_us,
+            start,
+            watchdog_periods,
+            ..
+        } = *emulation;
         if !(100..=100_000).contains(&period_us) {
             return Err(EmulationError::Period { period_us });
         }
-        let effects: Vec<_> = rig.effects.iter().chain(&emulation.hidden).copied().collect();
+        let effects: Vec<_> = rig
+            .effects
+            .iter()
+            .chain(&emulation.hidden)
+            .copied()
+            .collect();
         let plant = Plant::new(&rig.params, &effects)?;
         let period = f64::from(period_us) * 1e-6;
         // At least 1 and at most 100, by the range of the period.
@@ -171,7 +186,9 @@ impl EmulatedRig {
                         self.refused = true;
                     }
                 }
-                Some(Ok(Message::Query(_)) | Err(furuta_wire::FrameError::Version { .. })) => self.queried = true,
+                Some(Ok(Message::Query(_)) | Err(furuta_wire::FrameError::Version { .. })) => {
+                    self.queried = true
+                }
                 _ => {}
             }
         }
@@ -246,8 +263,15 @@ impl EmulatedRig {
 
     fn beyond_limits(&mut self, counts: [i32; 2]) -> bool {
         let angle = |counts: i32, per_rev: f64| f64::from(counts) * TAU / per_rev;
-        let RigLimits { arm_angle, arm_speed, pendulum_speed } = self.hello.limits;
-        let (arm, pendulum) = (self.hello.arm_counts_per_rev, self.hello.pendulum_counts_per_rev);
+        let RigLimits {
+            arm_angle,
+            arm_speed,
+            pendulum_speed,
+        } = self.hello.limits;
+        let (arm, pendulum) = (
+            self.hello.arm_counts_per_rev,
+            self.hello.pendulum_counts_per_rev,
+        );
         let mut speeds = [0.0; 2];
         if self.recent.is_full() {
             let old = self.recent.remove(0);
@@ -258,8 +282,11 @@ impl EmulatedRig {
             ];
         }
         self.recent.push(counts);
-        let beyond = |value: f64, limit: Option<f32>| limit.is_some_and(|l| value.abs() > f64::from(l));
-        beyond(angle(counts[0], arm), arm_angle) || beyond(speeds[0], arm_speed) || beyond(speeds[1], pendulum_speed)
+        let beyond =
+            |value: f64, limit: Option<f32>| limit.is_some_and(|l| value.abs() > f64::from(l));
+        beyond(angle(counts[0], arm), arm_angle)
+            || beyond(speeds[0], arm_speed)
+            || beyond(speeds[1], pendulum_speed)
     }
 }
 
@@ -287,7 +314,10 @@ mod tests {
     use super::*;
 
     fn rig(limits: furuta_model::Limits) -> EmulatedRig {
-        let rig = Rig { limits, ..Rig::builtin("qube-servo-2").expect("built in") };
+        let rig = Rig {
+            limits,
+            ..Rig::builtin("qube-servo-2").expect("built in")
+        };
         EmulatedRig::new(&rig, &Emulation::default()).expect("valid")
     }
 
@@ -306,7 +336,10 @@ mod tests {
         for k in 0..100 {
             let sample = rig.tick();
             assert_eq!((sample.seq, sample.t_us), (k, u64::from(k) * 2000));
-            assert_eq!((sample.theta, sample.alpha), (ArmCounts(0), PendulumCounts(0)));
+            assert_eq!(
+                (sample.theta, sample.alpha),
+                (ArmCounts(0), PendulumCounts(0))
+            );
         }
     }
 
@@ -318,7 +351,11 @@ mod tests {
         for (k, sample) in volts.iter().enumerate() {
             // The command's own tick, then nine held ones; the tenth silent period trips the watchdog.
             assert_eq!(sample.volts, if k < 10 { 2.0 } else { 0.0 }, "tick {k}");
-            assert_eq!(sample.status.contains(Status::WATCHDOG), k >= 10, "tick {k}");
+            assert_eq!(
+                sample.status.contains(Status::WATCHDOG),
+                k >= 10,
+                "tick {k}"
+            );
             assert_eq!(sample.status.contains(Status::HELD), k >= 1, "tick {k}");
         }
         command(&mut rig, -1.0);
@@ -334,13 +371,18 @@ mod tests {
         for bad in [f32::NAN, f32::INFINITY] {
             command(&mut rig, bad);
             let sample = rig.tick();
-            assert!(sample.volts.is_finite() && sample.status.contains(Status::REFUSED | Status::HELD));
+            assert!(
+                sample.volts.is_finite() && sample.status.contains(Status::REFUSED | Status::HELD)
+            );
         }
     }
 
     #[test]
     fn beyond_a_limit_the_motor_is_off() {
-        let limits = furuta_model::Limits { arm_angle: Some(0.5), ..Default::default() };
+        let limits = furuta_model::Limits {
+            arm_angle: Some(0.5),
+            ..Default::default()
+        };
         let mut rig = rig(limits);
         let mut tripped = None;
         for _ in 0..1000 {
@@ -360,18 +402,46 @@ mod tests {
     fn queries_are_answered_once_even_from_another_version() {
         let mut rig = rig(Default::default());
         assert_eq!(rig.hello(), None);
-        say(&mut rig, Message::Query(Query { version: PROTOCOL_VERSION + 1 }));
-        assert_eq!(rig.hello().map(|h| h.rig.to_string()), Some("qube-servo-2".to_owned()));
+        say(
+            &mut rig,
+            Message::Query(Query {
+                version: PROTOCOL_VERSION + 1,
+            }),
+        );
+        assert_eq!(
+            rig.hello().map(|h| h.rig.to_string()),
+            Some("qube-servo-2".to_owned())
+        );
         assert_eq!(rig.hello(), None);
     }
 
     #[test]
     fn settings_out_of_range_are_refused() {
         let rig = Rig::builtin("qube-servo-2").expect("built in");
-        let period = |period_us| EmulatedRig::new(&rig, &Emulation { period_us, ..Emulation::default() });
-        assert!(matches!(period(0), Err(EmulationError::Period { period_us: 0 })));
+        let period = |period_us| {
+            EmulatedRig::new(
+                &rig,
+                &Emulation {
+                    period_us,
+                    ..Emulation::default()
+                },
+            )
+        };
+        assert!(matches!(
+            period(0),
+            Err(EmulationError::Period { period_us: 0 })
+        ));
         let hidden = vec![Effect::new("motor.bias", &[0.1]).expect("valid"); 20];
-        assert!(EmulatedRig::new(&rig, &Emulation { hidden, ..Emulation::default() }).is_err());
+        assert!(
+            EmulatedRig::new(
+                &rig,
+                &Emulation {
+                    hidden,
+                    ..Emulation::default()
+                }
+            )
+            .is_err()
+        );
     }
 
     #[test]

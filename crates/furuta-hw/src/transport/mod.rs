@@ -3,10 +3,12 @@
 //! The loop is generic over the trait, so that no call goes through a table of pointers and a test can put anything
 //! that carries bytes in a rig's place.
 
+mod faulty;
 mod serial;
 
 use std::time::Duration;
 
+pub use faulty::{FaultRates, FaultyTransport};
 pub use serial::SerialTransport;
 
 /// Carries bytes to and from a rig.
@@ -48,7 +50,9 @@ impl<T: Transport> Transport for &mut T {
 #[derive(Debug, thiserror::Error)]
 pub enum TransportError {
     /// No such port.
-    #[error("port {port} does not exist: plug the rig in, or give another port (present: {present})")]
+    #[error(
+        "port {port} does not exist: plug the rig in, or give another port (present: {present})"
+    )]
     NoSuchPort {
         /// The port asked for.
         port: String,
@@ -56,7 +60,9 @@ pub enum TransportError {
         present: String,
     },
     /// The port is there but cannot be used.
-    #[error("port {port} cannot be opened ({reason}): close other programs that use it, or see that you may read and write it")]
+    #[error(
+        "port {port} cannot be opened ({reason}): close other programs that use it, or see that you may read and write it"
+    )]
     Refused {
         /// The port asked for.
         port: String,
@@ -64,7 +70,9 @@ pub enum TransportError {
         reason: String,
     },
     /// The port disappeared while in use.
-    #[error("port {port} is gone: the rig was unplugged or switched off, plug it in again and restart")]
+    #[error(
+        "port {port} is gone: the rig was unplugged or switched off, plug it in again and restart"
+    )]
     Unplugged {
         /// The port.
         port: String,

@@ -32,23 +32,39 @@ impl SerialTransport {
     /// # Errors
     /// [`TransportError::NoSuchPort`], [`TransportError::Refused`].
     pub fn open(name: &str, baud: u32) -> Result<Self, TransportError> {
-        let port = serialport::new(name, baud).timeout(WRITE_TIMEOUT).open_native().map_err(|error| {
-            // serialport reports a missing device as Io(NotFound), an unsuitable path as NoDevice.
-            match error.kind {
-                serialport::ErrorKind::NoDevice | serialport::ErrorKind::Io(ErrorKind::NotFound)
-                    if !std::path::Path::new(name).exists() =>
-                {
-                    TransportError::NoSuchPort { port: name.to_owned(), present: present() }
+        let port = serialport::new(name, baud)
+            .timeout(WRITE_TIMEOUT)
+            .open_native()
+            .map_err(|error| {
+                // serialport reports a missing device as Io(NotFound), an unsuitable path as NoDevice.
+                match error.kind {
+                    serialport::ErrorKind::NoDevice
+                    | serialport::ErrorKind::Io(ErrorKind::NotFound)
+                        if !std::path::Path::new(name).exists() =>
+                    {
+                        TransportError::NoSuchPort {
+                            port: name.to_owned(),
+                            present: present(),
+                        }
+                    }
+                    _ => TransportError::Refused {
+                        port: name.to_owned(),
+                        reason: error.description,
+                    },
                 }
-                _ => TransportError::Refused { port: name.to_owned(), reason: error.description },
-            }
-        })?;
-        Ok(Self { port, name: name.to_owned(), timeout: WRITE_TIMEOUT })
+            })?;
+        Ok(Self {
+            port,
+            name: name.to_owned(),
+            timeout: WRITE_TIMEOUT,
+        })
     }
 
     fn wait(&mut self, timeout: Duration) -> Result<(), TransportError> {
         if self.timeout != timeout {
-            self.port.set_timeout(timeout).map_err(|e| self.lost(e.into()))?;
+            self.port
+                .set_timeout(timeout)
+                .map_err(|e| self.lost(e.into()))?;
             self.timeout = timeout;
         }
         Ok(())
@@ -62,10 +78,17 @@ impl SerialTransport {
         let port = self.name.clone();
         let gone = matches!(
             source.kind(),
-            ErrorKind::BrokenPipe | ErrorKind::UnexpectedEof | ErrorKind::NotConnected | ErrorKind::NotFound
+            ErrorKind::BrokenPipe
+                | ErrorKind::UnexpectedEof
+                | ErrorKind::NotConnected
+                | ErrorKind::NotFound
         ) || matches!(source.raw_os_error(), Some(EIO | ENXIO | ENODEV))
             || !std::path::Path::new(&self.name).exists();
-        if gone { TransportError::Unplugged { port } } else { TransportError::Io { port, source } }
+        if gone {
+            TransportError::Unplugged { port }
+        } else {
+            TransportError::Io { port, source }
+        }
     }
 }
 
@@ -88,7 +111,9 @@ impl Transport for SerialTransport {
                 Ok(n) => bytes = bytes.get(n..).unwrap_or_default(),
                 Err(e) if e.kind() == ErrorKind::Interrupted => {}
                 Err(e) if e.kind() == ErrorKind::TimedOut => {
-                    return Err(TransportError::Stuck { port: self.name.clone() });
+                    return Err(TransportError::Stuck {
+                        port: self.name.clone(),
+                    });
                 }
                 Err(e) => return Err(self.lost(e)),
             }
@@ -97,7 +122,9 @@ impl Transport for SerialTransport {
     }
 
     fn discard_input(&mut self) -> Result<(), TransportError> {
-        self.port.clear(ClearBuffer::Input).map_err(|e| self.lost(e.into()))
+        self.port
+            .clear(ClearBuffer::Input)
+            .map_err(|e| self.lost(e.into()))
     }
 }
 
@@ -106,5 +133,9 @@ fn present() -> String {
     if ports.is_empty() {
         return "none".to_owned();
     }
-    ports.into_iter().map(|p| p.port_name).collect::<Vec<_>>().join(", ")
+    ports
+        .into_iter()
+        .map(|p| p.port_name)
+        .collect::<Vec<_>>()
+        .join(", ")
 }

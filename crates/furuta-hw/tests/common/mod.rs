@@ -4,7 +4,8 @@
 use std::time::Duration;
 
 use furuta_hw::{
-    Decision, EmulatedRig, Emulation, Link, LoopSettings, Measurement, Pace, Pilot, PtyRig, SerialTransport,
+    Decision, EmulatedRig, Emulation, Link, LoopSettings, Measurement, Pace, Pilot, PtyRig,
+    SerialTransport,
 };
 use furuta_log::Mode;
 use furuta_model::{Limits, Rig};
@@ -43,6 +44,12 @@ impl Pilot for Constant {
     fn start(&self) {}
 
     fn process(&self, (): &mut (), _: &Measurement) -> Decision {
-        Decision { volts: self.0, theta_dot: 0.0, alpha_dot: 0.0, reference: 0.0, mode: Mode::Excite }
+        Decision {
+            volts: self.0,
+            theta_dot: 0.0,
+            alpha_dot: 0.0,
+            reference: 0.0,
+            mode: Mode::Excite,
+        }
     }
 }

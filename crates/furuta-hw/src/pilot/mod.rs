@@ -1,6 +1,10 @@
 //! What decides about the motor: one trait, so that the loop knows nothing of estimators and controllers.
 
+mod reference;
+
 use furuta_log::Mode;
+
+pub use reference::Reference;
 
 /// What the loop knows at a sample.
 #[derive(Copy, Clone, Debug, PartialEq)]
