@@ -21,6 +21,8 @@ const COLUMNS: &str = "columns";
 const COMMENTS: &str = "comments";
 /// Name of the metadata record that [`furuta_log`] reads.
 const METADATA: &str = "furuta";
+/// Bytes of messages in a chunk, some 200 samples: of a file that is not copied whole, every whole chunk is read.
+const CHUNK: u64 = 64 << 10;
 const STATE: [&str; 6] = ["t", "u", "theta", "alpha", "theta_dot", "alpha_dot"];
 
 pub(super) fn is_mcap(bytes: &[u8]) -> bool {
@@ -206,6 +208,7 @@ impl Recording {
             .profile("")
             .library(concat!("furuta-ident ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Lz4))
+            .chunk_size(Some(CHUNK))
             .create(out)
             .map_err(as_io)?;
         writer
