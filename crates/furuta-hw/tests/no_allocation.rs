@@ -2,8 +2,8 @@
 
 mod common;
 
-use common::{Constant, connect, settings, start};
-use furuta_hw::{Emulation, End, Pace, Recorder, run};
+use common::{connect, qube, settings, start};
+use furuta_hw::{Emulation, End, Pace, Recorder, Reference, SwingUpBalance, run};
 use furuta_log::{LogWriter, Metadata};
 
 #[test]
@@ -14,19 +14,12 @@ fn a_logged_run_allocates_nothing() {
         std::env::temp_dir().join(format!("furuta-hw-allocation-{}.mcap", std::process::id()));
     let log = LogWriter::create(&path, &Metadata::default()).expect("writable");
     let (mut sender, recorder) = Recorder::start(log).expect("a thread");
+    let pilot =
+        SwingUpBalance::design(&qube(), 0.002, Reference::Constant(0.0)).expect("stabilisable");
     let mut end = None;
     // Counts this thread's allocations; the log's writer, in its own thread, may allocate.
     let counted = allocation_counter::measure(|| {
-        end = Some(
-            run(
-                &mut link,
-                &hello,
-                &Constant(0.2),
-                &settings(10.0),
-                &mut sender,
-            )
-            .end,
-        );
+        end = Some(run(&mut link, &hello, &pilot, &settings(10.0), &mut sender).end);
     });
     assert!(matches!(end, Some(End::Finished)), "{end:?}");
     assert_eq!(counted.count_total, 0, "{counted:?}");

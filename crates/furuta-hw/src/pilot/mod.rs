@@ -1,10 +1,15 @@
 //! What decides about the motor: one trait, so that the loop knows nothing of estimators and controllers.
 
+mod observer;
+mod open_loop;
 mod reference;
+mod swing_up_balance;
 
 use furuta_log::Mode;
 
+pub use open_loop::{OpenLoop, OpenLoopState};
 pub use reference::Reference;
+pub use swing_up_balance::{SwingUpBalance, SwingUpBalanceState};
 
 /// What the loop knows at a sample.
 #[derive(Copy, Clone, Debug, PartialEq)]

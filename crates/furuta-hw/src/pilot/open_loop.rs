@@ -1,0 +1,65 @@
+//! Drives the motor with a test signal, whatever the rig does.
+
+use furuta_log::Mode;
+use furuta_model::Rig;
+
+use super::observer::{Belief, Observer};
+use super::{Decision, Measurement, Pilot};
+use crate::excitation::Excitation;
+
+/// Bandwidth of the observer behind the logged speeds [rad/s]: fast against the mechanics, slow against the counts.
+const BANDWIDTH: f64 = 120.0;
+
+/// Drives the motor with a test signal.
+#[derive(Clone, Debug)]
+pub struct OpenLoop {
+    excitation: Excitation,
+    command_limit: f64,
+    observer: Observer,
+}
+
+impl OpenLoop {
+    /// A test signal for a rig with this sampling period [s]; its voltage is clipped at the rig's command limit.
+    #[must_use]
+    pub fn new(rig: &Rig, period: f64, excitation: Excitation) -> Self {
+        let observer = Observer::new(rig.plant(), period, BANDWIDTH);
+        Self {
+            excitation,
+            command_limit: rig.params.motor.command_limit,
+            observer,
+        }
+    }
+
+    /// In words, for the log.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        format!("open loop: {:?}", self.excitation)
+    }
+}
+
+impl Pilot for OpenLoop {
+    type State = OpenLoopState;
+
+    fn start(&self) -> OpenLoopState {
+        OpenLoopState(self.observer.start())
+    }
+
+    fn process(&self, state: &mut OpenLoopState, m: &Measurement) -> Decision {
+        let x = self.observer.correct(&mut state.0, m);
+        let volts = self
+            .excitation
+            .volts(m.t)
+            .clamp(-self.command_limit, self.command_limit);
+        Decision {
+            volts,
+            theta_dot: x.theta_dot,
+            alpha_dot: x.alpha_dot,
+            reference: 0.0,
+            mode: Mode::Excite,
+        }
+    }
+}
+
+/// What an [`OpenLoop`] remembers.
+#[derive(Clone, Debug)]
+pub struct OpenLoopState(Belief);
