@@ -1,5 +1,369 @@
 //! Finds where model and data disagree, and names what is missing.
+//!
+//! 1. The noise floor is estimated from the encoders themselves (`data`), so that "explained" is an absolute statement.
+//! 2. The model is fitted by multiple shooting over short windows (`shooting`, `fit`): first its parameters alone, in the combinations that data
+//!    can show (`hypothesis`), then with each effect of the catalogue added, the most convincing one kept, until none is left (`search`).
+//! 3. What short windows leave unexplained is looked at again over long ones: a name must help at both.
+//! 4. The named effects are judged on data they were not fitted to (`held_out`), and their rivals listed.
+//! 5. The repaired model goes back into a rig file (`repair`), and whole recordings are predicted with it (`predict`).
 
+mod data;
+mod error;
+mod fit;
+mod held_out;
+mod hypothesis;
+mod location;
+mod predict;
+mod repair;
 pub mod result;
+mod search;
+mod shooting;
+mod verify;
 
+use std::time::Instant;
+
+use furuta_model::{Rig, effects};
+
+pub use error::DiagnoseError;
 pub use result::{Channel, Channels, Curves, Diagnosis, Verdict};
+
+use crate::recording::Recording;
+use data::Data;
+use fit::{Effort, Fit, Problem};
+use hypothesis::{Hypothesis, Nominal};
+use location::Residual;
+use predict::{Model, rms};
+use result::{CandidateEvidence, NamedEffect, RunCurves};
+use search::Trial;
+
+/// Length of the windows of the search, s.
+const SEARCH: f64 = 0.25;
+/// Length of the windows whose prediction errors are reported, s.
+const REPORT: f64 = 0.5;
+/// Length of the windows on which a name must hold as well, where the plant is stable, s.
+const LONG: f64 = 2.0;
+/// Horizons by which an incomplete model is led to whole runs, s.
+const LADDER: [f64; 4] = [1.0, LONG, 5.0, 10.0];
+/// A model explains the data when its residuals are within this factor of the noise (in squares; the floor itself is known to some per cent).
+const EXPLAINED: f64 = 1.12;
+
+/// What a diagnosis is about.
+#[derive(Clone, Copy, Debug)]
+pub struct Request<'a> {
+    /// What the search and the fits may see.
+    pub recordings: &'a [Recording],
+    /// The rig as its data sheet describes it.
+    pub rig: &'a Rig,
+    /// Recordings to predict with the finished models; the search never sees them.
+    pub verify: &'a [Recording],
+}
+
+/// What a diagnosis is doing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// The stage, in words.
+    pub stage: &'static str,
+    /// The candidate just tried, if any.
+    pub candidate: Option<String>,
+}
+
+/// Everything a diagnosis gives.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Outcome {
+    /// The answer, as in the JSON contract.
+    pub diagnosis: Diagnosis,
+    /// Curves and evidence for the report.
+    pub curves: Curves,
+    /// The rig with refitted parameters and the named effects.
+    pub repaired: Rig,
+}
+
+/// Names what the model of a rig is missing.
+///
+/// The same input gives the same output, whatever the number of threads. `progress` is called from several threads.
+///
+/// ```
+/// use furuta_ident::diagnose::{Request, Verdict, diagnose};
+/// use furuta_ident::recording::Recording;
+/// use furuta_model::{Effect, Plant, Rig, State};
+///
+/// // A rig with a hidden cable, recorded for six seconds by its encoders.
+/// let rig = Rig::builtin("qube-servo-2").expect("built in");
+/// let cable = Effect::new("arm.spring", &[2e-3, 0.2]).expect("valid");
+/// let plant: Plant<f64> = Plant::new(&rig.params, &[cable]).expect("one effect");
+/// let mut x = plant.rest(State::hanging());
+/// let mut csv = String::from("t,u,theta,alpha\n");
+/// for k in 0..3000 {
+///     let t = f64::from(k) * 0.002;
+///     let u = 1.5 * (3.0 * t * (1.0 + t)).sin();
+///     let [theta, alpha] = rig.sensors.resolution().into_iter().zip(plant.measure(&x)).map(|(q, y)| (y / q).round() * q).collect::<Vec<_>>()[..]
+///     else { unreachable!() };
+///     csv += &format!("{t},{u},{theta},{alpha}\n");
+///     plant.step(&mut x, u, 0.002);
+/// }
+/// let (recording, _) = Recording::from_csv("sweep.csv", csv.as_bytes())?;
+/// let outcome = diagnose(&Request { recordings: &[recording], rig: &rig, verify: &[] }, &|_| ())?;
+/// assert_eq!(outcome.diagnosis.verdict, Verdict::MissingEffects);
+/// assert_eq!(outcome.diagnosis.effects[0].id, "arm.spring");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`DiagnoseError`] where the recordings cannot carry a diagnosis: none, too short, nothing moves.
+pub fn diagnose(
+    request: &Request<'_>,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Outcome, DiagnoseError> {
+    let begin = Instant::now();
+    let data = Data::new(request.recordings, request.rig);
+    error::check(request, &data)?;
+    let nominal = Nominal::new(request.rig, data.runs[0].h);
+    let stage = |stage| {
+        progress(Progress {
+            stage,
+            candidate: None,
+        });
+    };
+    let report = |stage: &'static str| {
+        move |id: &str| {
+            progress(Progress {
+                stage,
+                candidate: Some(id.to_owned()),
+            });
+        }
+    };
+
+    stage("recalibrating");
+    let short = Problem::new(&data, &nominal, data.windows(SEARCH, |_| true));
+    let base = Hypothesis::base();
+    let as_given = short.settle(&base, &vec![0.0; base.len()], None);
+    let recalibrated = short.fit(&base, as_given.z.clone(), &as_given.states, Effort::FULL);
+
+    stage("searching");
+    let (mut named, first) = short.select(recalibrated.clone(), &|_| true, &report("searching"));
+    let explains = |f: &Fit| short.chi(f).powi(2) <= EXPLAINED;
+    if !explains(&named) {
+        stage("searching over long windows");
+        named = search_long(
+            &short,
+            &data,
+            &nominal,
+            named,
+            &report("searching over long windows"),
+        );
+    }
+
+    stage("fitting");
+    let explained = explains(&named);
+    let (base_fit, named_fit) = rayon::join(
+        || finish(&data, &nominal, &recalibrated, explained),
+        || finish(&data, &nominal, &named, explained),
+    );
+
+    stage("judging");
+    let mut diagnosis = Diagnosis::new(if explained {
+        match (named.hypothesis.effects.is_empty(), explains(&as_given)) {
+            (false, _) => Verdict::MissingEffects,
+            (true, true) => Verdict::NoGap,
+            (true, false) => Verdict::ParametersOnly,
+        }
+    } else {
+        Verdict::Unexplained
+    });
+    let folds = held_out::folds(&data);
+    diagnosis.held_out = held_out::judge(&data, &nominal, &folds, &recalibrated, &named);
+    diagnosis.effects = name(
+        &short,
+        &data,
+        &nominal,
+        &folds,
+        &named,
+        &named_fit,
+        &first,
+        &report("judging"),
+    );
+    diagnosis.next_experiment = next_experiment(&diagnosis.effects);
+
+    let repaired = repair::repaired(request.rig, &nominal, &named_fit);
+    diagnosis.parameters = repair::parameters(request.rig, &repaired, &nominal, &named_fit);
+    let mut curves = Curves {
+        rig: request.rig.name.clone(),
+        repaired_rig: Some(repaired.to_toml()),
+        ..Curves::default()
+    };
+    curves.evidence = first
+        .iter()
+        .map(|t| CandidateEvidence {
+            id: t.spec.id.into(),
+            delta_bic: t.evidence.delta_bic,
+            held_out_gain: f64::NAN,
+            named: named.hypothesis.has(t.spec.id),
+        })
+        .collect();
+    let models = [
+        Model::from(&as_given),
+        Model::from(&base_fit),
+        Model::from(&named_fit),
+    ];
+    gap(&data, &nominal, models, &mut diagnosis, &mut curves);
+    if !request.verify.is_empty() {
+        stage("verifying");
+        verify::verify(request, &nominal, models, &mut diagnosis, &mut curves);
+    }
+    diagnosis.seconds = begin.elapsed().as_secs_f64();
+    Ok(Outcome {
+        diagnosis,
+        curves,
+        repaired,
+    })
+}
+
+/// Windows for judging an incomplete model: `seconds` long where the plant is stable, short elsewhere.
+fn long_windows(data: &Data, seconds: f64) -> Vec<data::Window> {
+    let mut windows = data.windows(seconds, data::Run::hangs);
+    windows.extend(data.windows(REPORT, |r| !r.hangs()));
+    windows
+}
+
+/// Looks for what matters over long windows; a name is kept only if it helps over short ones as well.
+fn search_long(
+    short: &Problem<'_>,
+    data: &Data,
+    nominal: &Nominal,
+    named: Fit,
+    report: &(dyn Fn(&str) + Sync),
+) -> Fit {
+    if !data.runs.iter().any(data::Run::hangs) {
+        return named;
+    }
+    let long = Problem::new(data, nominal, long_windows(data, LONG));
+    let start = long.settle(&named.hypothesis, &named.z, None);
+    let start = long.fit(
+        &named.hypothesis,
+        named.z.clone(),
+        &start.states,
+        Effort::FULL,
+    );
+    let helps_at_short = |t: &Trial| {
+        let h = &t.fit.hypothesis;
+        let offset = h.offset(h.effects.len() - 1);
+        let smaller = short.fit(
+            &h.without(t.spec.id),
+            t.fit.z[..offset].to_vec(),
+            &named.states,
+            Effort::FULL,
+        );
+        let larger = short.fit(h, t.fit.z.clone(), &smaller.states, Effort::FULL);
+        short.evidence(&smaller, &larger).helps()
+    };
+    let (found, _) = long.select(start, &helps_at_short, report);
+    if found.hypothesis.effects.len() == named.hypothesis.effects.len() {
+        return named;
+    }
+    short.fit(
+        &found.hypothesis,
+        found.z.clone(),
+        &named.states,
+        Effort::FULL,
+    )
+}
+
+/// The parameters to be used: from half-second windows for a model that explains the data, led to whole runs for one that does not, since
+/// what it lacks pulls the parameters of each horizon elsewhere.
+fn finish(data: &Data, nominal: &Nominal, fit: &Fit, explained: bool) -> Fit {
+    let h = &fit.hypothesis;
+    let mut last = fit.clone();
+    let horizons: &[f64] = if explained { &[] } else { &LADDER };
+    for seconds in std::iter::once(&REPORT).chain(horizons) {
+        let problem = Problem::new(data, nominal, long_windows(data, *seconds));
+        let start = problem.settle(h, &last.z, None);
+        let next = problem.fit(h, last.z.clone(), &start.states, Effort::FULL);
+        if !next.cost.is_finite() {
+            break;
+        }
+        last = next;
+    }
+    last
+}
+
+#[allow(clippy::too_many_arguments)]
+fn name(
+    short: &Problem<'_>,
+    data: &Data,
+    nominal: &Nominal,
+    folds: &held_out::Folds,
+    named: &Fit,
+    named_fit: &Fit,
+    first: &[Trial],
+    report: &(dyn Fn(&str) + Sync),
+) -> Vec<NamedEffect> {
+    let rivals = short.rivals(named, first, report);
+    let mut effects: Vec<NamedEffect> = rivals
+        .into_iter()
+        .enumerate()
+        .map(|(i, (spec, smaller, near))| NamedEffect {
+            id: spec.id.into(),
+            name: spec.name.into(),
+            parameters: repair::effect_parameters(nominal, named_fit, i),
+            delta_bic: short.evidence(&smaller, named).delta_bic,
+            held_out_gain: held_out::gain(data, nominal, folds, &smaller, named),
+            confusable_with: near.into_iter().map(str::to_owned).collect(),
+        })
+        .collect();
+    effects.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
+    effects
+}
+
+fn next_experiment(named: &[NamedEffect]) -> Option<String> {
+    let effect = named.iter().find(|e| !e.confusable_with.is_empty())?;
+    let spec = effects::spec(&effect.id)?;
+    Some(format!(
+        "{} would separate {} from {}",
+        spec.experiment,
+        effect.id,
+        effect.confusable_with.join(", ")
+    ))
+}
+
+/// Prediction errors over the reported horizon by model, where they sit, and the curves.
+fn gap(
+    data: &Data,
+    nominal: &Nominal,
+    models: [Model<'_>; 3],
+    diagnosis: &mut Diagnosis,
+    curves: &mut Curves,
+) {
+    let problem = Problem::new(data, nominal, data.windows(REPORT, |_| true));
+    let predictions = predict::of_each(models, |m| predict::windowed(&problem, m));
+    let errors = predictions.each_ref().map(|p| predict::errors(&problem, p));
+    let [given, recalibrated, augmented] =
+        errors.each_ref().map(|e| rms(e.iter().flatten()).into());
+    let gap = &mut diagnosis.gap;
+    gap.horizon = REPORT;
+    (gap.nominal, gap.recalibrated, gap.augmented) = (given, recalibrated, augmented);
+    gap.noise_floor = data.noise.into();
+    let mut residuals = Vec::new();
+    for (i, w) in problem.windows.iter().enumerate() {
+        for k in 0..w.len {
+            let squared = |e: &[f64; 2]| std::array::from_fn(|c| (e[c] / data.noise[c]).powi(2));
+            residuals.push(Residual {
+                run: w.run,
+                sample: w.start + 1 + k,
+                recalibrated: squared(&errors[1][i][k]),
+                augmented: squared(&errors[2][i][k]),
+            });
+        }
+    }
+    (curves.bars, diagnosis.location) = location::locate(data, &residuals);
+    for (i, run) in data.runs.iter().enumerate() {
+        let [nominal, recalibrated, augmented] = predictions
+            .each_ref()
+            .map(|p| predict::joined(&problem, i, p));
+        let windows = problem.windows.iter().filter(|w| w.run == i);
+        curves.runs.push(RunCurves {
+            restarts: windows.map(|w| w.start).collect(),
+            ..run.curves(nominal, recalibrated, augmented)
+        });
+    }
+}

@@ -17,6 +17,7 @@ pub(super) const SPEC: Spec = Spec {
     law: "-coefficient * |theta_dot| * theta_dot",
     sentence: "The arm pushes air (or a fan, or an eddy-current brake works) and is braked with the square of its speed.",
     shows: "Hardly anything at low speed; fast sweeps fall short in both directions.",
+    experiment: "long fast turns of the arm at several speeds",
     look_alikes: &["arm.coulomb"],
     parameters: &[
         ParameterSpec {

@@ -17,6 +17,7 @@ pub(super) const SPEC: Spec = Spec {
     law: "u -> u + voltage",
     sentence: "The amplifier's zero is off: with zero command the motor still pulls to one side.",
     shows: "The arm creeps in one direction; balancing needs a mean command that is not zero.",
+    experiment: "equal and opposite steps of the command from several arm angles",
     look_alikes: &["arm.tilt", "motor.asymmetry", "arm.spring"],
     parameters: &[
         ParameterSpec {

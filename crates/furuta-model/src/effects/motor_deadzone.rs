@@ -17,6 +17,7 @@ pub(super) const SPEC: Spec = Spec {
     law: "u -> sign(u) * max(|u| - width, 0)",
     sentence: "Below a certain voltage the amplifier gives nothing, and above it that much less.",
     shows: "Small commands do nothing, whatever the speed; large ones are short by the same voltage.",
+    experiment: "small commands while the arm already turns fast (dead zone acts there, friction does not change)",
     look_alikes: &["arm.coulomb", "motor.asymmetry"],
     parameters: &[
         ParameterSpec {

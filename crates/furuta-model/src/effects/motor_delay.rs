@@ -17,6 +17,7 @@ pub(super) const SPEC: Spec = Spec {
     law: "u(t) -> u(t - delay)",
     sentence: "The command reaches the motor late: communication, computation or the amplifier take time.",
     shows: "Everything happens a little later than the model says, by the same time at every frequency.",
+    experiment: "single large steps of the command from rest, recorded at the highest rate",
     look_alikes: &["sensor.delay", "motor.lag"],
     parameters: &[
         ParameterSpec {

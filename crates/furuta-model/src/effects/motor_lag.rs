@@ -17,6 +17,7 @@ pub(super) const SPEC: Spec = Spec {
     law: "time_constant * dv/dt = u - v",
     sentence: "Inductance or the driver's filter lets the voltage rise only gradually.",
     shows: "Fast commands arrive weakened and late; slow ones are unchanged.",
+    experiment: "commands that alternate every few samples, against slow ones (a lag weakens them, a delay does not)",
     look_alikes: &["motor.delay", "sensor.delay"],
     parameters: &[
         ParameterSpec {

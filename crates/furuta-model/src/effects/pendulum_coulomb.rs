@@ -17,6 +17,7 @@ pub(super) const SPEC: Spec = Spec {
     law: "-torque * sign(alpha_dot); at rest it holds up to torque",
     sentence: "The hinge rubs with the same torque at any speed.",
     shows: "Free swings shrink by the same angle each period and stop at once; balancing leaves a small limit cycle.",
+    experiment: "a free decay of the pendulum down to rest, the arm held",
     look_alikes: &["pendulum.quadratic"],
     parameters: &[
         ParameterSpec {

@@ -17,6 +17,7 @@ pub(super) const SPEC: Spec = Spec {
     law: "-coefficient * |alpha_dot| * alpha_dot",
     sentence: "The pendulum pushes air and is braked with the square of its speed.",
     shows: "Large swings die out quickly, small ones last.",
+    experiment: "a free decay of the pendulum from a large angle, the arm held",
     look_alikes: &["pendulum.coulomb"],
     parameters: &[
         ParameterSpec {

@@ -17,6 +17,7 @@ pub(super) const SPEC: Spec = Spec {
     law: "measured alpha = alpha + angle",
     sentence: "The encoder's zero is not where the pendulum stands upright (it was zeroed while the pendulum still swung or leaned).",
     shows: "The pendulum seems to balance beside upright and to hang beside straight down by the same angle.",
+    experiment: "the pendulum hanging at rest in several arm positions, then balanced for a while",
     look_alikes: &["arm.tilt", "pendulum.bias", "sensor.alpha.scale"],
     parameters: &[
         ParameterSpec {

@@ -67,6 +67,8 @@ pub struct Spec {
     pub sentence: &'static str,
     /// How it shows in recorded data.
     pub shows: &'static str,
+    /// The experiment that shows it apart from its look-alikes.
+    pub experiment: &'static str,
     /// Ids of effects that look alike in data.
     pub look_alikes: &'static [&'static str],
     /// Its parameters; the first is the strength, zero meaning "off".

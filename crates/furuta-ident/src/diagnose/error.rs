@@ -1,0 +1,75 @@
+//! Why recordings cannot be diagnosed.
+
+use super::Request;
+use super::data::Data;
+
+/// Why recordings cannot carry a diagnosis.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DiagnoseError {
+    /// No recording was given.
+    #[error("no recording was given: name at least one CSV file or MCAP log")]
+    NoRecordings,
+    /// All recordings together are shorter than is needed.
+    #[error(
+        "the recordings hold {seconds:.2} s in stretches without a gap; a diagnosis needs at least {needed} s: record longer"
+    )]
+    TooShort {
+        /// Seconds there are.
+        seconds: f64,
+        /// Seconds that are needed.
+        needed: f64,
+    },
+    /// Neither angle moves by more than a few counts.
+    #[error(
+        "nothing moves: theta spans {theta:.1} counts and alpha {alpha:.1} in all recordings, at least {needed} are needed; check that the motor was on and the encoders connected, or excite more strongly"
+    )]
+    NothingMoves {
+        /// Span of theta, counts.
+        theta: f64,
+        /// Span of alpha, counts.
+        alpha: f64,
+        /// Counts that are needed.
+        needed: f64,
+    },
+}
+
+/// The shortest data that carry a diagnosis, s.
+const SHORTEST: f64 = 2.0;
+/// The least motion of the arm, counts.
+const LEAST_MOTION: f64 = 10.0;
+
+pub(super) fn check(request: &Request<'_>, data: &Data) -> Result<(), DiagnoseError> {
+    if request.recordings.is_empty() {
+        return Err(DiagnoseError::NoRecordings);
+    }
+    let seconds: f64 = data.runs.iter().map(|r| r.y.len() as f64 * r.h).sum();
+    if seconds < SHORTEST {
+        return Err(DiagnoseError::TooShort {
+            seconds,
+            needed: SHORTEST,
+        });
+    }
+    let resolution = request.rig.sensors.resolution();
+    let [theta, alpha] = std::array::from_fn(|c| {
+        data.runs
+            .iter()
+            .map(|r| {
+                let (low, high) =
+                    r.y.iter()
+                        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| {
+                            (a.min(y[c]), b.max(y[c]))
+                        });
+                (high - low) / resolution[c]
+            })
+            .fold(0.0, f64::max)
+    });
+    if theta.max(alpha) < LEAST_MOTION {
+        return Err(DiagnoseError::NothingMoves {
+            theta,
+            alpha,
+            needed: LEAST_MOTION,
+        });
+    }
+    Ok(())
+}

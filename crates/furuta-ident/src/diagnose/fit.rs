@@ -1,0 +1,318 @@
+//! Levenberg-Marquardt on the parameters, with every window's initial state solved for at each trial.
+
+use furuta_model::State;
+use nalgebra::DVector;
+
+use super::data::{Data, Window};
+use super::hypothesis::{Hypothesis, Nominal};
+use super::shooting::{Inner, Reduced, reduced};
+
+/// What is being fitted to what.
+pub(super) struct Problem<'a> {
+    pub(super) data: &'a Data,
+    pub(super) nominal: &'a Nominal,
+    pub(super) windows: Vec<Window>,
+    /// Weight of each window, 1 unless it is not to be trusted.
+    pub(super) trust: Vec<f64>,
+}
+
+/// A fitted hypothesis.
+#[derive(Clone, Debug)]
+pub(super) struct Fit {
+    pub(super) hypothesis: Hypothesis,
+    /// Parameters in units of [`Hypothesis::scales`].
+    pub(super) z: Vec<f64>,
+    /// Initial state of each window.
+    pub(super) states: Vec<State<f64>>,
+    /// Cost of each window.
+    pub(super) costs: Vec<f64>,
+    /// Weighted sum of the windows' costs: squared residuals in units of the noise.
+    pub(super) cost: f64,
+    /// Standard deviations of `z`, robust against errors that are correlated within a window.
+    pub(super) std: Vec<f64>,
+}
+
+/// How long a fit may go on.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Effort {
+    pub(super) iterations: usize,
+    /// Stop when a step gains less than this share of the cost.
+    pub(super) tolerance: f64,
+}
+
+impl Effort {
+    pub(super) const QUICK: Self = Self {
+        iterations: 8,
+        tolerance: 1e-2,
+    };
+    pub(super) const FULL: Self = Self {
+        iterations: 40,
+        tolerance: 1e-4,
+    };
+}
+
+impl<'a> Problem<'a> {
+    pub(super) fn new(data: &'a Data, nominal: &'a Nominal, windows: Vec<Window>) -> Self {
+        let trust = vec![1.0; windows.len()];
+        Self {
+            data,
+            nominal,
+            windows,
+            trust,
+        }
+    }
+
+    /// Sum of the weights of all samples: the cost that noise alone leaves, but for the degrees of freedom.
+    pub(super) fn samples(&self) -> f64 {
+        self.windows
+            .iter()
+            .zip(&self.trust)
+            .map(|(w, trust)| trust * self.window_samples(w))
+            .sum()
+    }
+
+    /// The same for one window.
+    pub(super) fn window_samples(&self, w: &Window) -> f64 {
+        let run = &self.data.runs[w.run];
+        run.weight[w.start + 1..=w.start + w.len]
+            .iter()
+            .map(|w| w[0] * w[0] + w[1] * w[1])
+            .sum()
+    }
+
+    /// Solves for the initial states alone, the parameters held.
+    pub(super) fn settle(&self, h: &Hypothesis, z: &[f64], known: Option<&[State<f64>]>) -> Fit {
+        let inner = Inner::new(h, z, self.nominal);
+        let (states, costs): (Vec<_>, Vec<_>) = self
+            .windows
+            .iter()
+            .enumerate()
+            .map(|(i, w)| inner.search(self.data, w, known.map(|k| k[i])))
+            .unzip();
+        Fit {
+            hypothesis: h.clone(),
+            z: z.to_vec(),
+            cost: self.total(&costs),
+            states,
+            costs,
+            std: vec![f64::NAN; z.len()],
+        }
+    }
+
+    fn total(&self, costs: &[f64]) -> f64 {
+        costs.iter().zip(&self.trust).map(|(c, t)| c * t).sum()
+    }
+
+    /// Fits `h` from the parameters and states given.
+    pub(super) fn fit(
+        &self,
+        h: &Hypothesis,
+        z: Vec<f64>,
+        states: &[State<f64>],
+        effort: Effort,
+    ) -> Fit {
+        let bounds = h.bounds(self.nominal);
+        let z = z
+            .iter()
+            .zip(&bounds)
+            .map(|(z, (low, high))| z.clamp(*low, *high))
+            .collect::<Vec<_>>();
+        let mut here = Fit {
+            hypothesis: h.clone(),
+            states: states.to_vec(),
+            costs: Vec::new(),
+            cost: 0.0,
+            std: vec![f64::NAN; z.len()],
+            z,
+        };
+        self.polish(&mut here, 2);
+        let mut damping = 1e-3;
+        let mut r = self.linearise(&here);
+        for _ in 0..effort.iterations {
+            let Some((trial, predicted)) = self.trial(&here, &r, &bounds, damping) else {
+                break;
+            };
+            if trial.cost < here.cost {
+                let gain = here.cost - trial.cost;
+                let small = gain < effort.tolerance * here.cost;
+                here = trial;
+                damping = (damping * 0.2_f64).max(1e-8);
+                r = self.linearise(&here);
+                if small {
+                    break;
+                }
+            } else {
+                if predicted.abs() < 1e-5 * here.cost {
+                    break;
+                }
+                damping = (damping * 8.0).max(1e-4);
+                if damping > 1e4 {
+                    break;
+                }
+            }
+        }
+        here.std = self.deviations(&here, &r, &bounds);
+        here
+    }
+
+    fn linearise(&self, f: &Fit) -> Reduced {
+        reduced(
+            &f.hypothesis,
+            &f.z,
+            self.nominal,
+            self.data,
+            &self.windows,
+            &f.states,
+            &self.trust,
+        )
+    }
+
+    /// Brings every window's initial state to its optimum.
+    fn polish(&self, f: &mut Fit, iterations: usize) {
+        let inner = Inner::new(&f.hypothesis, &f.z, self.nominal);
+        f.costs.clear();
+        for (w, x) in self.windows.iter().zip(&mut f.states) {
+            let (state, cost) = inner.solve(self.data, w, *x, iterations);
+            *x = state;
+            f.costs.push(cost);
+        }
+        f.cost = self.total(&f.costs);
+    }
+
+    /// A step of the parameters that stays within their bounds: components at a bound that would leave it rest.
+    fn step(here: &Fit, r: &Reduced, bounds: &[(f64, f64)], damping: f64) -> Option<DVector<f64>> {
+        let p = here.z.len();
+        let mut resting: Vec<bool> = bounds.iter().map(|(low, high)| low == high).collect();
+        for _ in 0..p {
+            let (mut m, mut g) = (r.matrix.clone(), r.gradient.clone());
+            for i in 0..p {
+                m[(i, i)] += damping * m[(i, i)] + 1e-9;
+                if resting[i] {
+                    m.row_mut(i).fill(0.0);
+                    m.column_mut(i).fill(0.0);
+                    m[(i, i)] = 1.0;
+                    g[i] = 0.0;
+                }
+            }
+            let step = m.cholesky()?.solve(&g);
+            let mut left = false;
+            for i in 0..p {
+                let (low, high) = bounds[i];
+                let at =
+                    (here.z[i] <= low && step[i] > 0.0) || (here.z[i] >= high && step[i] < 0.0);
+                if at && !resting[i] {
+                    resting[i] = true;
+                    left = true;
+                }
+            }
+            if !left {
+                return Some(DVector::from_fn(p, |i, _| {
+                    here.z[i] - (here.z[i] - step[i]).clamp(bounds[i].0, bounds[i].1)
+                }));
+            }
+        }
+        None
+    }
+
+    fn trial(
+        &self,
+        here: &Fit,
+        r: &Reduced,
+        bounds: &[(f64, f64)],
+        damping: f64,
+    ) -> Option<(Fit, f64)> {
+        let step = Self::step(here, r, bounds, damping)?;
+        let z: Vec<f64> = here.z.iter().zip(step.iter()).map(|(z, s)| z - s).collect();
+        let predicted = 2.0 * r.gradient.dot(&step) - (&r.matrix * &step).dot(&step);
+        let mut trial = here.clone();
+        trial.z = z;
+        for (x, (response, own)) in trial.states.iter_mut().zip(&r.response) {
+            let mut move_by = *own;
+            for (i, s) in step.iter().enumerate() {
+                move_by -= response.column(i) * *s;
+            }
+            let moved = std::array::from_fn(|i| x.to_array()[i] - move_by[i]);
+            *x = State::from(moved);
+        }
+        let moved = trial.states.clone();
+        self.polish(&mut trial, 2);
+        // A window that the step threw far off is tried from where it was as well.
+        let inner = Inner::new(&trial.hypothesis, &trial.z, self.nominal);
+        for (i, w) in self.windows.iter().enumerate() {
+            if trial.costs[i] > 2.0 * here.costs[i] + 20.0 && moved[i] != here.states[i] {
+                let (state, cost) = inner.solve(self.data, w, here.states[i], 4);
+                if cost < trial.costs[i] {
+                    trial.states[i] = state;
+                    trial.costs[i] = cost;
+                }
+            }
+        }
+        self.restart(&mut trial, &inner);
+        trial.cost = self.total(&trial.costs);
+        Some((trial, predicted))
+    }
+
+    /// Solves windows that fit far worse than the others again from other starts: where the window before ends, at rest, and smoothed.
+    fn restart(&self, f: &mut Fit, inner: &Inner) {
+        let mut sorted = f.costs.clone();
+        sorted.sort_by(f64::total_cmp);
+        let Some(median) = sorted.get(sorted.len() / 2) else {
+            return;
+        };
+        let bad = (8.0 * median).max(sorted[sorted.len() * 9 / 10]);
+        for i in 0..self.windows.len() {
+            if f.costs[i] <= bad {
+                continue;
+            }
+            let w = &self.windows[i];
+            let mut starts = vec![];
+            if i > 0
+                && self.windows[i - 1].run == w.run
+                && self.windows[i - 1].start + self.windows[i - 1].len == w.start
+            {
+                starts.push(inner.end(self.data, &self.windows[i - 1], f.states[i - 1]));
+            }
+            let x = f.states[i];
+            starts.push(State::new(x.theta, x.alpha, 0.0, x.alpha_dot));
+            for half in [4, 10, 25] {
+                let g = self.data.guess(w, half);
+                starts.push(g);
+                starts.push(State::new(g.theta, g.alpha, 0.0, g.alpha_dot));
+            }
+            for start in starts {
+                let (state, cost) = inner.solve(self.data, w, start, 6);
+                if cost < f.costs[i] {
+                    f.states[i] = state;
+                    f.costs[i] = cost;
+                }
+            }
+        }
+    }
+
+    /// Standard deviations: `H⁻¹ (sum of score scoreᵀ) H⁻¹` over windows, and not below what white noise would give.
+    fn deviations(&self, f: &Fit, r: &Reduced, bounds: &[(f64, f64)]) -> Vec<f64> {
+        let p = f.z.len();
+        let mut m = r.matrix.clone();
+        for i in 0..p {
+            m[(i, i)] += 1e-9;
+        }
+        for i in 0..p {
+            if bounds[i].0 == bounds[i].1 {
+                m.row_mut(i).fill(0.0);
+                m.column_mut(i).fill(0.0);
+                m[(i, i)] = 1e12;
+            }
+        }
+        let Some(inverse) = m.clone().cholesky().map(|c| c.inverse()) else {
+            return vec![f64::NAN; p];
+        };
+        let mut meat = nalgebra::DMatrix::zeros(p, p);
+        for (s, t) in r.scores.iter().zip(&self.trust) {
+            meat += s * s.transpose() * (t * t);
+        }
+        let sandwich = &inverse * meat * &inverse;
+        (0..p)
+            .map(|i| sandwich[(i, i)].max(inverse[(i, i)]).sqrt())
+            .collect()
+    }
+}

@@ -1,0 +1,117 @@
+//! Judging by data that were not fitted: each part is predicted by a model fitted to the others.
+
+use super::data::{Data, Window};
+use super::fit::{Effort, Fit, Problem};
+use super::hypothesis::Nominal;
+use super::predict::{self, Model, rms};
+use super::result::HeldOut;
+use super::{REPORT, SEARCH};
+
+use rayon::prelude::*;
+
+/// Length of the blocks that are kept apart in turn where there are fewer than three recordings, s.
+const BLOCK: f64 = 1.0;
+
+/// How the data are divided into parts.
+pub(super) enum Folds {
+    /// A part is a recording.
+    Recordings(usize),
+    /// Even and odd blocks.
+    Blocks,
+}
+
+/// Whole recordings are kept apart where there are at least three.
+pub(super) fn folds(data: &Data) -> Folds {
+    let recordings = data.runs.iter().map(|r| r.recording + 1).max().unwrap_or(0);
+    if recordings >= 3 {
+        Folds::Recordings(recordings)
+    } else {
+        Folds::Blocks
+    }
+}
+
+impl Folds {
+    fn count(&self) -> usize {
+        match self {
+            Self::Recordings(n) => *n,
+            Self::Blocks => 2,
+        }
+    }
+
+    fn part(&self, data: &Data, w: &Window) -> usize {
+        let run = &data.runs[w.run];
+        match self {
+            Self::Recordings(_) => run.recording,
+            Self::Blocks => ((w.start as f64 + 0.5) * run.h / BLOCK) as usize % 2,
+        }
+    }
+}
+
+/// Prediction errors on every part by a model fitted to the others.
+fn errors(data: &Data, nominal: &Nominal, folds: &Folds, fit: &Fit) -> Vec<[f64; 2]> {
+    (0..folds.count())
+        .into_par_iter()
+        .map(|part| {
+            let mut seen = data.windows(SEARCH, |_| true);
+            let mut unseen = data.windows(REPORT, |_| true);
+            // The states of the full fit belong to the same windows.
+            let (kept, states): (Vec<_>, Vec<_>) = seen
+                .drain(..)
+                .zip(&fit.states)
+                .filter(|(w, _)| folds.part(data, w) != part)
+                .unzip();
+            unseen.retain(|w| folds.part(data, w) == part);
+            if kept.is_empty() || unseen.is_empty() {
+                return Vec::new();
+            }
+            let fitted = Problem::new(data, nominal, kept).fit(
+                &fit.hypothesis,
+                fit.z.clone(),
+                &states,
+                Effort::FULL,
+            );
+            let problem = Problem::new(data, nominal, unseen);
+            let predictions = predict::windowed(&problem, Model::from(&fitted));
+            predict::errors(&problem, &predictions).concat()
+        })
+        .flatten()
+        .collect()
+}
+
+/// Root mean square errors on held-out data of both models.
+pub(super) fn judge(
+    data: &Data,
+    nominal: &Nominal,
+    folds: &Folds,
+    recalibrated: &Fit,
+    named: &Fit,
+) -> Option<HeldOut> {
+    let before = errors(data, nominal, folds, recalibrated);
+    let after = if named.hypothesis.effects.is_empty() {
+        before.clone()
+    } else {
+        errors(data, nominal, folds, named)
+    };
+    (!before.is_empty()).then(|| HeldOut {
+        recalibrated: rms(before.iter()).into(),
+        augmented: rms(after.iter()).into(),
+        noise_floor: data.noise.into(),
+    })
+}
+
+/// Share of the squared error on held-out data (in units of the noise) that the larger model removes.
+pub(super) fn gain(
+    data: &Data,
+    nominal: &Nominal,
+    folds: &Folds,
+    smaller: &Fit,
+    larger: &Fit,
+) -> f64 {
+    let sum = |fit: &Fit| -> f64 {
+        errors(data, nominal, folds, fit)
+            .iter()
+            .map(|e| (e[0] / data.noise[0]).powi(2) + (e[1] / data.noise[1]).powi(2))
+            .sum()
+    };
+    1.0 - sum(larger) / sum(smaller)
+}

@@ -1,0 +1,239 @@
+//! A model to be fitted: which effects it has, and how a plain vector of numbers becomes a plant.
+
+use furuta_model::effects::{Acts, MAX_PARAMETERS};
+use furuta_model::params::Coefficients;
+use furuta_model::{Effect, Jet, Params, Plant, Rig, Spec};
+
+/// The identifiable base parameters, in the order of the vector; the scale of torque is fixed by `mass * com`.
+pub(super) const BASE: usize = 5;
+/// Index of the timing nuisance: by how much the samples are late, a fraction of the period.
+pub(super) const TIMING: usize = BASE;
+/// Where the effects' parameters begin.
+pub(super) const FIRST_EFFECT: usize = BASE + 1;
+/// The timing nuisance stays within this share of a sample either way.
+const MOST_TIMING: f64 = 0.1;
+/// By which factor inertias and gain may differ from the data sheet.
+const MOST_FACTOR: f64 = 4.0;
+
+/// The rig as given, and what a step in each parameter means.
+#[derive(Clone, Debug)]
+pub(super) struct Nominal {
+    pub(super) params: Params<f64>,
+    pub(super) coefficients: Coefficients<f64>,
+    /// A natural size of each base parameter: its nominal value, or a guess where that is zero.
+    pub(super) scale: [f64; BASE],
+    pub(super) period: f64,
+    /// Effects that the rig file already has: part of every hypothesis, their values fixed.
+    pub(super) present: Vec<Effect<f64>>,
+}
+
+impl Nominal {
+    pub(super) fn new(rig: &Rig, period: f64) -> Self {
+        let c = rig.params.coefficients();
+        // Damping ratio one per cent: a small friction, for sheets that leave it out.
+        let small = 0.02 * (c.weight * c.pendulum).sqrt();
+        Self {
+            params: rig.params,
+            coefficients: c,
+            scale: [
+                c.arm,
+                c.pendulum,
+                c.drive,
+                c.arm_damping.max(small),
+                c.pendulum_damping.max(small),
+            ],
+            period,
+            present: rig.effects.clone(),
+        }
+    }
+
+    fn base(&self) -> [f64; BASE] {
+        let c = &self.coefficients;
+        [
+            c.arm,
+            c.pendulum,
+            c.drive,
+            c.arm_damping,
+            c.pendulum_damping,
+        ]
+    }
+}
+
+/// A set of effects to be fitted beside the base parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Hypothesis {
+    pub(super) effects: Vec<&'static Spec>,
+}
+
+impl Hypothesis {
+    pub(super) fn base() -> Self {
+        Self {
+            effects: Vec::new(),
+        }
+    }
+
+    pub(super) fn has(&self, id: &str) -> bool {
+        self.effects.iter().any(|e| e.id == id)
+    }
+
+    pub(super) fn with(&self, spec: &'static Spec) -> Self {
+        let mut effects = self.effects.clone();
+        effects.push(spec);
+        Self { effects }
+    }
+
+    pub(super) fn without(&self, id: &str) -> Self {
+        Self {
+            effects: self
+                .effects
+                .iter()
+                .copied()
+                .filter(|e| e.id != id)
+                .collect(),
+        }
+    }
+
+    /// Whether a delay is among the effects: then the timing nuisance, which is a delay as well, rests at zero.
+    pub(super) fn delays(&self) -> bool {
+        self.effects.iter().any(|e| e.acts.includes(Acts::DELAY))
+    }
+
+    /// Length of the parameter vector.
+    pub(super) fn len(&self) -> usize {
+        FIRST_EFFECT
+            + self
+                .effects
+                .iter()
+                .map(|e| e.parameters.len())
+                .sum::<usize>()
+    }
+
+    /// How many of them are free.
+    pub(super) fn free(&self) -> usize {
+        self.len() - usize::from(self.delays())
+    }
+
+    /// Where the parameters of the `index`-th effect begin.
+    pub(super) fn offset(&self, index: usize) -> usize {
+        FIRST_EFFECT
+            + self.effects[..index]
+                .iter()
+                .map(|e| e.parameters.len())
+                .sum::<usize>()
+    }
+
+    /// Physical size of one unit of each component of the vector.
+    pub(super) fn scales(&self, nominal: &Nominal) -> Vec<f64> {
+        let mut scales = nominal.scale.to_vec();
+        scales.push(nominal.period);
+        for e in &self.effects {
+            scales.extend(e.parameters.iter().map(|p| (p.typical)(&nominal.params)));
+        }
+        scales
+    }
+
+    /// The values in physical units (base parameters: the coefficients themselves).
+    pub(super) fn physical(&self, z: &[f64], nominal: &Nominal) -> Vec<f64> {
+        let mut values: Vec<f64> = z
+            .iter()
+            .zip(self.scales(nominal))
+            .map(|(z, s)| z * s)
+            .collect();
+        for (v, b) in values.iter_mut().zip(nominal.base()) {
+            *v += b;
+        }
+        values
+    }
+
+    /// Where each component may lie: positive inertias and gains within a factor of the data sheet's, friction that does not drive,
+    /// effects within their ranges.
+    pub(super) fn bounds(&self, nominal: &Nominal) -> Vec<(f64, f64)> {
+        let (base, scale) = (nominal.base(), nominal.scale);
+        let mut bounds: Vec<(f64, f64)> = (0..BASE)
+            .map(|i| {
+                let (least, most) = if i < 3 {
+                    (base[i] / MOST_FACTOR, base[i] * MOST_FACTOR)
+                } else {
+                    (0.0, base[i] + 20.0 * scale[i])
+                };
+                ((least - base[i]) / scale[i], (most - base[i]) / scale[i])
+            })
+            .collect();
+        bounds.push(if self.delays() {
+            (0.0, 0.0)
+        } else {
+            (-MOST_TIMING, MOST_TIMING)
+        });
+        let parameters = self.effects.iter().flat_map(|e| e.parameters);
+        bounds.extend(parameters.map(|p| {
+            let scale = (p.typical)(&nominal.params);
+            (p.min / scale, p.max / scale)
+        }));
+        bounds
+    }
+
+    /// The plant for the vector, and the time by which everything is late (s). With `N > 0`, component `i` of the vector is
+    /// independent variable `offset + i`.
+    pub(super) fn plant<const N: usize>(
+        &self,
+        z: &[f64],
+        nominal: &Nominal,
+        offset: usize,
+    ) -> (Plant<Jet<f64, N>>, Jet<f64, N>) {
+        let scales = self.scales(nominal);
+        let variable = |i: usize, base: f64| {
+            let mut x = Jet::<f64, N>::constant(base + z[i] * scales[i]);
+            if offset + i < N {
+                x.d[offset + i] = scales[i];
+            }
+            x
+        };
+        let c = nominal.coefficients;
+        let base = nominal.base();
+        let pendulum = variable(1, base[1]);
+        let coefficients = Coefficients {
+            arm: variable(0, base[0]),
+            pendulum,
+            // m c² is in both: a longer pendulum swings with more inertia about both axes.
+            swing: Jet::constant(c.swing) + pendulum - Jet::constant(c.pendulum),
+            drive: variable(2, base[2]),
+            arm_damping: variable(3, base[3]),
+            pendulum_damping: variable(4, base[4]),
+            coupling: Jet::constant(c.coupling),
+            weight: Jet::constant(c.weight),
+        };
+        let mut late = if self.delays() {
+            Jet::constant(0.0)
+        } else {
+            variable(TIMING, 0.0)
+        };
+        let mut effects = Vec::new();
+        for e in &nominal.present {
+            let e: Effect<Jet<f64, N>> = e.cast();
+            if e.spec().acts.includes(Acts::DELAY) {
+                late += e.values()[0];
+            } else {
+                effects.push(e);
+            }
+        }
+        let mut i = FIRST_EFFECT;
+        for spec in &self.effects {
+            let values: arrayvec::ArrayVec<Jet<f64, N>, MAX_PARAMETERS> =
+                (0..spec.parameters.len())
+                    .map(|k| variable(i + k, 0.0))
+                    .collect();
+            i += spec.parameters.len();
+            if spec.acts.includes(Acts::DELAY) {
+                late += values[0];
+            } else if let Some(e) = Effect::unchecked(spec.id, &values) {
+                effects.push(e);
+            }
+        }
+        let plant = Plant::from_coefficients(coefficients, &effects)
+            .or_else(|_| Plant::from_coefficients(coefficients, &[]));
+        match plant {
+            Ok(plant) => (plant, late),
+            Err(_) => unreachable!("no effects are not too many"),
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Predictions made for people: errors over windows and whole runs, curves for the report.
+
+use super::data::{Data, Window};
+use super::fit::{Fit, Problem};
+use super::hypothesis::{Hypothesis, Nominal};
+use super::shooting::Inner;
+
+/// The error put in place of a prediction that diverged, rad.
+const DIVERGED: f64 = 1e3;
+/// The state at the start of a whole run is estimated from its first quarter of a second.
+const FIRST: f64 = 0.25;
+
+/// A model: hypothesis and parameters.
+#[derive(Clone, Copy)]
+pub(super) struct Model<'a> {
+    pub(super) hypothesis: &'a Hypothesis,
+    pub(super) z: &'a [f64],
+}
+
+impl<'a> From<&'a Fit> for Model<'a> {
+    fn from(f: &'a Fit) -> Self {
+        Self {
+            hypothesis: &f.hypothesis,
+            z: &f.z,
+        }
+    }
+}
+
+/// What each of the three models says, computed side by side.
+pub(super) fn of_each<T: Send>(
+    models: [Model<'_>; 3],
+    f: impl Fn(Model<'_>) -> T + Sync,
+) -> [T; 3] {
+    let [a, b, c] = models;
+    let (x, (y, z)) = rayon::join(|| f(a), || rayon::join(|| f(b), || f(c)));
+    [x, y, z]
+}
+
+/// Predictions over the problem's windows, each from its own best initial state.
+pub(super) fn windowed(problem: &Problem<'_>, model: Model<'_>) -> Vec<Vec<[f64; 2]>> {
+    let settled = problem.settle(model.hypothesis, model.z, None);
+    let inner = Inner::new(model.hypothesis, model.z, problem.nominal);
+    problem
+        .windows
+        .iter()
+        .zip(&settled.states)
+        .map(|(w, x)| inner.predictions(problem.data, w, *x))
+        .collect()
+}
+
+/// Errors of such predictions, window by window.
+pub(super) fn errors(problem: &Problem<'_>, predictions: &[Vec<[f64; 2]>]) -> Vec<Vec<[f64; 2]>> {
+    problem
+        .windows
+        .iter()
+        .zip(predictions)
+        .map(|(w, predicted)| {
+            let y = &problem.data.runs[w.run].y[w.start + 1..];
+            predicted
+                .iter()
+                .zip(y)
+                .map(|(p, y)| std::array::from_fn(|c| finite(p[c] - y[c])))
+                .collect()
+        })
+        .collect()
+}
+
+/// The windows of one run joined to `[theta, alpha]` series as long as the run; samples outside all windows as measured.
+pub(super) fn joined(
+    problem: &Problem<'_>,
+    run: usize,
+    predictions: &[Vec<[f64; 2]>],
+) -> [Vec<f64>; 2] {
+    let y = &problem.data.runs[run].y;
+    let mut series: [Vec<f64>; 2] = std::array::from_fn(|c| y.iter().map(|y| y[c]).collect());
+    for (w, values) in problem
+        .windows
+        .iter()
+        .zip(predictions)
+        .filter(|(w, _)| w.run == run)
+    {
+        for (k, value) in values.iter().enumerate() {
+            for c in 0..2 {
+                series[c][w.start + 1 + k] = value[c];
+            }
+        }
+    }
+    series
+}
+
+/// An error that is a number, whatever a diverging prediction was.
+pub(super) fn finite(error: f64) -> f64 {
+    if error.is_finite() {
+        error.clamp(-DIVERGED, DIVERGED)
+    } else {
+        DIVERGED
+    }
+}
+
+/// Root mean square over all samples.
+pub(super) fn rms<'a>(errors: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 2] {
+    let (mut sum, mut count) = ([0.0; 2], 0_usize);
+    for e in errors {
+        sum = [sum[0] + e[0] * e[0], sum[1] + e[1] * e[1]];
+        count += 1;
+    }
+    sum.map(|s| (s / count.max(1) as f64).sqrt())
+}
+
+/// A run predicted as a whole from its first quarter of a second, `[theta, alpha]` for every sample.
+pub(super) fn whole(data: &Data, run: usize, model: Model<'_>, nominal: &Nominal) -> [Vec<f64>; 2] {
+    let r = &data.runs[run];
+    let last = r.y.len() - 1;
+    let first = Window {
+        run,
+        start: 0,
+        len: ((FIRST / r.h).round() as usize).clamp(1, last),
+    };
+    let inner = Inner::new(model.hypothesis, model.z, nominal);
+    let (x0, _) = inner.search(data, &first, None);
+    let all = Window {
+        run,
+        start: 0,
+        len: last,
+    };
+    let predicted = inner.predictions(data, &all, x0);
+    std::array::from_fn(|c| {
+        std::iter::once(r.y[0][c])
+            .chain(predicted.iter().map(|p| p[c]))
+            .collect()
+    })
+}

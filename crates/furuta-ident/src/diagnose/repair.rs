@@ -1,0 +1,124 @@
+//! From fitted coefficients back to the parameters of a rig file.
+
+use std::collections::BTreeMap;
+
+use furuta_model::effects::MAX_PARAMETERS;
+use furuta_model::params::RANGES;
+use furuta_model::{Effect, Rig};
+
+use super::fit::Fit;
+use super::hypothesis::{BASE, FIRST_EFFECT, Nominal};
+use super::result::{Estimate, ParameterEstimate};
+
+/// The rig with the fitted parameters and effects.
+///
+/// Data show only combinations; where one stands for several parameters, the change goes to the one that is known least: inertias to
+/// `arm.inertia` and `pendulum.inertia`, gain to `motor.torque_constant`, damping to `arm.viscous`.
+pub(super) fn repaired(rig: &Rig, nominal: &Nominal, fit: &Fit) -> Rig {
+    let mut rig = rig.clone();
+    let v = fit.hypothesis.physical(&fit.z, nominal);
+    let p = &mut rig.params;
+    let moment = p.pendulum.mass * p.pendulum.com;
+    let about_com = v[1] - moment * p.pendulum.com;
+    if about_com >= 0.0 {
+        let change = about_com - p.pendulum.inertia;
+        p.pendulum.inertia = about_com;
+        p.pendulum.inertia_transverse = (p.pendulum.inertia_transverse + change).max(0.0);
+    } else {
+        // A point mass cannot lose inertia: it moves closer instead, its moment kept.
+        p.pendulum.inertia = 0.0;
+        p.pendulum.com = v[1] / moment;
+        p.pendulum.mass = moment / p.pendulum.com;
+    }
+    let carried = p.pendulum.mass * p.arm.length * p.arm.length + p.pendulum.inertia_axial;
+    p.arm.inertia = (v[0] - carried).max(1e-3 * v[0]);
+    p.motor.torque_constant *= v[2] / nominal.coefficients.drive;
+    let m = &p.motor;
+    let per_back_emf =
+        m.torque_constant * m.gear_ratio * m.gear_ratio * m.efficiency / m.resistance;
+    let electric = per_back_emf * m.back_emf_constant;
+    if v[3] >= electric {
+        p.arm.viscous = v[3] - electric;
+    } else {
+        p.arm.viscous = 0.0;
+        p.motor.back_emf_constant = v[3] / per_back_emf;
+    }
+    p.pendulum.viscous = v[4].max(0.0);
+    let mut i = FIRST_EFFECT;
+    for spec in &fit.hypothesis.effects {
+        let values: arrayvec::ArrayVec<f64, MAX_PARAMETERS> =
+            v[i..i + spec.parameters.len()].iter().copied().collect();
+        i += spec.parameters.len();
+        rig.effects.extend(Effect::unchecked(spec.id, &values));
+    }
+    rig
+}
+
+/// All parameters of the rig file, those that the data determine with their standard deviations.
+pub(super) fn parameters(
+    rig: &Rig,
+    repaired: &Rig,
+    nominal: &Nominal,
+    fit: &Fit,
+) -> BTreeMap<String, ParameterEstimate> {
+    let scale = |i: usize| fit.std[i] * nominal.scale[i];
+    let relative_gain = scale(2) / nominal.coefficients.drive;
+    let determined: [(&str, f64); BASE] = [
+        ("arm.inertia", scale(0)),
+        ("pendulum.inertia", scale(1)),
+        (
+            "motor.torque_constant",
+            relative_gain * rig.params.motor.torque_constant,
+        ),
+        ("arm.viscous", scale(3)),
+        ("pendulum.viscous", scale(4)),
+    ];
+    RANGES
+        .iter()
+        .zip(
+            rig.params
+                .to_array()
+                .into_iter()
+                .zip(repaired.params.to_array()),
+        )
+        .map(|(range, (nominal, fitted))| {
+            let std = determined
+                .iter()
+                .find(|(key, _)| *key == range.key)
+                .map(|(_, std)| *std);
+            let estimate = ParameterEstimate {
+                nominal,
+                fitted,
+                std: std.unwrap_or(f64::NAN),
+                unit: range.unit.to_owned(),
+                identifiable: std.is_some_and(f64::is_finite),
+            };
+            (range.key.to_owned(), estimate)
+        })
+        .collect()
+}
+
+/// The fitted parameters of the `index`-th effect.
+pub(super) fn effect_parameters(
+    nominal: &Nominal,
+    fit: &Fit,
+    index: usize,
+) -> BTreeMap<String, Estimate> {
+    let spec = fit.hypothesis.effects[index];
+    let offset = fit.hypothesis.offset(index);
+    let values = fit.hypothesis.physical(&fit.z, nominal);
+    let scales = fit.hypothesis.scales(nominal);
+    spec.parameters
+        .iter()
+        .enumerate()
+        .map(|(k, p)| {
+            let i = offset + k;
+            let estimate = Estimate {
+                value: values[i],
+                std: fit.std[i] * scales[i],
+                unit: p.unit.to_owned(),
+            };
+            (p.name.to_owned(), estimate)
+        })
+        .collect()
+}

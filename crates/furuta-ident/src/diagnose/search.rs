@@ -1,0 +1,282 @@
+//! Which effects are missing: forward selection with evidence, backward elimination, and what is confusable.
+
+use furuta_model::effects::Acts;
+use furuta_model::{CATALOGUE, Spec};
+use rayon::prelude::*;
+
+use super::fit::{Effort, Fit, Problem};
+use super::hypothesis::FIRST_EFFECT;
+
+/// The most effects that are looked for together.
+pub(super) const MOST_EFFECTS: usize = 4;
+/// The least fall of the cost (chi², in units of what the better model leaves) that names an effect: a look-elsewhere-corrected
+/// five-sigma event for one or two parameters among the catalogue's entries.
+const LEAST_GAIN: f64 = 30.0;
+/// From how many windows, effectively, a gain must come: `n` windows that all gain alike count `n`, one window alone counts 1, gains and losses
+/// that nearly cancel count less. Where there are few windows, an eighth of them.
+const LEAST_WINDOWS: f64 = 2.5;
+
+/// By which factor the excess over the noise must fall where there is much of it: a model that is wrong elsewhere gains a little from
+/// almost anything.
+const LEAST_FACTOR: f64 = 1.25;
+/// Relative uncertainty of the noise floor's square: below, the excess is not known.
+const FLOOR_UNCERTAINTY: f64 = 0.08;
+/// Full fits go to so many of the candidates.
+const SHORT_LIST: usize = 4;
+/// A rival whose excess is within this share is confusable.
+const CONFUSABLE: f64 = 0.10;
+
+/// A candidate compared with the hypothesis it extends.
+#[derive(Clone, Debug)]
+pub(super) struct Trial {
+    pub(super) spec: &'static Spec,
+    pub(super) fit: Fit,
+    pub(super) evidence: Evidence,
+}
+
+/// What speaks for the larger of two nested hypotheses.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Evidence {
+    /// Fall of the cost without the window that gains most, in units of what the larger model leaves per sample (at least the noise).
+    pub(super) elsewhere: f64,
+    /// From how many windows it comes, effectively: its square over the sum of its windows' squares.
+    pub(super) windows: f64,
+    /// How many there must be.
+    pub(super) windows_needed: f64,
+    /// Factor by which the excess over the noise falls.
+    pub(super) factor: f64,
+    /// Fall of the Bayesian information criterion.
+    pub(super) delta_bic: f64,
+}
+
+impl Evidence {
+    /// Whether the larger hypothesis is to be believed.
+    pub(super) fn convinces(&self) -> bool {
+        self.helps() && self.delta_bic > 0.0 && self.factor > LEAST_FACTOR
+    }
+
+    /// Whether the larger hypothesis is better, and not in one place alone.
+    pub(super) fn helps(&self) -> bool {
+        self.elsewhere > LEAST_GAIN && self.windows > self.windows_needed
+    }
+}
+
+impl Problem<'_> {
+    /// Cost that a perfect model leaves: one per sample, less four per window for its initial state.
+    pub(super) fn floor(&self) -> f64 {
+        self.windows
+            .iter()
+            .zip(&self.trust)
+            .map(|(w, t)| t * (self.window_samples(w) - 4.0).max(1.0))
+            .sum()
+    }
+
+    /// Root mean square of the residuals over the noise: 1 is the floor.
+    pub(super) fn chi(&self, fit: &Fit) -> f64 {
+        (fit.cost / self.floor()).sqrt()
+    }
+
+    /// What speaks for `larger` over `smaller`.
+    pub(super) fn evidence(&self, smaller: &Fit, larger: &Fit) -> Evidence {
+        let floor = self.floor();
+        let per_sample = (larger.cost / floor).max(1.0);
+        let gains: Vec<f64> = smaller
+            .costs
+            .iter()
+            .zip(&larger.costs)
+            .zip(&self.trust)
+            .map(|((a, b), t)| t * (a - b) / per_sample)
+            .collect();
+        let gain: f64 = gains.iter().sum();
+        let squares: f64 = gains.iter().map(|g| g * g).sum();
+        let excess = |f: &Fit| (f.cost - floor).max(FLOOR_UNCERTAINTY * floor);
+        let parameters = larger.hypothesis.free() as f64 - smaller.hypothesis.free() as f64;
+        let significant = (smaller.cost - floor) > FLOOR_UNCERTAINTY * floor;
+        Evidence {
+            elsewhere: gain - gains.iter().fold(0.0, |a: f64, b| a.max(*b)),
+            windows: gain * gain.abs() / squares.max(1e-300),
+            windows_needed: LEAST_WINDOWS.min(gains.len() as f64 / 8.0),
+            factor: if significant {
+                excess(smaller) / excess(larger)
+            } else {
+                // Too close to the floor to judge by: the gain alone decides.
+                f64::INFINITY
+            },
+            delta_bic: gain - parameters * self.samples().ln(),
+        }
+    }
+
+    /// Where to start a fit with `spec` added to `from`.
+    fn starts(&self, from: &Fit, spec: &'static Spec) -> Vec<Vec<f64>> {
+        let one_sided = spec.parameters[0].min >= 0.0;
+        let first: &[f64] = if !one_sided {
+            &[0.0]
+        } else if spec.acts == Acts::TORQUE {
+            &[0.3]
+        } else {
+            &[0.3, 2.0]
+        };
+        // A recalibration without the effect may be far off: where the gap is large, the data sheet is a better start.
+        let far = self.chi(from) > 5.0 && from.hypothesis.effects.is_empty();
+        let mut starts = Vec::new();
+        for strength in first {
+            for nominal in [true, false] {
+                if nominal && !far {
+                    continue;
+                }
+                let mut z = from.z.clone();
+                if nominal {
+                    z[..FIRST_EFFECT].fill(0.0);
+                }
+                z.push(*strength);
+                z.extend(spec.parameters[1..].iter().map(|_| 0.0));
+                starts.push(z);
+            }
+        }
+        starts
+    }
+
+    /// Fits every candidate added to `from`, the best first; `report` hears of each.
+    pub(super) fn candidates(&self, from: &Fit, report: &(dyn Fn(&str) + Sync)) -> Vec<Trial> {
+        let specs: Vec<&'static Spec> = CATALOGUE
+            .iter()
+            .copied()
+            .filter(|s| !from.hypothesis.has(s.id))
+            .filter(|s| self.nominal.present.iter().all(|e| e.spec().id != s.id))
+            .collect();
+        let jobs: Vec<(&'static Spec, Vec<f64>)> = specs
+            .iter()
+            .flat_map(|s| self.starts(from, s).into_iter().map(move |z| (*s, z)))
+            .collect();
+        let quick: Vec<(&'static Spec, Fit)> = jobs
+            .into_par_iter()
+            .map(|(spec, z)| {
+                let h = from.hypothesis.with(spec);
+                let fit = self.fit(&h, z, &from.states, Effort::QUICK);
+                report(spec.id);
+                (spec, fit)
+            })
+            .collect();
+        let mut best: Vec<(&'static Spec, Fit)> = Vec::new();
+        for (spec, fit) in quick {
+            match best.iter_mut().find(|(s, _)| s.id == spec.id) {
+                Some((_, known)) if fit.cost < known.cost => *known = fit,
+                Some(_) => {}
+                None => best.push((spec, fit)),
+            }
+        }
+        best.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let mut trials: Vec<Trial> = best
+            .into_par_iter()
+            .enumerate()
+            .map(|(rank, (spec, fit))| {
+                let fit = if rank < SHORT_LIST {
+                    self.fit(
+                        &fit.hypothesis.clone(),
+                        fit.z.clone(),
+                        &fit.states,
+                        Effort::FULL,
+                    )
+                } else {
+                    fit
+                };
+                let evidence = self.evidence(from, &fit);
+                Trial {
+                    spec,
+                    fit,
+                    evidence,
+                }
+            })
+            .collect();
+        trials.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+        trials
+    }
+
+    /// Adds the most convincing effect again and again, then takes out what the others have made superfluous.
+    ///
+    /// Returns the fit and, for the first step, all candidates.
+    pub(super) fn select(
+        &self,
+        start: Fit,
+        acceptable: &dyn Fn(&Trial) -> bool,
+        report: &(dyn Fn(&str) + Sync),
+    ) -> (Fit, Vec<Trial>) {
+        let mut here = start;
+        let mut first = Vec::new();
+        while here.hypothesis.effects.len() < MOST_EFFECTS {
+            let trials = self.candidates(&here, report);
+            if first.is_empty() {
+                first.clone_from(&trials);
+            }
+            let next = trials
+                .into_iter()
+                .find(|t| t.evidence.convinces() && acceptable(t));
+            match next {
+                Some(t) => here = self.simplify(t.fit),
+                None => break,
+            }
+        }
+        (here, first)
+    }
+
+    /// Leaves out, one at a time, the effects that the others do without.
+    pub(super) fn simplify(&self, mut here: Fit) -> Fit {
+        while here.hypothesis.effects.len() > 1 {
+            let weakest = self
+                .without_each(&here)
+                .into_iter()
+                .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+            match weakest {
+                Some((_, smaller)) if !self.evidence(&smaller, &here).convinces() => here = smaller,
+                _ => break,
+            }
+        }
+        here
+    }
+
+    /// For each effect, the fit without it.
+    pub(super) fn without_each(&self, here: &Fit) -> Vec<(&'static Spec, Fit)> {
+        here.hypothesis
+            .effects
+            .clone()
+            .into_par_iter()
+            .enumerate()
+            .map(|(i, spec)| {
+                let h = here.hypothesis.without(spec.id);
+                let offset = here.hypothesis.offset(i);
+                let mut z = here.z.clone();
+                z.drain(offset..offset + spec.parameters.len());
+                (spec, self.fit(&h, z, &here.states, Effort::FULL))
+            })
+            .collect()
+    }
+
+    /// For each effect, the fit without it, and the others that would explain the data nearly as well in its place. `first` are the
+    /// candidates for a single effect.
+    pub(super) fn rivals(
+        &self,
+        here: &Fit,
+        first: &[Trial],
+        report: &(dyn Fn(&str) + Sync),
+    ) -> Vec<(&'static Spec, Fit, Vec<&'static str>)> {
+        let floor = self.floor();
+        let tolerance =
+            CONFUSABLE * (here.cost - floor).max(0.0) + LEAST_GAIN * (here.cost / floor).max(1.0);
+        self.without_each(here)
+            .into_iter()
+            .map(|(spec, smaller)| {
+                let trials = if here.hypothesis.effects.len() == 1 {
+                    first.to_vec()
+                } else {
+                    self.candidates(&smaller, report)
+                };
+                let near = trials
+                    .into_iter()
+                    .filter(|t| t.spec.id != spec.id && t.fit.cost < here.cost + tolerance)
+                    .map(|t| t.spec.id)
+                    .collect();
+                (spec, smaller, near)
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,330 @@
+//! Multiple shooting: predicting windows from free initial states, and what that says about states and parameters.
+//!
+//! The recording is cut into windows. Each has its own initial state, a nuisance that is eliminated (Schur complement), so that an
+//! unstable plant can be fitted and an early error does not spoil what follows. Sensitivities are exact: the same plant is run on
+//! dual numbers.
+//!
+//! A delay is not simulated: with a free initial state, a command that is late by `d` moves the whole response by `d`, so whole samples are
+//! taken from the command's index and the rest from a cubic between two predicted samples.
+
+use furuta_model::{Jet, Plant, Scalar, State};
+use nalgebra::{Cholesky, DMatrix, DVector, Matrix4, SMatrix, Vector4};
+
+use super::data::{Data, Run, Window};
+use super::hypothesis::{Hypothesis, Nominal};
+
+/// How many past commands a lag remembers: half a second at 500 Hz and more.
+const PAST: usize = 256;
+
+/// Runs `plant` over a window from `x0` and hands each predicted `[theta, alpha]` to `each(sample, prediction)`.
+#[inline]
+pub(super) fn predict<S: Scalar<Real = f64>>(
+    plant: &Plant<S>,
+    late: S,
+    run: &Run,
+    w: &Window,
+    x0: State<S>,
+    mut each: impl FnMut(usize, [S; 2]),
+) {
+    let h = run.h;
+    // Whole samples; what is left lies between -0.1 and 0.9 of a sample.
+    let samples = (late.value() / h + 0.1).floor().max(0.0);
+    let rest = (late - S::from_f64(samples * h)).scale(1.0 / h);
+    let samples = samples as usize;
+    let t = run.t0 + w.start as f64 * h;
+    let past = run.past(w.start, samples, PAST);
+    let mut s = plant.resume(x0, t, &past, h);
+    for k in w.start..w.start + w.len {
+        let before = s.x;
+        plant.step(&mut s, S::from_f64(run.command(k, samples)), h);
+        let angles = [
+            earlier(
+                before.theta,
+                before.theta_dot,
+                s.x.theta,
+                s.x.theta_dot,
+                rest,
+                h,
+            ),
+            earlier(
+                before.alpha,
+                before.alpha_dot,
+                s.x.alpha,
+                s.x.alpha_dot,
+                rest,
+                h,
+            ),
+        ];
+        each(k + 1, plant.reading(angles));
+    }
+}
+
+/// The cubic through two samples and their slopes, `e` of a sample before the second.
+#[inline(always)]
+fn earlier<S: Scalar<Real = f64>>(y0: S, v0: S, y1: S, v1: S, e: S, h: f64) -> S {
+    let (p0, p1, fall) = (v0.scale(h), v1.scale(h), y0 - y1);
+    let square = fall.scale(3.0) + p1.scale(2.0) + p0;
+    let cube = -p1 - p0 - fall.scale(2.0);
+    y1 + e * (e * (e * cube + square) - p1)
+}
+
+/// Squared weighted residuals of one window, their gradient and Gauss-Newton matrix with respect to `N` variables.
+#[derive(Clone, Debug)]
+pub(super) struct Normal<const N: usize> {
+    pub(super) cost: f64,
+    pub(super) gradient: [f64; N],
+    pub(super) matrix: [[f64; N]; N],
+}
+
+/// Linearises a window about `x0` and the plant given. The first four of the `N` variables are the initial state's.
+pub(super) fn normal<const N: usize>(
+    plant: &Plant<Jet<f64, N>>,
+    late: Jet<f64, N>,
+    data: &Data,
+    w: &Window,
+    x0: State<f64>,
+) -> Normal<N> {
+    let run = &data.runs[w.run];
+    let mut out = Normal {
+        cost: 0.0,
+        gradient: [0.0; N],
+        matrix: [[0.0; N]; N],
+    };
+    let mut i = 0;
+    let x0 = State::from(x0.to_array().map(|v| {
+        i += 1;
+        Jet::variable(v, i - 1)
+    }));
+    predict(plant, late, run, w, x0, |k, prediction| {
+        for c in 0..2 {
+            let weight = run.weight[k][c] / data.noise[c];
+            let r = (prediction[c].v - run.y[k][c]) * weight;
+            let d = prediction[c].d.map(|d| d * weight);
+            out.cost += r * r;
+            for a in 0..N {
+                out.gradient[a] += d[a] * r;
+                for b in 0..N {
+                    out.matrix[a][b] += d[a] * d[b];
+                }
+            }
+        }
+    });
+    if !out.cost.is_finite() {
+        out.cost = f64::INFINITY;
+    }
+    out
+}
+
+/// The cost of a window alone.
+pub(super) fn cost(plant: &Plant<f64>, late: f64, data: &Data, w: &Window, x0: State<f64>) -> f64 {
+    let run = &data.runs[w.run];
+    let mut cost = 0.0;
+    predict(plant, late, run, w, x0, |k, y| {
+        for c in 0..2 {
+            let r = (y[c] - run.y[k][c]) * run.weight[k][c] / data.noise[c];
+            cost += r * r;
+        }
+    });
+    if cost.is_finite() {
+        cost
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// A plant in the two scalars that the inner problem needs.
+pub(super) struct Inner {
+    plant: Plant<Jet<f64, 4>>,
+    late: Jet<f64, 4>,
+    plain: Plant<f64>,
+}
+
+impl Inner {
+    pub(super) fn new(h: &Hypothesis, z: &[f64], nominal: &Nominal) -> Self {
+        // Offset beyond the four variables: the parameters are constants.
+        let (plant, late) = h.plant::<4>(z, nominal, 4);
+        let plain = plant.cast();
+        Self { plant, late, plain }
+    }
+
+    /// Improves the initial state by damped Gauss-Newton steps, at most `iterations`; returns state and cost.
+    pub(super) fn solve(
+        &self,
+        data: &Data,
+        w: &Window,
+        x0: State<f64>,
+        iterations: usize,
+    ) -> (State<f64>, f64) {
+        let (mut x, mut damping) = (x0, 1e-6);
+        let mut n = normal(&self.plant, self.late, data, w, x);
+        for _ in 0..iterations {
+            let Some(step) = damped_step(&n, damping) else {
+                break;
+            };
+            let trial = State::from(std::array::from_fn(|i| x.to_array()[i] - step[i]));
+            let next = normal(&self.plant, self.late, data, w, trial);
+            if next.cost < n.cost {
+                let gain = n.cost - next.cost;
+                x = trial;
+                n = next;
+                damping = (damping * 0.1_f64).max(1e-9);
+                if gain < 0.01 + 1e-3 * n.cost {
+                    break;
+                }
+            } else {
+                damping = (damping * 100.0).max(1e-4);
+                if damping > 1e6 {
+                    break;
+                }
+            }
+        }
+        (x, n.cost)
+    }
+
+    /// The predictions of a window from `x0`.
+    pub(super) fn predictions(&self, data: &Data, w: &Window, x0: State<f64>) -> Vec<[f64; 2]> {
+        let mut out = Vec::with_capacity(w.len);
+        predict(
+            &self.plain,
+            self.late.v,
+            &data.runs[w.run],
+            w,
+            x0,
+            |_, y| {
+                out.push(y);
+            },
+        );
+        out
+    }
+
+    /// The state at the end of a window.
+    pub(super) fn end(&self, data: &Data, w: &Window, x0: State<f64>) -> State<f64> {
+        let run = &data.runs[w.run];
+        let late = (self.late.v / run.h + 0.1).floor().max(0.0) as usize;
+        let past = run.past(w.start, late, PAST);
+        let mut s = self
+            .plain
+            .resume(x0, run.t0 + w.start as f64 * run.h, &past, run.h);
+        for k in w.start..w.start + w.len {
+            self.plain.step(&mut s, run.command(k, late), run.h);
+        }
+        s.x
+    }
+
+    /// The best of several starts: what smoothing over several widths says, and the state given.
+    pub(super) fn search(
+        &self,
+        data: &Data,
+        w: &Window,
+        known: Option<State<f64>>,
+    ) -> (State<f64>, f64) {
+        let mut best = known.map(|x| self.solve(data, w, x, 10));
+        for half in [10, 5, 20] {
+            let guess = data.guess(w, half);
+            let start = (guess, cost(&self.plain, self.late.v, data, w, guess));
+            if best.as_ref().is_none_or(|b| start.1 < 4.0 * b.1) {
+                let found = self.solve(data, w, guess, 10);
+                if best.as_ref().is_none_or(|b| found.1 < b.1) {
+                    best = Some(found);
+                }
+            }
+        }
+        best.unwrap_or((data.guess(w, 10), f64::INFINITY))
+    }
+}
+
+fn damped_step(n: &Normal<4>, damping: f64) -> Option<Vector4<f64>> {
+    let mut m = Matrix4::from_fn(|a, b| n.matrix[a][b]);
+    for i in 0..4 {
+        m[(i, i)] += damping * m[(i, i)] + 1e-9;
+    }
+    Cholesky::new(m).map(|c| c.solve(&Vector4::from(n.gradient)))
+}
+
+/// Cost, gradient and Gauss-Newton matrix over all windows with the initial states eliminated.
+pub(super) struct Reduced {
+    pub(super) cost: f64,
+    pub(super) gradient: DVector<f64>,
+    pub(super) matrix: DMatrix<f64>,
+    /// Per window: the initial state's step for a step of the parameters, `x -= response * step + own`.
+    pub(super) response: Vec<(SMatrix<f64, 4, { MAX_FREE }>, Vector4<f64>)>,
+    /// Per window: the reduced gradient, for statistics that do not trust the noise to be white.
+    pub(super) scores: Vec<DVector<f64>>,
+    /// Per window: its cost.
+    pub(super) costs: Vec<f64>,
+}
+
+/// The longest parameter vector.
+pub(super) const MAX_FREE: usize = 20;
+
+/// Linearises all windows in the parameters; `z` may have up to [`MAX_FREE`] components. `trust` weighs whole windows.
+pub(super) fn reduced(
+    h: &Hypothesis,
+    z: &[f64],
+    nominal: &Nominal,
+    data: &Data,
+    windows: &[Window],
+    states: &[State<f64>],
+    trust: &[f64],
+) -> Reduced {
+    match z.len() {
+        0..=8 => reduced_n::<12>(h, z, nominal, data, windows, states, trust),
+        9..=12 => reduced_n::<16>(h, z, nominal, data, windows, states, trust),
+        _ => reduced_n::<24>(h, z, nominal, data, windows, states, trust),
+    }
+}
+
+fn reduced_n<const N: usize>(
+    h: &Hypothesis,
+    z: &[f64],
+    nominal: &Nominal,
+    data: &Data,
+    windows: &[Window],
+    states: &[State<f64>],
+    trust: &[f64],
+) -> Reduced {
+    let p = z.len();
+    let (plant, late) = h.plant::<N>(z, nominal, 4);
+    let mut out = Reduced {
+        cost: 0.0,
+        gradient: DVector::zeros(p),
+        matrix: DMatrix::zeros(p, p),
+        response: Vec::with_capacity(windows.len()),
+        scores: Vec::with_capacity(windows.len()),
+        costs: Vec::with_capacity(windows.len()),
+    };
+    for ((w, x), trust) in windows.iter().zip(states).zip(trust) {
+        let n = normal(&plant, late, data, w, *x);
+        let mut own = Matrix4::from_fn(|a, b| n.matrix[a][b]);
+        for i in 0..4 {
+            own[(i, i)] += 1e-9 + 1e-9 * own[(i, i)];
+        }
+        let cross =
+            SMatrix::<f64, 4, MAX_FREE>::from_fn(
+                |a, b| {
+                    if b < p { n.matrix[a][4 + b] } else { 0.0 }
+                },
+            );
+        let gx = Vector4::from_fn(|a, _| n.gradient[a]);
+        out.costs.push(n.cost);
+        let Some(own) = own.cholesky().filter(|_| n.cost.is_finite()) else {
+            out.response.push((SMatrix::zeros(), Vector4::zeros()));
+            out.scores.push(DVector::zeros(p));
+            continue;
+        };
+        let (response, step) = (own.solve(&cross), own.solve(&gx));
+        let mut score = DVector::zeros(p);
+        for a in 0..p {
+            score[a] = n.gradient[4 + a] - cross.column(a).dot(&step);
+            for b in 0..p {
+                out.matrix[(a, b)] +=
+                    trust * (n.matrix[4 + a][4 + b] - cross.column(a).dot(&response.column(b)));
+            }
+        }
+        out.gradient.axpy(*trust, &score, 1.0);
+        out.cost += trust * n.cost;
+        out.response.push((response, step));
+        out.scores.push(score);
+    }
+    out
+}
