@@ -24,6 +24,18 @@ create_exception!(
 );
 create_exception!(
     furuta,
+    RecordingError,
+    FurutaError,
+    "A recording that cannot be used: which, where, why."
+);
+create_exception!(
+    furuta,
+    DiagnoseError,
+    FurutaError,
+    "Recordings that cannot carry a diagnosis."
+);
+create_exception!(
+    furuta,
     DesignError,
     FurutaError,
     "A design problem without a usable answer."
@@ -35,6 +47,8 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("FurutaError", py.get_type::<FurutaError>())?;
     m.add("RigError", py.get_type::<RigError>())?;
     m.add("SimulationError", py.get_type::<SimulationError>())?;
+    m.add("RecordingError", py.get_type::<RecordingError>())?;
+    m.add("DiagnoseError", py.get_type::<DiagnoseError>())?;
     m.add("DesignError", py.get_type::<DesignError>())
 }
 
@@ -51,4 +65,14 @@ pub(crate) fn simulation(e: impl std::fmt::Display) -> PyErr {
 /// A design error as Python's.
 pub(crate) fn design(e: impl std::fmt::Display) -> PyErr {
     DesignError::new_err(e.to_string())
+}
+
+/// A recording's error as Python's.
+pub(crate) fn recording(e: impl std::fmt::Display) -> PyErr {
+    RecordingError::new_err(e.to_string())
+}
+
+/// A diagnosis that cannot be as Python's error.
+pub(crate) fn diagnose(e: impl std::fmt::Display) -> PyErr {
+    DiagnoseError::new_err(e.to_string())
 }

@@ -4,9 +4,11 @@
 //! Every function copies its numbers in, releases the interpreter for the work, and copies the answer out: other Python threads run meanwhile.
 
 mod design;
+mod diagnosis;
 mod error;
 mod linear;
 mod matrix;
+mod recording;
 mod rig;
 mod simulate;
 
@@ -25,5 +27,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(linear::zero_order_hold, m)?)?;
     m.add_function(wrap_pyfunction!(design::lqr, m)?)?;
     m.add_function(wrap_pyfunction!(design::dlqr, m)?)?;
+    m.add_class::<diagnosis::PyDiagnosis>()?;
+    m.add_function(wrap_pyfunction!(diagnosis::diagnose, m)?)?;
     Ok(())
 }

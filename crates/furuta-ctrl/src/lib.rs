@@ -1,4 +1,22 @@
 //! Control of the rotary inverted pendulum: the part that runs, unchanged, on a microcontroller, on a Linux board and in Python.
+//!
+//! Nothing here allocates or needs an operating system. What is configured (gains, limits, models) is kept apart from what changes
+//! while it runs: a controller is an immutable value, its state a second one that the caller owns. A new gain is a new value; one
+//! controller serves any number of rollouts.
+//!
+//! | Module | What it holds |
+//! |---|---|
+//! | [`design`] | Riccati equations, LQR, the standard balance gain of a rig |
+//! | [`controllers`] | state feedback, energy swing-up, and a choice among them at run time |
+//! | [`estimators`] | speeds from encoder angles |
+//! | [`supervisor`] | modes, the catch, limits, faults: what stands between a controller and a motor |
 #![no_std]
+#![forbid(unsafe_code)]
 
+pub mod controllers;
 pub mod design;
+pub mod estimators;
+mod real;
+pub mod supervisor;
+
+pub use real::{Real, wrap};

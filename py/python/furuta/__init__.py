@@ -13,12 +13,16 @@ True
 
 from furuta._furuta import (
     DesignError,
+    DiagnoseError,
+    Diagnosis,
     FurutaError,
+    RecordingError,
     Rig,
     RigError,
     SimulationError,
     __version__,
     catalogue,
+    diagnose,
     dlqr,
     linearize,
     lqr,
@@ -29,12 +33,16 @@ from furuta._furuta import (
 
 __all__ = [
     "DesignError",
+    "DiagnoseError",
+    "Diagnosis",
     "FurutaError",
+    "RecordingError",
     "Rig",
     "RigError",
     "SimulationError",
     "__version__",
     "catalogue",
+    "diagnose",
     "dlqr",
     "linearize",
     "lqr",

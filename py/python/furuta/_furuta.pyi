@@ -1,6 +1,7 @@
 # Types of the private extension. The docstrings are in the extension itself (help(furuta.simulate)).
 import os
-from typing import ClassVar, TypedDict, final
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar, Literal, TypeAlias, TypedDict, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,12 +9,16 @@ from typing_extensions import Self
 
 __all__ = [
     "DesignError",
+    "DiagnoseError",
+    "Diagnosis",
     "FurutaError",
+    "RecordingError",
     "Rig",
     "RigError",
     "SimulationError",
     "__version__",
     "catalogue",
+    "diagnose",
     "dlqr",
     "linearize",
     "lqr",
@@ -27,6 +32,8 @@ __version__: str
 class FurutaError(ValueError): ...
 class RigError(FurutaError): ...
 class SimulationError(FurutaError): ...
+class RecordingError(FurutaError): ...
+class DiagnoseError(FurutaError): ...
 class DesignError(FurutaError): ...
 
 class _CatalogueEntry(TypedDict):
@@ -76,3 +83,63 @@ def lqr(
 def dlqr(
     A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128]]: ...
+
+_Path: TypeAlias = str | os.PathLike[str]
+_Recording: TypeAlias = _Path | dict[str, ArrayLike]
+
+class _Estimate(TypedDict):
+    value: float | None
+    std: float | None
+    unit: str
+
+class _NamedEffect(TypedDict):
+    id: str
+    name: str
+    parameters: dict[str, _Estimate]
+    delta_bic: float | None
+    held_out_gain: float | None
+    confusable_with: list[str]
+
+class _ParameterEstimate(TypedDict):
+    nominal: float | None
+    fitted: float | None
+    std: float | None
+    unit: str
+    identifiable: bool
+
+@final
+class Diagnosis:
+    def to_json(self) -> str: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def summary(self) -> str: ...
+    def report(self, path: _Path) -> None: ...
+    @property
+    def repaired_rig(self) -> Rig: ...
+    @property
+    def verdict(self) -> Literal["no_gap", "parameters_only", "missing_effects", "unexplained"]: ...
+    @property
+    def effects(self) -> list[_NamedEffect]: ...
+    @property
+    def parameters(self) -> dict[str, _ParameterEstimate]: ...
+    @property
+    def gap(self) -> dict[str, Any]: ...
+    @property
+    def held_out(self) -> dict[str, Any] | None: ...
+    @property
+    def where(self) -> list[dict[str, Any]]: ...
+    @property
+    def next_experiment(self) -> str | None: ...
+    @property
+    def verification(self) -> list[dict[str, Any]]: ...
+    @property
+    def notices(self) -> list[str]: ...
+    @property
+    def seconds(self) -> float: ...
+
+def diagnose(
+    recordings: _Recording | Sequence[_Recording],
+    rig: Rig,
+    *,
+    verify: _Recording | Sequence[_Recording] | None = None,
+    progress: Callable[[str, str | None], object] | None = None,
+) -> Diagnosis: ...

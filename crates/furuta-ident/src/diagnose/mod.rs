@@ -141,7 +141,8 @@ pub fn diagnose(
     let recalibrated = short.fit(&base, as_given.z.clone(), &as_given.states, Effort::FULL);
 
     stage("searching");
-    let (mut named, first) = short.select(recalibrated.clone(), &|_| true, &report("searching"));
+    let (mut named, first) =
+        short.select(recalibrated.clone(), &base, &|_| true, &report("searching"));
     let explains = |f: &Fit| short.chi(f).powi(2) <= EXPLAINED;
     if !explains(&named) {
         stage("searching over long windows");
@@ -257,7 +258,7 @@ fn search_long(
         let larger = short.fit(h, t.fit.z.clone(), &smaller.states, Effort::FULL);
         short.evidence(&smaller, &larger).helps()
     };
-    let (found, _) = long.select(start, &helps_at_short, report);
+    let (found, _) = long.select(start, &named.hypothesis, &helps_at_short, report);
     if found.hypothesis.effects.len() == named.hypothesis.effects.len() {
         return named;
     }

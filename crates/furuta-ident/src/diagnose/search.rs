@@ -5,7 +5,7 @@ use furuta_model::{CATALOGUE, Spec};
 use rayon::prelude::*;
 
 use super::fit::{Effort, Fit, Problem};
-use super::hypothesis::FIRST_EFFECT;
+use super::hypothesis::{FIRST_EFFECT, Hypothesis};
 
 /// The most effects that are looked for together.
 pub(super) const MOST_EFFECTS: usize = 4;
@@ -192,12 +192,14 @@ impl Problem<'_> {
         trials
     }
 
-    /// Adds the most convincing effect again and again, then takes out what the others have made superfluous.
+    /// Adds the most convincing effect again and again, and takes out what the others have made superfluous (but for those of `settled`, which
+    /// another problem decided on).
     ///
     /// Returns the fit and, for the first step, all candidates.
     pub(super) fn select(
         &self,
         start: Fit,
+        settled: &Hypothesis,
         acceptable: &dyn Fn(&Trial) -> bool,
         report: &(dyn Fn(&str) + Sync),
     ) -> (Fit, Vec<Trial>) {
@@ -212,19 +214,20 @@ impl Problem<'_> {
                 .into_iter()
                 .find(|t| t.evidence.convinces() && acceptable(t));
             match next {
-                Some(t) => here = self.simplify(t.fit),
+                Some(t) => here = self.simplify(t.fit, settled),
                 None => break,
             }
         }
         (here, first)
     }
 
-    /// Leaves out, one at a time, the effects that the others do without.
-    pub(super) fn simplify(&self, mut here: Fit) -> Fit {
+    /// Leaves out, one at a time, the effects that the others do without; those of `settled` stay.
+    fn simplify(&self, mut here: Fit, settled: &Hypothesis) -> Fit {
         while here.hypothesis.effects.len() > 1 {
             let weakest = self
                 .without_each(&here)
                 .into_iter()
+                .filter(|(spec, _)| !settled.has(spec.id))
                 .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
             match weakest {
                 Some((_, smaller)) if !self.evidence(&smaller, &here).convinces() => here = smaller,
