@@ -1,0 +1,279 @@
+//! The diagnosis: run in a thread of its own, so that Ctrl-C and progress work while Rust is at it.
+
+use crate::error;
+use crate::recording::{Read, read};
+use crate::rig::PyRig;
+use furuta_ident::diagnose::{DiagnoseError, Outcome, Progress, Request};
+use pyo3::exceptions::{PyKeyError, PyRuntimeError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+/// How often Ctrl-C is looked for.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// What `diagnose` found. Attributes and JSON have the names of the JSON contract; numbers are SI, unknown ones None.
+///
+/// Attributes
+/// ----------
+/// verdict : str
+///     "no_gap", "parameters_only", "missing_effects" or "unexplained".
+/// effects : list of dict
+///     The missing effects: id, name, parameters (value, std, unit by name), delta_bic, held_out_gain, confusable_with.
+/// parameters : dict
+///     Recalibrated parameters by key: nominal, fitted, std, unit, identifiable.
+/// gap, held_out : dict
+///     RMS prediction errors in rad by model and angle; held_out is None where there were too few data.
+/// where : list of dict
+///     Where the gap sits: run, channel, condition, share_of_gap.
+/// next_experiment : str or None
+/// verification : list of dict
+///     Errors on the recordings given as `verify`: run, channel, nominal, recalibrated, repaired (rad).
+/// notices : list of str
+///     What was noticed about the recordings.
+/// seconds : float
+/// repaired_rig : Rig
+///     The rig with refitted parameters and the named effects.
+#[pyclass(name = "Diagnosis", module = "furuta", frozen)]
+pub(crate) struct PyDiagnosis {
+    outcome: Outcome,
+    contract: Py<PyDict>,
+}
+
+#[pymethods]
+impl PyDiagnosis {
+    /// The JSON contract as text.
+    fn to_json(&self) -> String {
+        self.outcome.diagnosis.to_json()
+    }
+
+    /// The JSON contract as a new dict.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        parsed(py, &self.to_json())
+    }
+
+    /// The verdict and the effects in a few lines of text.
+    fn summary(&self) -> String {
+        let d = &self.outcome.diagnosis;
+        let mut lines = vec![d.sentence()];
+        for e in &d.effects {
+            let values: Vec<_> = e
+                .parameters
+                .iter()
+                .map(|(name, p)| format!("{name} = {:.4e} +- {:.1e} {}", p.value, p.std, p.unit))
+                .collect();
+            let rivals = if e.confusable_with.is_empty() {
+                String::new()
+            } else {
+                format!("; or {}", e.confusable_with.join(", "))
+            };
+            lines.push(format!("  {}: {}{rivals}", e.id, values.join(", ")));
+        }
+        lines.extend(d.next_experiment.clone());
+        lines.join("\n")
+    }
+
+    /// Writes the report, one self-contained HTML page, to this path.
+    fn report(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| {
+            let page = furuta_ident::report::html(&self.outcome.diagnosis, &self.outcome.curves);
+            std::fs::write(path, page)
+        })?;
+        Ok(())
+    }
+
+    /// The rig with refitted parameters and the named effects.
+    #[getter]
+    fn repaired_rig(&self) -> PyRig {
+        PyRig {
+            rig: self.outcome.repaired.clone(),
+        }
+    }
+
+    #[getter]
+    fn verdict(&self) -> &'static str {
+        self.outcome.diagnosis.verdict.as_str()
+    }
+
+    #[getter]
+    fn effects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "effects")
+    }
+
+    #[getter]
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "parameters")
+    }
+
+    #[getter]
+    fn gap<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "gap")
+    }
+
+    #[getter]
+    fn held_out<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "held_out")
+    }
+
+    #[getter(r#where)]
+    fn location<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "where")
+    }
+
+    #[getter]
+    fn next_experiment(&self) -> Option<&str> {
+        self.outcome.diagnosis.next_experiment.as_deref()
+    }
+
+    #[getter]
+    fn verification<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "verification")
+    }
+
+    #[getter]
+    fn notices(&self) -> Vec<String> {
+        self.outcome.diagnosis.notices.clone()
+    }
+
+    #[getter]
+    fn seconds(&self) -> f64 {
+        self.outcome.diagnosis.seconds
+    }
+
+    fn __repr__(&self) -> String {
+        let d = &self.outcome.diagnosis;
+        let ids: Vec<_> = d.effects.iter().map(|e| e.id.as_str()).collect();
+        let named = if ids.is_empty() {
+            String::new()
+        } else {
+            format!(": {}", ids.join(", "))
+        };
+        format!("<furuta.Diagnosis {}{named}>", d.verdict)
+    }
+
+    fn __str__(&self) -> String {
+        self.summary()
+    }
+}
+
+impl PyDiagnosis {
+    /// A field of the contract; those the JSON leaves out because there is nothing in them are empty lists.
+    fn field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        match self.contract.bind(py).get_item(name)? {
+            Some(value) => Ok(value),
+            None if name == "verification" => Ok(pyo3::types::PyList::empty(py).into_any()),
+            None => Err(PyKeyError::new_err(name.to_owned())),
+        }
+    }
+}
+
+fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
+    Ok(py
+        .import("json")?
+        .call_method1("loads", (json,))?
+        .cast_into::<PyDict>()?)
+}
+
+/// Names what the model of a rig is missing, from recordings of it.
+///
+/// Parameters
+/// ----------
+/// recordings : path, dict, or list of these
+///     CSV files or MCAP logs by their paths, or dicts of arrays of equal length: t (s), u (V, held until the next row),
+///     theta and alpha (rad, alpha from upright). An array that is not evenly sampled or holds NaN is refused or mended as a file is.
+/// rig : Rig
+///     As its data sheet describes it.
+/// verify : path, dict, or list of these, optional
+///     Recordings that the search does not see; the finished models predict them whole.
+/// progress : callable, optional
+///     Called with the stage and the candidate just tried (str or None), in the calling thread.
+///
+/// Returns
+/// -------
+/// Diagnosis
+///
+/// Raises
+/// ------
+/// RecordingError
+///     A recording that cannot be used: which, where, why.
+/// DiagnoseError
+///     Recordings too short, or in which nothing moves.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, furuta
+/// >>> rig = furuta.Rig.load("qube-servo-2")
+/// >>> real = rig.with_effect("arm.spring", stiffness=2e-3, rest=0.2)  # unknown to the diagnosis
+/// >>> t = 0.002 * np.arange(2001)
+/// >>> u = 1.5 * np.sin(3 * t * (1 + t))
+/// >>> x = furuta.simulate(real, [0, np.pi, 0, 0], u[:-1], 0.002)
+/// >>> theta, alpha = furuta.measure(real, x).T
+/// >>> found = furuta.diagnose({"t": t, "u": u, "theta": theta, "alpha": alpha}, rig)
+/// >>> found.verdict, [e["id"] for e in found.effects]
+/// ('missing_effects', ['arm.spring'])
+#[pyfunction]
+#[pyo3(signature = (recordings, rig, *, verify=None, progress=None), text_signature = "(recordings, rig, *, verify=None, progress=None)")]
+pub(crate) fn diagnose(
+    py: Python<'_>,
+    recordings: &Bound<'_, PyAny>,
+    rig: PyRef<'_, PyRig>,
+    verify: Option<&Bound<'_, PyAny>>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<PyDiagnosis> {
+    let Read {
+        recordings,
+        mut notices,
+    } = read(recordings)?;
+    let verify = match verify {
+        Some(given) => {
+            let more = read(given)?;
+            notices.extend(more.notices);
+            more.recordings
+        }
+        None => Vec::new(),
+    };
+    let rig = rig.rig.clone();
+    let (send, receive) = channel::<Progress>();
+    // On Ctrl-C the worker is left to end by itself: it owns all it needs, and nobody waits for its answer.
+    let worker = std::thread::spawn(move || -> Result<Outcome, DiagnoseError> {
+        let request = Request {
+            recordings: &recordings,
+            rig: &rig,
+            verify: &verify,
+        };
+        let report = |p| drop(send.send(p));
+        furuta_ident::diagnose::diagnose(&request, &report)
+    });
+    // The receiver sits in a Mutex only because a reference to it crosses `detach`.
+    let receive = std::sync::Mutex::new(receive);
+    loop {
+        let news = py.detach(|| match receive.lock() {
+            Ok(receive) => receive.recv_timeout(PATIENCE),
+            Err(_) => Err(RecvTimeoutError::Disconnected),
+        });
+        py.check_signals()?;
+        match news {
+            Ok(p) => {
+                if let Some(call) = progress {
+                    call.call1((p.stage, p.candidate))?;
+                }
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+    }
+    let mut outcome = py
+        .detach(|| worker.join())
+        .map_err(|_| {
+            PyRuntimeError::new_err(
+                "the diagnosis broke off: this is a mistake of the program, please report it",
+            )
+        })?
+        .map_err(error::diagnose)?;
+    notices.append(&mut outcome.diagnosis.notices);
+    outcome.diagnosis.notices = notices;
+    let contract = parsed(py, &outcome.diagnosis.to_json())?.unbind();
+    Ok(PyDiagnosis { outcome, contract })
+}
