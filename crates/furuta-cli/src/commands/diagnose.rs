@@ -1,0 +1,234 @@
+//! `furuta diagnose`: what is the model of this rig missing?
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use furuta_ident::diagnose::result::{Channel, Diagnosis, significant};
+use furuta_ident::diagnose::{Outcome, Request, diagnose};
+use furuta_ident::recording::Recording;
+use furuta_ident::report;
+use furuta_model::{Rig, effects};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::failure::Failure;
+
+/// Find where recordings and model disagree, name the missing effects, and repair the rig file.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Recordings of one rig, CSV or MCAP.
+    #[arg(value_name = "DATA", required = true)]
+    data: Vec<PathBuf>,
+    /// Built-in rig or rig file: the model as the data sheet describes it.
+    #[arg(long, value_name = "RIG")]
+    rig: String,
+    /// Write the answer as JSON to this file; `-` for standard output, in place of text.
+    #[arg(long, value_name = "OUT")]
+    json: Option<PathBuf>,
+    /// Write a report, one HTML page that needs no network.
+    #[arg(long, value_name = "OUT.html")]
+    report: Option<PathBuf>,
+    /// Write the repaired rig file: refitted parameters and the named effects.
+    #[arg(long, value_name = "OUT.toml")]
+    write_rig: Option<PathBuf>,
+    /// Recordings that the search must not see, predicted afterwards by the model as given, refitted and repaired.
+    #[arg(long, value_name = "DATA", num_args = 1..)]
+    verify: Vec<PathBuf>,
+    /// Diagnose recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign).
+    #[arg(long)]
+    accept_suspicious: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let rig = Rig::load(&args.rig)?;
+    let mut notices = Vec::new();
+    let recordings = load(&args.data, args.accept_suspicious, &mut notices)?;
+    let verify = load(&args.verify, args.accept_suspicious, &mut notices)?;
+    let mut outcome = search(&Request {
+        recordings: &recordings,
+        rig: &rig,
+        verify: &verify,
+    })?;
+    outcome.diagnosis.notices = notices;
+    write(args, &outcome)?;
+    let to_stdout = args.json.as_deref() == Some(Path::new("-"));
+    let text = if to_stdout {
+        outcome.diagnosis.to_json() + "\n"
+    } else {
+        summary(&outcome.diagnosis)
+    };
+    std::io::stdout().lock().write_all(text.as_bytes())?;
+    Ok(())
+}
+
+/// Diagnoses with a progress bar where there is a terminal.
+pub(crate) fn search(request: &Request<'_>) -> Result<Outcome, Failure> {
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed:>4} {prefix} {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(100));
+    let outcome = diagnose(request, &|progress| {
+        bar.set_prefix(progress.stage);
+        bar.set_message(progress.candidate.unwrap_or_default());
+    });
+    bar.finish_and_clear();
+    Ok(outcome?)
+}
+
+fn load(
+    paths: &[PathBuf],
+    accept_suspicious: bool,
+    notices: &mut Vec<String>,
+) -> Result<Vec<Recording>, Failure> {
+    let mut recordings = Vec::new();
+    for path in paths {
+        let (recording, found) = Recording::load_with_notices(path)?;
+        for notice in found {
+            if notice.kind.is_suspicion() && !accept_suspicious {
+                return Err(Failure::new(format!(
+                    "{notice}; mend the recording, or pass --accept-suspicious if it is right as it is"
+                )));
+            }
+            notices.push(notice.to_string());
+        }
+        recordings.push(recording);
+    }
+    Ok(recordings)
+}
+
+fn write(args: &Args, outcome: &Outcome) -> Result<(), Failure> {
+    let file = |path: &Path, text: &str| {
+        std::fs::write(path, text)
+            .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))
+    };
+    if let Some(path) = args.json.as_deref().filter(|p| *p != Path::new("-")) {
+        file(path, &(outcome.diagnosis.to_json() + "\n"))?;
+    }
+    if let Some(path) = &args.report {
+        file(path, &report::html(&outcome.diagnosis, &outcome.curves))?;
+    }
+    if let Some(path) = &args.write_rig {
+        file(path, &outcome.repaired.to_toml())?;
+    }
+    Ok(())
+}
+
+/// The answer for a person.
+pub(crate) fn summary(d: &Diagnosis) -> String {
+    let mut out = vec![d.sentence()];
+    for notice in &d.notices {
+        out.push(format!("note: {notice}"));
+    }
+    for e in &d.effects {
+        out.push(String::new());
+        out.push(format!("{}  {}", e.id, e.name));
+        for (name, p) in &e.parameters {
+            out.push(format!(
+                "  {name} = {} ± {} {}",
+                significant(p.value, 4),
+                significant(p.std, 2),
+                p.unit
+            ));
+        }
+        out.push(format!(
+            "  evidence: BIC falls by {:.0}; {:.0} % of the remaining squared error on held-out data goes",
+            e.delta_bic,
+            100.0 * e.held_out_gain
+        ));
+        if let Some(spec) = effects::spec(&e.id) {
+            out.push(format!("  {}", spec.sentence));
+        }
+        if !e.confusable_with.is_empty() {
+            out.push(format!(
+                "  these data cannot tell it from {}",
+                e.confusable_with.join(", ")
+            ));
+        }
+    }
+    out.push(String::new());
+    out.push(format!(
+        "RMS prediction error over {} s [rad]      theta     alpha",
+        d.gap.horizon
+    ));
+    for (name, g) in [
+        ("rig file as given", d.gap.nominal),
+        ("parameters refitted", d.gap.recalibrated),
+        ("with the named effects", d.gap.augmented),
+        ("noise of the encoders", d.gap.noise_floor),
+    ] {
+        out.push(format!("  {name:<36} {:>9.5} {:>9.5}", g.theta, g.alpha));
+    }
+    if let Some(h) = &d.held_out {
+        out.push("  on data kept apart:".into());
+        out.push(format!(
+            "    {:<34} {:>9.5} {:>9.5}",
+            "parameters refitted", h.recalibrated.theta, h.recalibrated.alpha
+        ));
+        out.push(format!(
+            "    {:<34} {:>9.5} {:>9.5}",
+            "with the named effects", h.augmented.theta, h.augmented.alpha
+        ));
+    }
+    let mut where_it_sits = d.location.iter().take(3).peekable();
+    if where_it_sits.peek().is_some() {
+        out.push(String::new());
+        out.push("Where the refitted model disagrees:".into());
+    }
+    for w in where_it_sits {
+        out.push(format!(
+            "  {:>3.0} % of the {}'s error where {} ({})",
+            100.0 * w.share_of_gap,
+            w.channel.part(),
+            w.condition,
+            w.run
+        ));
+    }
+    verification(d, &mut out);
+    if let Some(next) = &d.next_experiment {
+        out.push(String::new());
+        out.push(format!("Next: {next}."));
+    }
+    out.push(format!("\n{:.1} s", d.seconds));
+    out.join("\n") + "\n"
+}
+
+fn verification(d: &Diagnosis, out: &mut Vec<String>) {
+    if d.verification.is_empty() {
+        return;
+    }
+    out.push(String::new());
+    out.push(
+        "Recordings that the search never saw, RMS error [rad]   as given  refitted  repaired"
+            .into(),
+    );
+    for row in &d.verification {
+        out.push(format!(
+            "  {:<36} {:<14} {:>10.4} {:>9.4} {:>9.4}",
+            row.run,
+            row.channel.to_string(),
+            row.nominal,
+            row.recalibrated,
+            row.repaired
+        ));
+    }
+    for channel in Channel::ALL {
+        let rows: Vec<_> = d
+            .verification
+            .iter()
+            .filter(|r| r.channel == channel)
+            .collect();
+        let all = |value: fn(&&furuta_ident::diagnose::result::VerificationRow) -> f64| {
+            (rows.iter().map(|r| value(&r).powi(2)).sum::<f64>() / rows.len().max(1) as f64).sqrt()
+        };
+        out.push(format!(
+            "  {:<36} {:<14} {:>10.4} {:>9.4} {:>9.4}",
+            "all together",
+            channel.to_string(),
+            all(|r| r.nominal),
+            all(|r| r.recalibrated),
+            all(|r| r.repaired)
+        ));
+    }
+}

@@ -1,0 +1,105 @@
+//! `furuta emulate`: a rig on a pseudo-terminal, for any program that speaks the wire protocol.
+
+use std::io::Write;
+use std::time::Duration;
+
+use furuta_hw::emulate::hidden_effect;
+use furuta_hw::{EmulatedRig, Emulation, Pace, PtyRig};
+use furuta_model::{Effect, Params, Rig};
+use serde_json::json;
+
+use crate::failure::Failure;
+use crate::interrupt;
+
+/// Emulate a rig behind a pseudo-terminal, in real time, until Ctrl-C. Prints the port's path.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Built-in rig or rig file.
+    #[arg(long, value_name = "RIG", default_value = "qube-servo-2")]
+    rig: String,
+    #[command(flatten)]
+    emulation: EmulationArgs,
+    /// Switch off after so many seconds.
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    duration: Option<f64>,
+    /// Tick when the host has answered instead of by the clock: as fast as both can.
+    #[arg(long)]
+    host_led: bool,
+    /// Print one line of JSON in place of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// How a rig is emulated.
+#[derive(clap::Args, Debug)]
+pub(crate) struct EmulationArgs {
+    /// Hide an effect that the rig file does not tell of: ID or ID:NAME=VALUE,... in SI units; may be repeated.
+    #[arg(long, value_name = "EFFECT")]
+    hide: Vec<String>,
+    /// Samples per second.
+    #[arg(long, value_name = "HZ", default_value_t = 500.0, value_parser = positive)]
+    rate: f64,
+}
+
+impl EmulationArgs {
+    pub(crate) fn hidden(&self, params: &Params<f64>) -> Result<Vec<Effect<f64>>, Failure> {
+        self.hide
+            .iter()
+            .map(|text| Ok(hidden_effect(text, params)?))
+            .collect()
+    }
+
+    /// The rig, switched off.
+    pub(crate) fn rig(&self, rig: &Rig) -> Result<EmulatedRig, Failure> {
+        let hidden = self.hidden(&rig.params)?;
+        // The cast saturates; the emulation checks the range.
+        let period_us = (1e6 / self.rate).round() as u32;
+        Ok(EmulatedRig::new(
+            rig,
+            &Emulation {
+                period_us,
+                hidden,
+                ..Emulation::default()
+            },
+        )?)
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let rig = Rig::load(&args.rig)?;
+    let emulated = args.emulation.rig(&rig)?;
+    let pace = if args.host_led {
+        Pace::HostLed
+    } else {
+        Pace::RealTime
+    };
+    let period_us = emulated.period_us();
+    let rig_on = PtyRig::start(emulated, pace)?;
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        let line = json!({
+            "port": rig_on.path(), "rig": rig.name, "period_us": period_us, "hidden": args.emulation.hide,
+        });
+        writeln!(out, "{line}")?;
+    } else {
+        // The path alone on standard output, so that a script can take it.
+        writeln!(out, "{}", rig_on.path())?;
+        eprintln!(
+            "{} at {} Hz; Ctrl-C switches it off",
+            rig.name,
+            1e6 / f64::from(period_us)
+        );
+    }
+    out.flush()?;
+    interrupt::wait(args.duration.map(Duration::from_secs_f64));
+    Ok(())
+}
+
+/// A number above zero that is a sensible time or rate.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1e6 => Ok(value),
+        _ => Err("must be a number above 0, at most 1000000".to_owned()),
+    }
+}

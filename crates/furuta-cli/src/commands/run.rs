@@ -1,0 +1,267 @@
+//! `furuta run`: the real-time loop on a rig, real or emulated.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use furuta_hw::{
+    Chirp, EmulatedRig, End, Excitation, LoopSettings, Multisine, OpenLoop, Pace, PtyRig, Recorded,
+    Reference, SerialTransport, Session, Steps, Summary, SwingUpBalance,
+};
+use furuta_log::Metadata;
+use furuta_model::Rig;
+use serde_json::json;
+
+use super::emulate::{EmulationArgs, positive};
+use crate::failure::Failure;
+use crate::interrupt;
+
+/// Swing a pendulum up and balance it, or drive it with a test signal, and log the run.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Serial port of the rig.
+    #[arg(long, value_name = "PORT", required_unless_present = "emulated")]
+    port: Option<String>,
+    /// Emulate a rig instead: built-in rig or rig file.
+    #[arg(long, value_name = "RIG", conflicts_with = "port")]
+    emulated: Option<String>,
+    #[command(flatten)]
+    emulation: EmulationArgs,
+    /// Rig that the controller is designed for: built-in rig or rig file. An emulated rig's own if not given.
+    #[arg(long, value_name = "RIG", required_unless_present = "emulated")]
+    rig: Option<String>,
+    /// What to do.
+    #[arg(long, value_enum, default_value_t = Task::Balance)]
+    task: Task,
+    /// Length of the run.
+    #[arg(long, value_name = "SECONDS", default_value_t = 20.0, value_parser = positive)]
+    duration: f64,
+    /// Strength of a test signal: RMS of the multisine, largest step, amplitude of the chirp. A fifth of the command
+    /// limit if not given.
+    #[arg(long, value_name = "VOLTS", value_parser = positive)]
+    amplitude: Option<f64>,
+    /// While balancing, step the arm between plus and minus this angle; 0 keeps it at its middle.
+    #[arg(long, value_name = "RAD", default_value_t = 0.2, value_parser = angle)]
+    arm_steps: f64,
+    /// Log file (MCAP); none is written if not given.
+    #[arg(long, value_name = "OUT.mcap")]
+    log: Option<PathBuf>,
+    /// Bits per second of the serial port.
+    #[arg(long, default_value_t = SerialTransport::BAUD)]
+    baud: u32,
+    /// Print JSON in place of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What to do with the rig.
+#[derive(clap::ValueEnum, Copy, Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Task {
+    /// Swing up and balance.
+    Balance,
+    /// Drive the hanging pendulum with a sum of sines.
+    Multisine,
+    /// Drive the hanging pendulum with steps.
+    Steps,
+    /// Drive the hanging pendulum with a falling frequency.
+    Chirp,
+}
+
+impl Task {
+    /// The test signal for this task; `None` for balancing.
+    fn excitation(self, amplitude: f64, duration: f64) -> Option<Excitation> {
+        match self {
+            Self::Balance => None,
+            Self::Multisine => Some(Excitation::Multisine(Multisine {
+                rms: amplitude,
+                low: 0.2,
+                high: 6.0,
+                lines: 12,
+            })),
+            Self::Steps => Some(Excitation::Steps(Steps {
+                amplitude,
+                hold: 0.7,
+            })),
+            Self::Chirp => Some(Excitation::Chirp(Chirp {
+                amplitude,
+                from: 8.0,
+                to: 0.0,
+                duration,
+            })),
+        }
+    }
+}
+
+fn angle(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
+        _ => Err("must be a number between 0 and 1".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let name = args
+        .rig
+        .as_deref()
+        .or(args.emulated.as_deref())
+        .unwrap_or_default();
+    let rig = Rig::load(name)?;
+    // Lives as long as the run: dropping it switches the emulated rig off.
+    let emulated = match &args.emulated {
+        Some(true_rig) => {
+            let on: EmulatedRig = args.emulation.rig(&Rig::load(true_rig)?)?;
+            Some(PtyRig::start(on, Pace::RealTime)?)
+        }
+        None => None,
+    };
+    let port = emulated
+        .as_ref()
+        .map(PtyRig::path)
+        .or(args.port.as_deref())
+        .unwrap_or_default();
+    let mut session = Session::open(port, args.baud)?;
+    for mismatch in session.mismatches(&rig) {
+        eprintln!("warning: {mismatch}");
+    }
+    if !args.json {
+        eprintln!(
+            "{} on {port} at {:.0} Hz; Ctrl-C ends the run",
+            session.hello().rig,
+            1.0 / session.period()
+        );
+    }
+
+    let amplitude = args
+        .amplitude
+        .unwrap_or(0.2 * rig.params.motor.command_limit);
+    let settings = LoopSettings {
+        duration: Duration::from_secs_f64(args.duration),
+        limits: rig.limits,
+        silence: LoopSettings::SILENCE,
+        stop: Some(interrupt::flag()),
+    };
+    let (summary, recorded) = match args.task.excitation(amplitude, args.duration) {
+        Some(excitation) => {
+            let pilot = OpenLoop::new(&rig, session.period(), excitation);
+            let metadata = metadata(&rig, pilot.describe(), &session);
+            session.run(
+                &pilot,
+                &settings,
+                args.log.as_deref().map(|path| (path, &metadata)),
+            )?
+        }
+        None => {
+            let reference = match args.arm_steps {
+                0.0 => Reference::Constant(0.0),
+                amplitude => Reference::Steps {
+                    amplitude,
+                    hold: 2.0,
+                },
+            };
+            let pilot = SwingUpBalance::design(&rig, session.period(), reference)?;
+            let metadata = metadata(&rig, pilot.describe(), &session);
+            session.run(
+                &pilot,
+                &settings,
+                args.log.as_deref().map(|path| (path, &metadata)),
+            )?
+        }
+    };
+
+    let kept = recorded
+        .as_ref()
+        .zip(args.log.as_deref())
+        .map(|(recorded, path)| kept(recorded, path));
+    if args.json {
+        println!("{}", report(&summary, recorded.as_ref(), args));
+    } else {
+        println!("{}", text(&summary));
+        if let Some(kept) = &kept {
+            println!("{kept}");
+        }
+    }
+    match (&summary.end, recorded.and_then(|r| r.error)) {
+        (End::Failed(error), _) => Err(match kept {
+            Some(kept) => Failure::new(format!("{error} ({kept})")),
+            None => Failure::from(error),
+        }),
+        (End::Finished | End::Stopped, Some(error)) => Err(Failure::from(error)),
+        (End::Finished | End::Stopped, None) => Ok(()),
+    }
+}
+
+pub(crate) fn metadata(
+    rig: &Rig,
+    controller: String,
+    session: &Session<SerialTransport>,
+) -> Metadata {
+    Metadata {
+        rig: rig.name.clone(),
+        rig_file: rig.to_toml(),
+        controller,
+        software: concat!("furuta ", env!("CARGO_PKG_VERSION")).to_owned(),
+        extra: [(
+            "period_us".to_owned(),
+            session.hello().period_us.to_string(),
+        )]
+        .into(),
+    }
+}
+
+fn kept(recorded: &Recorded, path: &std::path::Path) -> String {
+    format!("{} samples logged in {}", recorded.records, path.display())
+}
+
+/// What happened, for a person.
+pub(crate) fn text(s: &Summary) -> String {
+    let mut lines = vec![format!(
+        "{:.2} s, {} samples: {} lost, {} late, {} commands missed, {} bad frames, {} not logged",
+        s.seconds, s.samples, s.lost, s.late, s.held, s.bad_frames, s.unlogged
+    )];
+    if s.watchdog > 0 {
+        lines.push(format!(
+            "the rig's watchdog had the motor off for {} periods",
+            s.watchdog
+        ));
+    }
+    lines.push(format!(
+        "answer after {:.0} us (longest {:.0} us); samples late by at most {:.2} ms",
+        1e6 * s.compute_mean,
+        1e6 * s.compute_max,
+        1e3 * s.delay_max
+    ));
+    let shown = s
+        .modes
+        .iter()
+        .map(|m| format!("{} at {:.2} s", m.mode, m.t))
+        .collect::<Vec<_>>()
+        .join(", ");
+    let more = s.mode_changes.saturating_sub(s.modes.len() as u64);
+    lines.push(if more > 0 {
+        format!("modes: {shown}, and {more} more changes")
+    } else {
+        format!("modes: {shown}")
+    });
+    lines.join("\n")
+}
+
+fn report(s: &Summary, recorded: Option<&Recorded>, args: &Args) -> serde_json::Value {
+    json!({
+        "end": match &s.end { End::Finished => "finished", End::Stopped => "stopped", End::Failed(_) => "failed" },
+        "error": s.error().map(ToString::to_string),
+        "seconds": s.seconds,
+        "samples": s.samples,
+        "lost": s.lost,
+        "late": s.late,
+        "commands_missed": s.held,
+        "watchdog": s.watchdog,
+        "bad_frames": s.bad_frames,
+        "not_logged": s.unlogged,
+        "compute": { "mean": s.compute_mean, "max": s.compute_max, "unit": "s" },
+        "delay_max": { "value": s.delay_max, "unit": "s" },
+        "modes": s.modes.iter().map(|m| json!({ "t": m.t, "mode": m.mode.name() })).collect::<Vec<_>>(),
+        "mode_changes": s.mode_changes,
+        "log": args.log.as_ref().map(|p| p.display().to_string()),
+        "logged": recorded.map(|r| r.records),
+    })
+}

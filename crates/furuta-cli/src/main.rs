@@ -1,0 +1,28 @@
+//! The `furuta` command: simulate, design, run and diagnose rotary inverted pendulums.
+
+mod commands;
+mod failure;
+mod interrupt;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Rotary inverted (Furuta) pendulum: simulate it, control it, and find out what its model is missing.
+#[derive(clap::Parser, Debug)]
+#[command(name = "furuta", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: commands::Command,
+}
+
+/// Exit code 0: done; 1: failed, with one line that says what and what to do; 2: not a valid command line.
+fn main() -> ExitCode {
+    match Cli::parse().command.run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("furuta: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
