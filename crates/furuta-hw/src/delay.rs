@@ -1,9 +1,9 @@
 //! How late a sample arrives, although rig and host have no common clock.
 
 /// Length of half the window [s].
-const HALF_WINDOW: f64 = 0.5;
+const HALF_WINDOW: f64 = 0.05;
 
-/// Measures delays against the promptest sample of the last half to one second. The two clocks' offset is unknown and
+/// Measures delays against the promptest sample of the last 50 to 100 ms. The two clocks' offset is unknown and
 /// drifts (crystals by some 50 us/s, an emulated rig's clock whenever its computer is busy), hence the window.
 #[derive(Copy, Clone, Debug)]
 pub(crate) struct DelayMeter {
@@ -46,13 +46,13 @@ mod tests {
             let late = if k == 1700 { 0.015 } else { 0.0 };
             // Clocks that differ by a constant and by 50 us/s.
             let delay = meter.delay(100.0 + rig * (1.0 + 50e-6) + late, rig);
-            // The drift over the window's second at most, and rounding.
-            assert!((delay - late).abs() < 60e-6, "{k}: {delay}");
+            // The drift over the window at most, and rounding.
+            assert!((delay - late).abs() < 6e-6, "{k}: {delay}");
         }
     }
 
     #[test]
-    fn a_clock_that_stopped_for_a_while_is_forgiven_within_a_second() {
+    fn a_clock_that_stopped_for_a_while_is_forgiven_soon() {
         let mut meter = DelayMeter::new();
         let delays: Vec<_> = (0..2000)
             .map(|k| {
@@ -61,6 +61,6 @@ mod tests {
             })
             .collect();
         assert!((delays[500] - 0.05).abs() < 1e-9);
-        assert!(delays[1100..].iter().all(|d| d.abs() < 1e-9));
+        assert!(delays[560..].iter().all(|d| d.abs() < 1e-9));
     }
 }

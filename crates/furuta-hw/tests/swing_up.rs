@@ -210,3 +210,37 @@ fn gets_up_again() {
     assert_eq!(modes.last(), Some(&Mode::Balance), "{modes:?}");
     assert!(modes.contains(&Mode::SwingUp), "{modes:?}");
 }
+
+/// A rig file that knows the spring holds the arm where it is asked to be; one that does not is off by what the spring
+/// pulls.
+#[test]
+fn a_repaired_rig_file_removes_the_arms_error() {
+    let spring = Effect::new("arm.spring", &[2e-3, -0.5]).expect("valid");
+    let error = |file: &Rig| {
+        let pilot =
+            SwingUpBalance::design(file, 0.002, Reference::Constant(0.3)).expect("stabilisable");
+        let mut emulated = EmulatedRig::new(
+            &smooth_qube(),
+            &Emulation {
+                hidden: vec![spring],
+                ..Emulation::default()
+            },
+        )
+        .expect("valid");
+        let mut state = pilot.start();
+        let thetas: Vec<_> = (0..10_000)
+            .map(|_| {
+                step(&mut emulated, &smooth_qube(), &pilot, &mut state)
+                    .0
+                    .theta
+            })
+            .collect();
+        thetas[9000..].iter().sum::<f64>() / 1000.0 - 0.3
+    };
+    let repaired = Rig {
+        effects: vec![spring],
+        ..smooth_qube()
+    };
+    let (before, after) = (error(&smooth_qube()), error(&repaired));
+    assert!(before.abs() > 0.05 && after.abs() < 0.005, "{before} {after}");
+}

@@ -35,6 +35,8 @@ pub struct SwingUpBalance {
     gain: [f64; 4],
     command_limit: f64,
     reference: Reference,
+    /// Samples per second.
+    rate: f64,
 }
 
 impl SwingUpBalance {
@@ -58,6 +60,7 @@ impl SwingUpBalance {
             gain: [gain[0], gain[1], gain[2], gain[3]],
             command_limit,
             reference,
+            rate: 1.0 / period,
         })
     }
 
@@ -71,7 +74,7 @@ impl SwingUpBalance {
     #[must_use]
     pub fn describe(&self) -> String {
         format!(
-            "energy swing-up; LQR u = -K x, K = {:?}; reference {:?}",
+            "energy swing-up; LQR u = -K x, K = {:.3?}; reference {:?}",
             self.gain, self.reference
         )
     }
@@ -80,14 +83,31 @@ impl SwingUpBalance {
         volts.clamp(-self.command_limit, self.command_limit)
     }
 
+    /// `u = hold(reference) - K (x - x_reference)`.
     fn regulate(&self, x: &State<f64>, reference: f64) -> f64 {
         let [k1, k2, k3, k4] = self.gain;
-        self.clip(
-            -(k1 * (x.theta - reference)
-                + k2 * from_upright(x.alpha)
-                + k3 * x.theta_dot
-                + k4 * x.alpha_dot),
-        )
+        let feedback = k1 * (x.theta - reference)
+            + k2 * from_upright(x.alpha)
+            + k3 * x.theta_dot
+            + k4 * x.alpha_dot;
+        self.clip(self.hold(reference) - feedback)
+    }
+
+    /// Voltage that holds the arm at `reference` with the pendulum upright, by the model: 0 unless the rig file knows
+    /// an effect that pulls, such as a spring. Found from the arm's accelerations at 0 V and at 1 V.
+    fn hold(&self, reference: f64) -> f64 {
+        if self.plant.effects().is_empty() {
+            return 0.0;
+        }
+        let x = State::new(reference, 0.0, 0.0, 0.0);
+        let [free, pushed] = [0.0, 1.0].map(|u| {
+            self.plant
+                .rate(0.0, &x, self.plant.volts(u), self.rate)
+                .theta_dot
+        });
+        let volts = -free / (pushed - free);
+        // Where friction holds the arm by itself, no voltage is needed (and 1 V changes nothing).
+        if volts.is_finite() { volts } else { 0.0 }
     }
 
     /// Pumps energy: `dE/dt = m L c cos(alpha) alpha_dot theta_ddot` (K. J. Astrom, K. Furuta, Automatica 36 (2000)
