@@ -25,13 +25,23 @@ include!("data/riccati.rs");
 fn errors<const N: usize, const M: usize>(case: &Case) -> (f64, f64) {
     let a = SMatrix::<f64, N, N>::from_row_slice(case.a);
     let b = SMatrix::<f64, N, M>::from_row_slice(case.b);
-    let weights = Weights::new(SMatrix::from_row_slice(case.q), SMatrix::from_row_slice(case.r))
-        .with_cross(SMatrix::from_row_slice(case.n));
-    let solve = if case.discrete { riccati::discrete } else { riccati::continuous };
+    let weights = Weights::new(
+        SMatrix::from_row_slice(case.q),
+        SMatrix::from_row_slice(case.r),
+    )
+    .with_cross(SMatrix::from_row_slice(case.n));
+    let solve = if case.discrete {
+        riccati::discrete
+    } else {
+        riccati::continuous
+    };
     let found = solve(&a, &b, &weights).unwrap_or_else(|e| panic!("{}: {e}", case.name));
     let x = SMatrix::<f64, N, N>::from_row_slice(case.x);
     let k = SMatrix::<f64, M, N>::from_row_slice(case.k);
-    ((found.x - x).norm() / x.norm(), (found.gain - k).norm() / k.norm())
+    (
+        (found.x - x).norm() / x.norm(),
+        (found.gain - k).norm() / k.norm(),
+    )
 }
 
 #[test]
@@ -53,9 +63,16 @@ fn agrees_with_scipy() {
             (8, 3) => errors::<8, 3>(case),
             other => panic!("no instance for size {other:?}"),
         };
-        println!("{:40} discrete {:5}  X {x:8.1e}  K {k:8.1e}", case.name, case.discrete);
+        println!(
+            "{:40} discrete {:5}  X {x:8.1e}  K {k:8.1e}",
+            case.name, case.discrete
+        );
         let allowed = TOLERANCE.max(case.scipy_error);
-        assert!(x < allowed && k < allowed, "{}: X off by {x:e}, K by {k:e}", case.name);
+        assert!(
+            x < allowed && k < allowed,
+            "{}: X off by {x:e}, K by {k:e}",
+            case.name
+        );
     }
 }
 
@@ -68,13 +85,27 @@ fn scalar_closed_forms() {
             // b^2 x^2 + (r - a^2 r - q b^2) x - q r = 0, and b^2 x^2 / r - 2 a x - q = 0: the positive roots.
             let p: f64 = r - a * a * r - q * b * b;
             let root = (p * p + 4.0 * b * b * q * r).sqrt();
-            let expected = if p > 0.0 { 2.0 * q * r / (p + root) } else { (root - p) / (2.0 * b * b) };
+            let expected = if p > 0.0 {
+                2.0 * q * r / (p + root)
+            } else {
+                (root - p) / (2.0 * b * b)
+            };
             let x = riccati::discrete(&am, &bm, &weights).unwrap().x[0];
-            assert!((x / expected - 1.0).abs() < 1e-12, "discrete a={a} b={b}: {x} {expected}");
+            assert!(
+                (x / expected - 1.0).abs() < 1e-12,
+                "discrete a={a} b={b}: {x} {expected}"
+            );
             let root = (a * a + q * b * b / r).sqrt();
-            let expected = if a > 0.0 { r * (a + root) / (b * b) } else { q / (root - a) };
+            let expected = if a > 0.0 {
+                r * (a + root) / (b * b)
+            } else {
+                q / (root - a)
+            };
             let x = riccati::continuous(&am, &bm, &weights).unwrap().x[0];
-            assert!((x / expected - 1.0).abs() < 1e-12, "continuous a={a} b={b}: {x} {expected}");
+            assert!(
+                (x / expected - 1.0).abs() < 1e-12,
+                "continuous a={a} b={b}: {x} {expected}"
+            );
         }
     }
 }
@@ -92,7 +123,11 @@ fn published_gain_of_shahzad_2022() {
     let b = SMatrix::<f64, 4, 1>::new(0.0, 35.84, 0.0, 33.81);
     let regulator = lqr(&a, &b, &Weights::diagonal([1.0; 4], [1.0])).unwrap();
     for (found, printed) in regulator.gain.iter().zip([-1.000, -2.019, 27.660, 3.553]) {
-        assert!((found - printed).abs() < 6e-4, "{} (last printed digit)", regulator.gain);
+        assert!(
+            (found - printed).abs() < 6e-4,
+            "{} (last printed digit)",
+            regulator.gain
+        );
     }
     let poles = regulator.poles().unwrap();
     assert!(poles.iter().all(|p| p.re < 0.0), "{poles:?}");
@@ -101,10 +136,15 @@ fn published_gain_of_shahzad_2022() {
 #[test]
 fn single_precision_on_the_target() {
     // What a microcontroller can design for itself: a balanced rig at 500 Hz, to four digits.
-    let Some(case) = CASES.iter().find(|c| c.name == "paper_b at 500 Hz") else { panic!("case missing") };
-    let [a, q] = [case.a, case.q].map(|m| SMatrix::<f32, 4, 4>::from_iterator(m.iter().map(|&v| v as f32)).transpose());
+    let Some(case) = CASES.iter().find(|c| c.name == "paper_b at 500 Hz") else {
+        panic!("case missing")
+    };
+    let [a, q] = [case.a, case.q]
+        .map(|m| SMatrix::<f32, 4, 4>::from_iterator(m.iter().map(|&v| v as f32)).transpose());
     let b = SMatrix::<f32, 4, 1>::from_iterator(case.b.iter().map(|&v| v as f32));
-    let k = dlqr(&a, &b, &Weights::new(q, Matrix1::new(1.0f32))).unwrap().gain;
+    let k = dlqr(&a, &b, &Weights::new(q, Matrix1::new(1.0f32)))
+        .unwrap()
+        .gain;
     for (found, expected) in k.iter().zip(case.k) {
         assert!((f64::from(*found) / expected - 1.0).abs() < 1e-2, "{k}");
     }
@@ -118,20 +158,47 @@ fn errors_name_the_cause() {
     let q = Weights::new(Matrix2::new(1.0, 0.5, 0.0, 1.0), Matrix1::new(1.0));
     assert_eq!(
         dlqr(&a, &b, &q),
-        Err(DesignError::NotSymmetric { matrix: Entry::Q, row: 1, col: 0, difference: -0.5 })
+        Err(DesignError::NotSymmetric {
+            matrix: Entry::Q,
+            row: 1,
+            col: 0,
+            difference: -0.5
+        })
     );
     let r = Weights::diagonal([1.0, 1.0], [-2.0]);
-    assert_eq!(lqr(&a, &b, &r), Err(DesignError::NotPositiveDefinite { index: 0, pivot: -2.0 }));
+    assert_eq!(
+        lqr(&a, &b, &r),
+        Err(DesignError::NotPositiveDefinite {
+            index: 0,
+            pivot: -2.0
+        })
+    );
     let nan = Vector2::new(0.0, f64::NAN);
-    assert_eq!(dlqr(&a, &nan, &weights), Err(DesignError::NotFinite { matrix: Entry::B, row: 1, col: 0 }));
+    assert_eq!(
+        dlqr(&a, &nan, &weights),
+        Err(DesignError::NotFinite {
+            matrix: Entry::B,
+            row: 1,
+            col: 0
+        })
+    );
     // An unstable mode out of reach, and a mode on the boundary that costs nothing.
     let unreachable = Vector2::new(1.0, 0.0);
-    for system in [Matrix2::new(0.5, 0.0, 0.0, 1.5), Matrix2::new(0.5, 0.0, 0.0, 1.0)] {
+    for system in [
+        Matrix2::new(0.5, 0.0, 0.0, 1.5),
+        Matrix2::new(0.5, 0.0, 0.0, 1.0),
+    ] {
         let found = dlqr(&system, &unreachable, &weights);
-        assert!(matches!(found, Err(DesignError::NoStabilisingSolution { .. })), "{found:?}");
+        assert!(
+            matches!(found, Err(DesignError::NoStabilisingSolution { .. })),
+            "{found:?}"
+        );
     }
     let found = lqr(&Matrix2::new(2.0, 0.0, 0.0, -1.0), &b, &weights);
-    assert!(matches!(found, Err(DesignError::NoStabilisingSolution { .. })), "{found:?}");
+    assert!(
+        matches!(found, Err(DesignError::NoStabilisingSolution { .. })),
+        "{found:?}"
+    );
     // A double mode on the boundary without weight: rounding may push it to either side, so either reason may be given.
     let free = Weights::diagonal([0.0, 0.0], [1.0]);
     assert!(dlqr(&a, &b, &free).is_err());

@@ -56,13 +56,22 @@ mod tests {
     #[test]
     fn a_zero_on_the_diagonal_needs_a_row_swap() {
         let a = SMatrix::<f64, 2, 2>::new(0.0, 2.0, 4.0, 1.0);
-        assert_eq!(solve(a, SVector::<f64, 2>::new(6.0, 7.0)), Some(SVector::<f64, 2>::new(1.0, 3.0)));
+        assert_eq!(
+            solve(a, SVector::<f64, 2>::new(6.0, 7.0)),
+            Some(SVector::<f64, 2>::new(1.0, 3.0))
+        );
     }
 
     #[test]
     fn singular_and_nan_are_refused() {
         let b = SVector::<f64, 2>::new(1.0, 1.0);
-        assert_eq!(solve(SMatrix::<f64, 2, 2>::new(1.0, 2.0, 2.0, 4.0), b), None);
-        assert_eq!(solve(SMatrix::<f64, 2, 2>::new(f64::NAN, 2.0, 2.0, 4.0), b), None);
+        assert_eq!(
+            solve(SMatrix::<f64, 2, 2>::new(1.0, 2.0, 2.0, 4.0), b),
+            None
+        );
+        assert_eq!(
+            solve(SMatrix::<f64, 2, 2>::new(f64::NAN, 2.0, 2.0, 4.0), b),
+            None
+        );
     }
 }

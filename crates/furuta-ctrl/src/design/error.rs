@@ -43,7 +43,9 @@ pub enum DesignError {
         col: usize,
     },
     /// A weight is not symmetric.
-    #[error("{matrix} must be symmetric, but {matrix}[{row},{col}] and {matrix}[{col},{row}] differ by {difference:e}")]
+    #[error(
+        "{matrix} must be symmetric, but {matrix}[{row},{col}] and {matrix}[{col},{row}] differ by {difference:e}"
+    )]
     NotSymmetric {
         /// The weight, `Q` or `R`.
         matrix: Entry,
@@ -55,7 +57,9 @@ pub enum DesignError {
         difference: f64,
     },
     /// The weight of the input is not positive definite: some input would cost nothing.
-    #[error("R must be positive definite, but its pivot {index} is {pivot:e}; give every input a weight above 0")]
+    #[error(
+        "R must be positive definite, but its pivot {index} is {pivot:e}; give every input a weight above 0"
+    )]
     NotPositiveDefinite {
         /// Which pivot of the Cholesky factorisation failed.
         index: usize,
@@ -72,7 +76,9 @@ pub enum DesignError {
     },
     /// The iteration ended, but what it found does not solve the equation well; a pole of the closed loop
     /// lies next to the stability boundary, or the problem is badly scaled for this precision.
-    #[error("the Riccati equation is solved only to {residual:e} (relative; allowed {allowed:e}): give every state a weight, scale them alike, or use f64")]
+    #[error(
+        "the Riccati equation is solved only to {residual:e} (relative; allowed {allowed:e}): give every state a weight, scale them alike, or use f64"
+    )]
     NotConverged {
         /// Relative residual of the equation.
         residual: f64,

@@ -19,18 +19,28 @@ pub struct Weights<T: Float, const N: usize, const M: usize> {
 impl<T: Float, const N: usize, const M: usize> Weights<T, N, M> {
     /// Full weights without a cross term.
     pub fn new(q: SMatrix<T, N, N>, r: SMatrix<T, M, M>) -> Self {
-        Self { q, r, n: SMatrix::zeros() }
+        Self {
+            q,
+            r,
+            n: SMatrix::zeros(),
+        }
     }
 
     /// Diagonal weights: one number per state, one per input.
     pub fn diagonal(q: [T; N], r: [T; M]) -> Self {
-        Self::new(SMatrix::from_diagonal(&SVector::from(q)), SMatrix::from_diagonal(&SVector::from(r)))
+        Self::new(
+            SMatrix::from_diagonal(&SVector::from(q)),
+            SMatrix::from_diagonal(&SVector::from(r)),
+        )
     }
 
     /// Bryson's rule: weights `1/limit^2`, so that every state and input at its own limit costs the same.
     pub fn bryson(state_limits: [T; N], input_limits: [T; M]) -> Self {
         let inverse_square = |limit: T| T::one() / (limit * limit);
-        Self::diagonal(state_limits.map(inverse_square), input_limits.map(inverse_square))
+        Self::diagonal(
+            state_limits.map(inverse_square),
+            input_limits.map(inverse_square),
+        )
     }
 
     /// The same weights with a cross term.
@@ -57,13 +67,18 @@ impl<T: Float, const N: usize, const M: usize> Regulator<T, N, M> {
     pub fn poles(&self) -> Option<[Complex<T>; N]>
     where
         Const<N>: DimSub<U1>,
-        DefaultAllocator: Allocator<Const<N>, DimDiff<Const<N>, U1>> + Allocator<DimDiff<Const<N>, U1>>,
+        DefaultAllocator:
+            Allocator<Const<N>, DimDiff<Const<N>, U1>> + Allocator<DimDiff<Const<N>, U1>>,
     {
         poles(&self.closed_loop)
     }
 
     fn from_solution(s: riccati::Solution<T, N, M>) -> Self {
-        Self { gain: s.gain, cost: s.x, closed_loop: s.closed_loop }
+        Self {
+            gain: s.gain,
+            cost: s.x,
+            closed_loop: s.closed_loop,
+        }
     }
 }
 

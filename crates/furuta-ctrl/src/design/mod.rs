@@ -4,14 +4,17 @@
 //! |---|---|
 //! | algebraic Riccati equations | [`riccati::discrete`], [`riccati::continuous`] |
 //! | linear-quadratic regulators | [`dlqr`], [`lqr`] |
+//! | a rig's standard balance gain | [`balance`] |
 //! | poles, stability | [`poles`], [`spectral_radius`], [`is_schur`], [`is_hurwitz`] |
 
+mod balance;
 mod elimination;
 mod error;
 mod lqr;
 pub mod riccati;
 mod stability;
 
+pub use balance::{balance, balance_weights};
 pub use error::{DesignError, Entry};
 pub use lqr::{Regulator, Weights, dlqr, lqr};
 pub use stability::{is_hurwitz, is_schur, poles, spectral_radius};

@@ -54,10 +54,21 @@ pub fn discrete<T: Float, const N: usize, const M: usize>(
     let evaluate = |x: SMatrix<T, N, N>, iterations| {
         let xb = x * b;
         let xa = x * a;
-        let gain = solve(weights.r + b.transpose() * xb, b.transpose() * xa + weights.n.transpose())?;
+        let gain = solve(
+            weights.r + b.transpose() * xb,
+            b.transpose() * xa + weights.n.transpose(),
+        )?;
         let left = a.transpose() * xa - x - (a.transpose() * xb + weights.n) * gain + weights.q;
         let scale = x.norm() + (a.transpose() * xa).norm() + weights.q.norm();
-        Some(Candidate::new(x, gain, a - b * gain, left, scale, iterations, spectral_radius))
+        Some(Candidate::new(
+            x,
+            gain,
+            a - b * gain,
+            left,
+            scale,
+            iterations,
+            spectral_radius,
+        ))
     };
     // The plain iteration misses a solution in which an unstable mode without weight is turned back: it would start and stay at 0
     // there. Solving for the difference from a positive definite matrix finds it.
@@ -65,9 +76,21 @@ pub fn discrete<T: Float, const N: usize, const M: usize>(
     best(shifts.into_iter().map(|shift| {
         let start = SMatrix::identity() * shift;
         let through = SMatrix::identity() + p.g * start;
-        let (af, gf) = if shift > T::zero() { (solve(through, p.a)?, solve(through, p.g)?) } else { (p.a, p.g) };
+        let (af, gf) = if shift > T::zero() {
+            (solve(through, p.a)?, solve(through, p.g)?)
+        } else {
+            (p.a, p.g)
+        };
         let hf = p.h - start + p.a.transpose() * start * af;
-        let (difference, iterations) = double(af, symmetric(gf), if shift > T::zero() { symmetric(hf) } else { p.h })?;
+        let (difference, iterations) = double(
+            af,
+            symmetric(gf),
+            if shift > T::zero() {
+                symmetric(hf)
+            } else {
+                p.h
+            },
+        )?;
         evaluate(start + difference, iterations)
     }))
 }
@@ -99,17 +122,34 @@ pub fn continuous<T: Float, const N: usize, const M: usize>(
         let xa = x * a;
         let left = xa + xa.transpose() - xb * gain + weights.q;
         let scale = xa.norm() + (xb * gain).norm() + weights.q.norm();
-        Some(Candidate::new(x, gain, a - b * gain, left, scale, iterations, cayley_radius))
+        Some(Candidate::new(
+            x,
+            gain,
+            a - b * gain,
+            left,
+            scale,
+            iterations,
+            cayley_radius,
+        ))
     };
     // The centre of the Cayley transform only has to miss the eigenvalues of A and sit among the sizes of the closed-loop poles; a
     // second one is tried in case the first is unlucky.
-    let size = p.a.norm().max((p.g.norm() * p.h.norm()).sqrt()).max(T::default_epsilon());
+    let size =
+        p.a.norm()
+            .max((p.g.norm() * p.h.norm()).sqrt())
+            .max(T::default_epsilon());
     let [small, large]: [T; 2] = [0.3, 1.7].map(nalgebra::convert);
-    let tries = [(small, T::zero()), (large, T::zero()), (small, p.shift()), (large, p.shift())];
+    let tries = [
+        (small, T::zero()),
+        (large, T::zero()),
+        (small, p.shift()),
+        (large, p.shift()),
+    ];
     best(tries.into_iter().map(|(centre, shift)| {
         let start = SMatrix::identity() * shift;
         let af = p.a - p.g * start;
-        let hf = p.h + symmetric(p.a.transpose() * start + start * p.a) - symmetric(start * p.g * start);
+        let hf =
+            p.h + symmetric(p.a.transpose() * start + start * p.a) - symmetric(start * p.g * start);
         let (difference, iterations) = double_cayley(af, p.g, hf, size * centre)?;
         evaluate(start + difference, iterations)
     }))
@@ -137,13 +177,21 @@ impl<T: Float, const N: usize> Problem<T, N> {
         let not_found = DesignError::NoStabilisingSolution { measure: f64::NAN };
         let rb = solve(weights.r, b.transpose()).ok_or(not_found)?;
         let rn = solve(weights.r, weights.n.transpose()).ok_or(not_found)?;
-        Ok(Self { a: a - b * rn, g: symmetric(b * rb), h: symmetric(weights.q - weights.n * rn) })
+        Ok(Self {
+            a: a - b * rn,
+            g: symmetric(b * rb),
+            h: symmetric(weights.q - weights.n * rn),
+        })
     }
 
     /// Size of the matrix to start from where 0 does not lead to the stabilising solution.
     fn shift(&self) -> T {
         let control = self.g.norm();
-        if control > T::zero() { (T::one() + self.a.norm()) / control } else { T::one() }
+        if control > T::zero() {
+            (T::one() + self.a.norm()) / control
+        } else {
+            T::one()
+        }
     }
 }
 
@@ -187,7 +235,11 @@ fn double_cayley<T: Float, const N: usize>(
     let ha = solve(ac.transpose(), h)?.transpose();
     let w = solve(ac.transpose() + h * ag, one)?;
     let twice = c + c;
-    double(one + w.transpose() * twice, symmetric(ag * w * twice), symmetric(w * ha * twice))
+    double(
+        one + w.transpose() * twice,
+        symmetric(ag * w * twice),
+        symmetric(w * ha * twice),
+    )
 }
 
 /// A matrix that an iteration ended at, with how good it is.
@@ -207,9 +259,22 @@ impl<T: Float, const N: usize, const M: usize> Candidate<T, N, M> {
         iterations: u32,
         radius: impl Fn(&SMatrix<T, N, N>) -> T,
     ) -> Self {
-        let residual = if scale > T::zero() { left.norm() / scale } else { left.norm() };
+        let residual = if scale > T::zero() {
+            left.norm() / scale
+        } else {
+            left.norm()
+        };
         let radius = radius(&closed_loop);
-        Self { solution: Solution { x, gain, closed_loop, residual, iterations }, radius }
+        Self {
+            solution: Solution {
+                x,
+                gain,
+                closed_loop,
+                residual,
+                iterations,
+            },
+            radius,
+        }
     }
 }
 
@@ -226,10 +291,17 @@ fn best<T: Float, const N: usize, const M: usize>(
             if solution.residual <= allowed {
                 return Ok(solution);
             }
-            reason = DesignError::NotConverged { residual: as_f64(solution.residual), allowed: as_f64(allowed) };
+            reason = DesignError::NotConverged {
+                residual: as_f64(solution.residual),
+                allowed: as_f64(allowed),
+            };
         } else if let DesignError::NoStabilisingSolution { measure } = reason {
             let radius = as_f64(radius);
-            let smaller = if measure.is_nan() { radius } else { radius.min(measure) };
+            let smaller = if measure.is_nan() {
+                radius
+            } else {
+                radius.min(measure)
+            };
             reason = DesignError::NoStabilisingSolution { measure: smaller };
         }
     }
@@ -240,7 +312,10 @@ fn symmetric<T: Float, const N: usize>(m: SMatrix<T, N, N>) -> SMatrix<T, N, N> 
     (m + m.transpose()) * nalgebra::convert::<f64, T>(0.5)
 }
 
-fn finite<T: Float, const N: usize, const M: usize>(m: &SMatrix<T, N, M>, matrix: Entry) -> Result<(), DesignError> {
+fn finite<T: Float, const N: usize, const M: usize>(
+    m: &SMatrix<T, N, M>,
+    matrix: Entry,
+) -> Result<(), DesignError> {
     for row in 0..N {
         for col in 0..M {
             if !m[(row, col)].is_finite() {
@@ -251,7 +326,10 @@ fn finite<T: Float, const N: usize, const M: usize>(m: &SMatrix<T, N, M>, matrix
     Ok(())
 }
 
-fn check_symmetric<T: Float, const N: usize>(m: &SMatrix<T, N, N>, matrix: Entry) -> Result<(), DesignError> {
+fn check_symmetric<T: Float, const N: usize>(
+    m: &SMatrix<T, N, N>,
+    matrix: Entry,
+) -> Result<(), DesignError> {
     finite(m, matrix)?;
     // Rounding while a weight is put together, C'C for instance, leaves differences of a few units in the last place.
     let allowed = m.amax() * T::default_epsilon() * nalgebra::convert(100.0);
@@ -259,7 +337,12 @@ fn check_symmetric<T: Float, const N: usize>(m: &SMatrix<T, N, N>, matrix: Entry
         for col in 0..row {
             let difference = m[(row, col)] - m[(col, row)];
             if difference.abs() > allowed {
-                return Err(DesignError::NotSymmetric { matrix, row, col, difference: as_f64(difference) });
+                return Err(DesignError::NotSymmetric {
+                    matrix,
+                    row,
+                    col,
+                    difference: as_f64(difference),
+                });
             }
         }
     }
@@ -267,12 +350,17 @@ fn check_symmetric<T: Float, const N: usize>(m: &SMatrix<T, N, N>, matrix: Entry
 }
 
 /// Cholesky's pivots, all of which must be above 0.
-fn check_positive_definite<T: Float, const M: usize>(r: &SMatrix<T, M, M>) -> Result<(), DesignError> {
+fn check_positive_definite<T: Float, const M: usize>(
+    r: &SMatrix<T, M, M>,
+) -> Result<(), DesignError> {
     let mut l = *r;
     for k in 0..M {
         let pivot = l[(k, k)];
         if !(pivot > T::zero()) {
-            return Err(DesignError::NotPositiveDefinite { index: k, pivot: as_f64(pivot) });
+            return Err(DesignError::NotPositiveDefinite {
+                index: k,
+                pivot: as_f64(pivot),
+            });
         }
         for i in k + 1..M {
             let factor = l[(i, k)] / pivot;

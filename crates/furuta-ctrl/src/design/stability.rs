@@ -1,7 +1,7 @@
 //! Where the poles lie.
 
-use super::elimination::solve;
 use super::Float;
+use super::elimination::solve;
 use nalgebra::allocator::Allocator;
 use nalgebra::{Complex, Const, DefaultAllocator, DimDiff, DimSub, SMatrix, Schur, U1};
 
@@ -92,7 +92,7 @@ where
     if a.iter().any(|x| !x.is_finite()) {
         return None;
     }
-    let schur = Schur::try_new(*a, T::default_epsilon(), 100 * N)?;
+    let schur = Schur::<T, Const<N>>::try_new(*a, T::default_epsilon(), 100 * N)?;
     let values = schur.complex_eigenvalues();
     Some(core::array::from_fn(|i| values[i]))
 }
@@ -108,7 +108,11 @@ mod tests {
         let jordan = Matrix3::new(0.9f64, 1.0, 0.0, 0.0, 0.9, 1.0, 0.0, 0.0, 0.9);
         assert!((spectral_radius(&jordan) - 0.9).abs() < 1e-9);
         assert!(is_schur(&jordan));
-        assert_eq!(spectral_radius(&Matrix2::new(0.0, 1.0, 0.0, 0.0)), 0.0, "nilpotent");
+        assert_eq!(
+            spectral_radius(&Matrix2::new(0.0, 1.0, 0.0, 0.0)),
+            0.0,
+            "nilpotent"
+        );
         assert!(spectral_radius(&Matrix1::new(f64::NAN)).is_nan());
     }
 

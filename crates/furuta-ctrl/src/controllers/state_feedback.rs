@@ -1,0 +1,55 @@
+//! Linear state feedback.
+
+use super::Controller;
+use crate::design::Regulator;
+use crate::real::{Real, command, wrap};
+use furuta_model::State;
+
+/// `u = -K (x - x_ref)`, limited; the pendulum's error is taken the short way round.
+///
+/// ```
+/// use furuta_ctrl::controllers::{Controller, StateFeedback};
+/// use furuta_model::State;
+/// let balance = StateFeedback { gain: [-1.0, 27.7, -2.0, 3.6], command_limit: 10.0 };
+/// let tipped = State::new(0.0, 0.1, 0.0, 0.0);
+/// assert_eq!(balance.update(&mut (), &tipped, &State::upright(), 0.002), -2.77);
+/// let broken = State::new(f64::NAN, 0.1, 0.0, 0.0);
+/// assert_eq!(balance.update(&mut (), &broken, &State::upright(), 0.002), 0.0);
+/// ```
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct StateFeedback<T> {
+    /// The row `K` in the order of [`State`]: V/rad, V/rad, V s/rad, V s/rad.
+    pub gain: [T; 4],
+    /// Largest command either way, V.
+    pub command_limit: T,
+}
+
+impl<T: Real> StateFeedback<T> {
+    /// The feedback of a designed regulator, in the target's own precision.
+    pub fn new(regulator: &Regulator<f64, 4, 1>, command_limit: f64) -> Self {
+        Self {
+            gain: core::array::from_fn(|i| T::from_f64(regulator.gain[i])),
+            command_limit: T::from_f64(command_limit),
+        }
+    }
+
+    /// The command before the limit.
+    pub fn unlimited(&self, x: &State<T>, reference: &State<T>) -> T {
+        let e = *x - *reference;
+        let [k_theta, k_alpha, k_theta_dot, k_alpha_dot] = self.gain;
+        -(k_theta * e.theta
+            + k_alpha * wrap(e.alpha)
+            + k_theta_dot * e.theta_dot
+            + k_alpha_dot * e.alpha_dot)
+    }
+}
+
+impl<T: Real> Controller<T> for StateFeedback<T> {
+    type State = ();
+
+    fn start(&self) {}
+
+    fn update(&self, _: &mut (), x: &State<T>, reference: &State<T>, _: T) -> T {
+        command(self.unlimited(x, reference), self.command_limit)
+    }
+}
