@@ -113,10 +113,10 @@ fn swings_up_and_balances() {
             let what = format!("{} {:?}", rig.name, hidden);
             let pilot = SwingUpBalance::design(&rig, 0.002, steps()).expect("stabilisable");
             let (caught, arm, pendulum) = fly(&rig, hidden, &pilot, 20.0);
-            assert!(caught < 8.0, "{what}: up for good at {caught} s");
-            // The arm steps between +-0.2 rad; the effects add some.
+            assert!(caught < 5.0, "{what}: up for good at {caught} s");
+            // The arm steps between +-0.2 rad; the effects add some: with dry friction it hunts by 0.4 rad.
             assert!(
-                arm < 0.5 && pendulum < 0.15,
+                arm < 0.8 && pendulum < 0.15,
                 "{what}: arm {arm}, pendulum {pendulum}"
             );
         }
@@ -190,7 +190,7 @@ fn gets_up_again() {
     let rig = smooth_qube();
     let pilot =
         SwingUpBalance::design(&rig, 0.002, Reference::Constant(0.0)).expect("stabilisable");
-    let start = furuta_model::State::new(0.0, 0.0, 0.0, 9.0); // upright, but far too fast
+    let start = furuta_model::State::new(0.0, 0.0, 0.0, 25.0); // upright, but far too fast
     let mut emulated = EmulatedRig::new(
         &rig,
         &Emulation {
@@ -242,5 +242,8 @@ fn a_repaired_rig_file_removes_the_arms_error() {
         ..smooth_qube()
     };
     let (before, after) = (error(&smooth_qube()), error(&repaired));
-    assert!(before.abs() > 0.05 && after.abs() < 0.005, "{before} {after}");
+    assert!(
+        before.abs() > 0.05 && after.abs() < 0.005,
+        "{before} {after}"
+    );
 }
