@@ -1,6 +1,6 @@
 //! `furuta demo`: the whole way without hardware. A rig that hides an effect is emulated on a pseudo-terminal; the
 //! real-time loop tests, swings up and balances it through that port, knowing only its data sheet; the logs are
-//! diagnosed, the effect is named, the rig file repaired.
+//! diagnosed, the effect is named, the rig file repaired; and the loop balances once more, with the repaired file.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -10,9 +10,10 @@ use furuta_hw::{
     EmulatedRig, Emulation, End, Excitation, LoopSettings, Multisine, OpenLoop, Pace, Pilot,
     PtyRig, Reference, SerialTransport, Session, Steps, Summary, SwingUpBalance,
 };
-use furuta_ident::diagnose::{Diagnosis, Request, diagnose};
+use furuta_ident::diagnose::{Diagnosis, Outcome, Request, diagnose};
 use furuta_ident::recording::Recording;
 use furuta_ident::report;
+use furuta_log::Mode;
 use furuta_model::{Effect, Rig};
 use serde_json::json;
 
@@ -27,6 +28,11 @@ const RIG: &str = "qube-servo-2";
 const ARM_INERTIA: f64 = 1.06;
 const ARM_VISCOUS: f64 = 0.15;
 const PENDULUM_VISCOUS: f64 = 0.12;
+
+const REPORT: &str = "report.html";
+const REPAIRED: &str = "repaired.toml";
+
+type Wired = Session<SerialTransport>;
 
 /// Length of each recording [s].
 const MULTISINE: f64 = 8.0;
@@ -62,10 +68,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let sheet = Rig::builtin(RIG).ok_or_else(|| Failure::new(format!("no built-in rig {RIG}")))?;
     let hidden = hidden_effect(&args.hide, &sheet.params)?;
-    std::fs::create_dir_all(&args.out).map_err(|e| {
+    let out = args.out.as_path();
+    std::fs::create_dir_all(out).map_err(|e| {
         Failure::new(format!(
             "{}: cannot be created: {e}; give another folder with --out",
-            args.out.display()
+            out.display()
         ))
     })?;
 
@@ -75,34 +82,26 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         rig.path(),
         args.hide
     ));
-    let logs = record(&sheet, rig.path(), &args.out, &say)?;
-    drop(rig);
+    let mut session = Session::open(rig.path(), SerialTransport::BAUD)?;
+    let logs = record(&mut session, &sheet, out, &say)?;
 
     say("diagnosing the three recordings");
-    let recordings = logs
-        .iter()
-        .map(Recording::load)
-        .collect::<Result<Vec<_>, _>>()?;
-    let outcome = diagnose(
-        &Request {
-            recordings: &recordings,
-            rig: &sheet,
-            verify: &[],
-        },
-        &|_| (),
-    )?;
+    let outcome = find(&logs, &sheet, out)?;
     let diagnosis = &outcome.diagnosis;
-    let files = [
-        ("rig.toml", sheet.to_toml()),
-        ("repaired.toml", outcome.repaired.to_toml()),
-        ("diagnosis.json", diagnosis.to_json()),
-        ("report.html", report::html(diagnosis, &outcome.curves)),
-    ];
-    for (name, content) in files {
-        let path = args.out.join(name);
-        std::fs::write(&path, content)
-            .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))?;
+    if !args.json {
+        say(&diagnosis.sentence());
+        print_findings(diagnosis, &hidden);
     }
+
+    // The loop closes: the repaired file takes the data sheet's place.
+    let again = balance(
+        &mut session,
+        &outcome.repaired,
+        "balance-repaired",
+        out,
+        &say,
+    )?;
+    let [before, after] = [arm_error(&logs[2])?, arm_error(&again)?];
     if args.json {
         println!(
             "{}",
@@ -110,19 +109,21 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
                 "hidden": args.hide,
                 "named": diagnosis.effects.iter().map(|e| &e.id).collect::<Vec<_>>(),
                 "verdict": diagnosis.verdict.as_str(),
-                "logs": logs.iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
-                "report": args.out.join("report.html").display().to_string(),
-                "repaired": args.out.join("repaired.toml").display().to_string(),
+                "arm_error_while_balancing": { "data_sheet": before, "repaired": after, "unit": "rad" },
+                "logs": logs.iter().chain([&again]).map(|p| p.display().to_string()).collect::<Vec<_>>(),
+                "report": out.join(REPORT).display().to_string(),
+                "repaired": out.join(REPAIRED).display().to_string(),
                 "seconds": begin.elapsed().as_secs_f64(),
             })
         );
     } else {
-        say(&diagnosis.sentence());
-        print_findings(diagnosis, &hidden);
         say(&format!(
-            "repaired rig: {}; before and after: {}",
-            args.out.join("repaired.toml").display(),
-            args.out.join("report.html").display()
+            "arm's RMS error while balancing: {before:.3} rad by the data sheet, {after:.3} rad repaired"
+        ));
+        say(&format!(
+            "before and after: {}; repaired rig: {}",
+            out.join(REPORT).display(),
+            out.join(REPAIRED).display()
         ));
     }
     Ok(())
@@ -146,14 +147,12 @@ fn switch_on(sheet: &Rig, hidden: Effect<f64>) -> Result<PtyRig, Failure> {
 
 /// Two open-loop tests with the pendulum hanging, then swing-up and balance with steps of the arm; one log each.
 fn record(
+    session: &mut Wired,
     sheet: &Rig,
-    port: &str,
     out: &Path,
     say: &impl Fn(&str),
-) -> Result<Vec<PathBuf>, Failure> {
-    let mut session = Session::open(port, SerialTransport::BAUD)?;
-    let period = session.period();
-    let test = |excitation| OpenLoop::new(sheet, period, excitation);
+) -> Result<[PathBuf; 3], Failure> {
+    let test = |excitation| OpenLoop::new(sheet, session.period(), excitation);
     let multisine = test(Excitation::Multisine(Multisine {
         rms: 1.2,
         low: 0.2,
@@ -164,17 +163,9 @@ fn record(
         amplitude: 2.0,
         hold: 0.5,
     }));
-    let balance = SwingUpBalance::design(
-        sheet,
-        period,
-        Reference::Steps {
-            amplitude: 0.3,
-            hold: 1.5,
-        },
-    )?;
-    Ok(vec![
+    Ok([
         fly(
-            &mut session,
+            session,
             &multisine,
             multisine.describe(),
             sheet,
@@ -183,7 +174,7 @@ fn record(
             say,
         )?,
         fly(
-            &mut session,
+            session,
             &steps,
             steps.describe(),
             sheet,
@@ -191,20 +182,77 @@ fn record(
             out,
             say,
         )?,
-        fly(
-            &mut session,
-            &balance,
-            balance.describe(),
-            sheet,
-            ("balance", BALANCE),
-            out,
-            say,
-        )?,
+        balance(session, sheet, "balance", out, say)?,
     ])
 }
 
+/// Swing-up and balance with a controller designed for `rig`.
+fn balance(
+    session: &mut Wired,
+    rig: &Rig,
+    name: &str,
+    out: &Path,
+    say: &impl Fn(&str),
+) -> Result<PathBuf, Failure> {
+    let pilot = SwingUpBalance::design(
+        rig,
+        session.period(),
+        Reference::Steps {
+            amplitude: 0.3,
+            hold: 2.0,
+        },
+    )?;
+    fly(
+        session,
+        &pilot,
+        pilot.describe(),
+        rig,
+        (name, BALANCE),
+        out,
+        say,
+    )
+}
+
+/// Diagnoses the logs and writes what was found.
+fn find(logs: &[PathBuf], sheet: &Rig, out: &Path) -> Result<Outcome, Failure> {
+    let recordings = logs
+        .iter()
+        .map(Recording::load)
+        .collect::<Result<Vec<_>, _>>()?;
+    let outcome = diagnose(
+        &Request {
+            recordings: &recordings,
+            rig: sheet,
+            verify: &[],
+        },
+        &|_| (),
+    )?;
+    for (name, content) in [
+        ("rig.toml", sheet.to_toml()),
+        (REPAIRED, outcome.repaired.to_toml()),
+        ("diagnosis.json", outcome.diagnosis.to_json()),
+        (REPORT, report::html(&outcome.diagnosis, &outcome.curves)),
+    ] {
+        let path = out.join(name);
+        std::fs::write(&path, content)
+            .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))?;
+    }
+    Ok(outcome)
+}
+
+/// RMS of the arm's angle against where it was asked to be while the pendulum was balanced [rad].
+fn arm_error(log: &Path) -> Result<f64, Failure> {
+    let records = furuta_log::read(log)?.records;
+    let errors = records
+        .iter()
+        .filter(|r| r.mode == Mode::Balance)
+        .map(|r| r.theta - r.reference);
+    let (n, sum) = errors.fold((0_u32, 0.0), |(n, sum), e| (n + 1, sum + e * e));
+    Ok((sum / f64::from(n)).sqrt())
+}
+
 fn fly<P: Pilot>(
-    session: &mut Session<SerialTransport>,
+    session: &mut Wired,
     pilot: &P,
     controller: String,
     sheet: &Rig,

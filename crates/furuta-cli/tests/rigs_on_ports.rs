@@ -1,0 +1,207 @@
+//! `furuta emulate` and `furuta run` as a user starts them: two processes and a port between them.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+/// A folder of its own for one test, removed afterwards.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(test: &str) -> Self {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("ports-{test}"));
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).expect("a folder");
+        Self(path)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn furuta(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_furuta"));
+    command.args(args);
+    command
+}
+
+/// A rig in its own process; killed when dropped, as a rig whose cable is pulled.
+struct EmulatedProcess {
+    child: Child,
+    port: String,
+}
+
+impl EmulatedProcess {
+    fn start(args: &[&str]) -> Self {
+        let mut child = furuta(&["emulate"])
+            .args(args)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the binary runs");
+        let mut port = String::new();
+        let stdout = child.stdout.take().expect("piped");
+        BufReader::new(stdout).read_line(&mut port).expect("a path");
+        Self {
+            child,
+            port: port.trim().to_owned(),
+        }
+    }
+
+    fn pull_the_cable(&mut self) {
+        self.child.kill().expect("running");
+        self.child.wait().expect("killed");
+    }
+}
+
+impl Drop for EmulatedProcess {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The one line on standard error of a command that fails as it should.
+fn failure(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    let last = stderr.lines().last().unwrap_or_default().to_owned();
+    assert!(
+        last.starts_with("furuta: ") && !stderr.contains("panicked"),
+        "{stderr}"
+    );
+    last
+}
+
+#[test]
+fn a_run_between_two_processes_is_logged() {
+    let folder = Folder::new("run");
+    let log = folder.path("run.mcap");
+    let rig = EmulatedProcess::start(&[
+        "--rig",
+        "shahzad2022-srv02",
+        "--hide",
+        "arm.coulomb:torque=0.01",
+    ]);
+    let output = furuta(&[
+        "run",
+        "--port",
+        &rig.port,
+        "--rig",
+        "shahzad2022-srv02",
+        "--duration",
+        "4",
+        "--json",
+    ])
+    .arg("--log")
+    .arg(&log)
+    .output()
+    .expect("the binary runs");
+    assert!(output.status.success(), "{output:?}");
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(
+        (summary["end"].as_str(), summary["error"].is_null()),
+        (Some("finished"), true)
+    );
+    assert_eq!(summary["modes"][0]["mode"], "swing-up");
+    let log = furuta_log::read(&log).expect("a log");
+    assert_eq!(log.notice, None);
+    assert_eq!(Some(log.records.len() as u64), summary["samples"].as_u64());
+    let metadata = log.metadata.expect("metadata");
+    assert_eq!(metadata.rig, "shahzad2022-srv02");
+    assert!(furuta_model::Rig::from_toml(&metadata.rig_file).is_ok());
+}
+
+#[test]
+fn a_cable_pulled_mid_run_is_one_line_and_the_log_is_kept() {
+    let folder = Folder::new("pulled");
+    let log = folder.path("run.mcap");
+    let mut rig = EmulatedProcess::start(&["--rig", "shahzad2022-srv02"]);
+    let mut run = furuta(&[
+        "run",
+        "--port",
+        &rig.port,
+        "--rig",
+        "shahzad2022-srv02",
+        "--duration",
+        "600",
+    ]);
+    let run = run
+        .arg("--log")
+        .arg(&log)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("runs");
+    // Once a second or so of the run has reached the disk.
+    for _ in 0..600 {
+        if std::fs::metadata(&log).is_ok_and(|m| m.len() > 50_000) {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    rig.pull_the_cable();
+    let line = failure(&run.wait_with_output().expect("ends by itself"));
+    assert!(
+        line.contains(&rig.port) && line.contains("unplugged") && line.contains("run.mcap"),
+        "{line}"
+    );
+    let log = furuta_log::read(&log).expect("a log");
+    assert!(
+        log.records.len() > 100 && log.notice.is_none(),
+        "{} {:?}",
+        log.records.len(),
+        log.notice
+    );
+}
+
+#[test]
+fn what_cannot_be_is_one_line() {
+    let rig = ["--rig", "qube-servo-2"];
+    let fails = |args: &[&str], what: &[&str]| {
+        let line = failure(&furuta(args).args(rig).output().expect("runs"));
+        assert!(what.iter().all(|w| line.contains(w)), "{line}");
+    };
+    fails(
+        &["run", "--port", "/dev/no-such-port"],
+        &["/dev/no-such-port", "does not exist", "plug the rig in"],
+    );
+    fails(
+        &["run", "--port", "/dev/null"],
+        &["/dev/null", "cannot be opened"],
+    );
+    fails(
+        &["emulate", "--hide", "arm.sprong"],
+        &["arm.sprong", "arm.spring"],
+    );
+    fails(
+        &["emulate", "--hide", "arm.spring:stiffness=-1"],
+        &["stiffness", "-1"],
+    );
+    fails(&["emulate", "--rate", "1"], &["1000000 us", "100000"]);
+    let unwritable = [
+        "run",
+        "--emulated",
+        "qube-servo-2",
+        "--log",
+        "/no/such/folder/run.mcap",
+    ];
+    fails(
+        &unwritable,
+        &["/no/such/folder/run.mcap", "cannot be created"],
+    );
+    let output = furuta(&["run", "--emulated", "no-such-rig"])
+        .output()
+        .expect("runs");
+    assert!(failure(&output).contains("no-such-rig"));
+    // Not a valid command line: exit code 2.
+    let output = furuta(&["run"]).output().expect("runs");
+    assert_eq!(output.status.code(), Some(2));
+}
