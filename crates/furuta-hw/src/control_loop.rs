@@ -214,6 +214,7 @@ pub fn run<T: Transport, P: Pilot>(
     settings: &LoopSettings<'_>,
     records: &mut RecordSender,
 ) -> Summary {
+    let bad_frames_before = link.bad_frames();
     let mut motor = MotorOff { link, seq: 0 };
     let mut run = Run {
         summary: Summary::new(),
@@ -230,7 +231,7 @@ pub fn run<T: Transport, P: Pilot>(
     let end = run.until_the_end(&mut motor, records);
     let mut summary = run.summary;
     summary.end = end;
-    summary.bad_frames = motor.link.bad_frames();
+    summary.bad_frames = motor.link.bad_frames() - bad_frames_before;
     summary.unlogged = records.lost();
     summary
 }

@@ -86,20 +86,32 @@ impl<T: Transport> Link<T> {
     /// [`LinkError`].
     pub fn connect(transport: T, timeout: Duration) -> Result<(Self, Hello), LinkError> {
         let mut link = Self::new(transport);
-        link.transport.discard_input()?;
+        let hello = link.ask(timeout)?;
+        Ok((link, hello))
+    }
+
+    /// Asks the rig again who it is. Whatever had arrived before is thrown away: after a pause that is old, and mostly
+    /// incomplete.
+    ///
+    /// # Errors
+    /// [`LinkError`].
+    pub fn ask(&mut self, timeout: Duration) -> Result<Hello, LinkError> {
+        self.transport.discard_input()?;
+        self.unread = 0..0;
+        self.decoder = Decoder::new();
         let start = Instant::now();
         let mut wrong_version = None;
         while start.elapsed() < timeout {
-            link.transport.write(&[0])?; // separates our first frame from whatever the rig has half received
-            link.send(&Message::Query(Query {
+            self.transport.write(&[0])?; // separates our first frame from whatever the rig has half received
+            self.send(&Message::Query(Query {
                 version: PROTOCOL_VERSION,
             }))?;
             let deadline = Instant::now() + QUERY_PERIOD;
             loop {
-                match link.next(deadline)? {
+                match self.next(deadline)? {
                     Some(Ok(Message::Hello(hello))) => {
                         check(&hello)?;
-                        return Ok((link, hello));
+                        return Ok(hello);
                     }
                     Some(Err(FrameError::Version { found })) => wrong_version = Some(found),
                     Some(_) => {}
@@ -112,8 +124,8 @@ impl<T: Transport> Link<T> {
         }
         Err(LinkError::NoHello {
             waited: start.elapsed(),
-            bytes: link.bytes,
-            bad_frames: link.bad_frames,
+            bytes: self.bytes,
+            bad_frames: self.bad_frames,
         })
     }
 

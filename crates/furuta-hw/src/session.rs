@@ -25,6 +25,16 @@ pub enum SessionError {
     /// The log cannot be written.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// The rig is no longer the one that was there when the port was opened.
+    #[error(
+        "the rig on this port was {was} and is now {is}, or its settings have changed: start again"
+    )]
+    AnotherRig {
+        /// Name before.
+        was: String,
+        /// Name now.
+        is: String,
+    },
     /// The system starts no thread for the log.
     #[error("cannot start the log's thread: {0}")]
     Thread(#[source] std::io::Error),
@@ -126,14 +136,22 @@ impl<T: Transport> Session<T> {
     /// Runs the loop and, if a path is given, logs it there. However the run ends, the log is ended properly.
     ///
     /// # Errors
-    /// [`SessionError::Log`], [`SessionError::Thread`]: before the run begins. What goes wrong in the run is in the
-    /// summary.
+    /// [`SessionError`], before the run begins: the rig no longer answers, or the log cannot be written. What goes
+    /// wrong in the run is in the summary.
     pub fn run<P: Pilot>(
         &mut self,
         pilot: &P,
         settings: &LoopSettings<'_>,
         log: Option<(&Path, &Metadata)>,
     ) -> Result<(Summary, Option<Recorded>), SessionError> {
+        // What arrived since the last run is old by now; and the rig may have been exchanged meanwhile.
+        let hello = self.link.ask(HELLO_TIMEOUT)?;
+        if hello != self.hello {
+            return Err(SessionError::AnotherRig {
+                was: self.hello.rig.to_string(),
+                is: hello.rig.to_string(),
+            });
+        }
         let (mut sender, recorder) = match log {
             None => (RecordSender::nowhere(), None),
             Some((path, metadata)) => {

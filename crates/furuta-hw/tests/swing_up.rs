@@ -247,3 +247,25 @@ fn a_repaired_rig_file_removes_the_arms_error() {
         "{before} {after}"
     );
 }
+
+/// Between two runs the rig goes on sending. What has piled up by then is not part of the second run.
+#[test]
+fn a_second_run_begins_with_a_fresh_sample() {
+    let emulated = EmulatedRig::new(&qube(), &Emulation::default()).expect("valid");
+    let rig = PtyRig::start(emulated, Pace::RealTime).expect("a port");
+    let mut session = Session::open(rig.path(), SerialTransport::BAUD).expect("there");
+    let pilot = SwingUpBalance::design(&qube(), session.period(), Reference::Constant(0.0))
+        .expect("stabilisable");
+    for _ in 0..2 {
+        let (summary, _) = session
+            .run(&pilot, &settings(0.5), None)
+            .expect("no log to fail");
+        assert!(matches!(summary.end, End::Finished), "{summary:?}");
+        // Stale samples would show as a gap of some 400; a busy machine may lose a few.
+        assert!(
+            summary.samples + summary.lost >= 251 && summary.lost < 100,
+            "{summary:?}"
+        );
+        std::thread::sleep(std::time::Duration::from_secs(1)); // the port's buffer holds 0.2 s
+    }
+}
