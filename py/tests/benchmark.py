@@ -126,11 +126,12 @@ def main() -> None:
     groups = list(dict.fromkeys(f.name.split("-", 1)[1] for f in folders))
     groups = [g for g in groups if not a.groups or g in a.groups.split(",")]
     folders = [f for f in folders if f.name.split("-", 1)[1] in groups]
+    rows = []
     with concurrent.futures.ThreadPoolExecutor(a.jobs) as pool:
-        rows = list(pool.map(lambda f: score(shlex.split(a.cli), f, a.limit), folders))
-    for row in rows:
-        mark = "ok  " if row["exact"] else "near" if row["close"] else "MISS"
-        print(f"{row['case']:14} {mark} wanted {','.join(row['wanted']) or '-':40} got {','.join(row['got']) or '-'}  {row['verdict']}  {row['seconds']:.1f} s")
+        for row in pool.map(lambda f: score(shlex.split(a.cli), f, a.limit), folders):
+            rows.append(row)
+            mark = "ok  " if row["exact"] else "near" if row["close"] else "MISS"
+            print(f"{row['case']:14} {mark} wanted {','.join(row['wanted']) or '-':40} got {','.join(row['got']) or '-'}  {row['verdict']}  {row['seconds']:.1f} s", flush=True)
     print(f"{'group':10} {'exact':>8} {'near':>6} {'seconds':>8}")
     for group in [*groups, "all"]:
         of = [r for r in rows if group in ("all", r["case"].split("-", 1)[1])]
