@@ -462,7 +462,8 @@ pub struct Curves {
 }
 
 /// `value` with `digits` significant digits, without an exponent between 1e-4 and 1e5.
-pub(crate) fn significant(value: f64, digits: usize) -> String {
+#[must_use]
+pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".into();
     }

@@ -1,0 +1,247 @@
+//! Diagnosis of recordings in which an effect is hidden. The plant here is the project's own (quick, and every truth is known to the last digit);
+//! the Python tests do the same with recordings made by MuJoCo.
+
+use std::fmt::Write as _;
+
+use furuta_ident::diagnose::{DiagnoseError, Outcome, Request, Verdict, diagnose};
+use furuta_ident::recording::Recording;
+use furuta_model::{Effect, Plant, Rig, State};
+
+const H: f64 = 0.004;
+
+/// A recording of a hanging rig under two sweeps and a few steps, by its encoders.
+fn record(rig: &Rig, plant: &Plant<f64>, name: &str, seconds: f64, phase: f64) -> Recording {
+    let mut state = plant.rest(State::hanging());
+    let volts = 0.2 * rig.params.motor.command_limit;
+    let mut csv = String::from("t,u,theta,alpha\n");
+    for k in 0..(seconds / H) as usize {
+        let t = k as f64 * H;
+        let step = if (1.3 * t + phase).sin() > 0.3 {
+            0.4
+        } else {
+            -0.4
+        };
+        let u = volts * ((4.0 * t + 0.9 * t * t + phase).sin() + step - 0.2 * state.x.theta);
+        let counts: Vec<f64> = plant
+            .measure(&state)
+            .iter()
+            .zip(rig.sensors.resolution())
+            .map(|(y, q)| (y / q).round() * q)
+            .collect();
+        writeln!(csv, "{t:.6},{u:.6},{:.7},{:.7}", counts[0], counts[1])
+            .expect("a string takes everything");
+        plant.step(&mut state, format!("{u:.6}").parse().expect("a number"), H);
+    }
+    Recording::from_csv(name, csv.as_bytes())
+        .expect("a valid recording")
+        .0
+}
+
+/// The data sheet: a few per cent off.
+fn sheet(rig: &Rig) -> Rig {
+    let mut sheet = rig.clone();
+    sheet.params.arm.inertia *= 1.04;
+    sheet.params.pendulum.inertia *= 0.97;
+    sheet.params.motor.torque_constant *= 1.03;
+    sheet.params.pendulum.viscous *= 0.9;
+    sheet
+}
+
+fn run(rig: &Rig, effects: &[Effect<f64>]) -> Outcome {
+    let plant: Plant<f64> = Plant::new(&rig.params, effects).expect("few effects");
+    let recordings = [
+        record(rig, &plant, "a.csv", 8.0, 0.0),
+        record(rig, &plant, "b.csv", 8.0, 2.0),
+    ];
+    let unseen = [record(rig, &plant, "c.csv", 6.0, 4.0)];
+    let request = Request {
+        recordings: &recordings,
+        rig: &sheet(rig),
+        verify: &unseen,
+    };
+    diagnose(&request, &|_| ()).expect("good recordings")
+}
+
+fn qube() -> Rig {
+    let mut rig = Rig::builtin("qube-servo-2").expect("built in");
+    // The manual's friction is far too large (as recordings of the rig show); with it, little else would be seen.
+    rig.params.arm.viscous = 2e-4;
+    rig.params.pendulum.viscous = 2e-5;
+    rig
+}
+
+/// Each effect at the size that its catalogue entry calls typical is named, alone, with its parameters; and the repaired rig predicts a whole
+/// recording that was kept apart.
+#[test]
+fn every_effect_is_named() {
+    let rig = qube();
+    for spec in furuta_model::CATALOGUE {
+        let values: Vec<f64> = spec
+            .parameters
+            .iter()
+            .map(|p| (p.typical)(&rig.params))
+            .collect();
+        let outcome = run(
+            &rig,
+            &[Effect::new(spec.id, &values).expect("typical values are valid")],
+        );
+        let named: Vec<&str> = outcome
+            .diagnosis
+            .effects
+            .iter()
+            .map(|e| e.id.as_str())
+            .collect();
+        assert_eq!(named, [spec.id], "{}", outcome.diagnosis.to_json());
+        assert_eq!(
+            outcome.diagnosis.verdict,
+            Verdict::MissingEffects,
+            "{}",
+            spec.id
+        );
+        for (p, truth) in spec.parameters.iter().zip(&values) {
+            let estimate = &outcome.diagnosis.effects[0].parameters[p.name];
+            // 5 % where friction hides behind the encoder's counts; most are within 0.5 %
+            assert!(
+                (estimate.value - truth).abs() < 0.05 * truth.abs(),
+                "{} {}: {} ± {}, truth {truth}",
+                spec.id,
+                p.name,
+                estimate.value,
+                estimate.std
+            );
+        }
+        for row in &outcome.diagnosis.verification {
+            // six seconds open loop from a state known to about a count (0.003 rad), where the model as given is off by a radian
+            assert!(row.repaired < 0.03, "{}: {row:?}", spec.id);
+        }
+    }
+}
+
+#[test]
+fn a_rig_without_hidden_effect_is_not_accused() {
+    let outcome = run(&qube(), &[]);
+    assert_eq!(outcome.diagnosis.verdict, Verdict::ParametersOnly);
+    assert!(outcome.diagnosis.effects.is_empty());
+    let inertia = &outcome.diagnosis.parameters["arm.inertia"];
+    let truth = qube().params.arm.inertia;
+    assert!(
+        (inertia.fitted - truth).abs() < 5.0 * inertia.std + 0.005 * truth,
+        "{inertia:?} {truth}"
+    );
+}
+
+#[test]
+fn an_exact_data_sheet_shows_no_gap() {
+    let rig = qube();
+    let plant: Plant<f64> = rig.nominal_plant();
+    let request = Request {
+        recordings: &[record(&rig, &plant, "a.csv", 8.0, 0.0)],
+        rig: &rig,
+        verify: &[],
+    };
+    let outcome = diagnose(&request, &|_| ()).expect("a good recording");
+    assert_eq!(outcome.diagnosis.verdict, Verdict::NoGap);
+}
+
+#[test]
+fn two_effects_are_named_together() {
+    let outcome = run(
+        &qube(),
+        &[
+            Effect::new("arm.spring", &[3e-3, 0.1]).expect("valid"),
+            Effect::new("motor.delay", &[0.009]).expect("valid"),
+        ],
+    );
+    let mut named: Vec<&str> = outcome
+        .diagnosis
+        .effects
+        .iter()
+        .map(|e| e.id.as_str())
+        .collect();
+    named.sort_unstable();
+    assert_eq!(named, ["arm.spring", "motor.delay"]);
+}
+
+#[test]
+fn an_effect_that_the_rig_file_has_is_not_found_again() {
+    let rig = qube();
+    let spring = Effect::new("arm.spring", &[3e-3, 0.1]).expect("valid");
+    let plant: Plant<f64> = Plant::new(&rig.params, &[spring]).expect("one effect");
+    let mut known = sheet(&rig);
+    known.effects.push(spring);
+    let request = Request {
+        recordings: &[record(&rig, &plant, "a.csv", 8.0, 0.0)],
+        rig: &known,
+        verify: &[],
+    };
+    let outcome = diagnose(&request, &|_| ()).expect("a good recording");
+    assert_eq!(
+        outcome.diagnosis.verdict,
+        Verdict::ParametersOnly,
+        "{}",
+        outcome.diagnosis.sentence()
+    );
+    assert_eq!(outcome.repaired.effects, [spring]);
+}
+
+#[test]
+fn the_number_of_threads_changes_no_digit() {
+    let rig = qube();
+    let plant: Plant<f64> = Plant::new(
+        &rig.params,
+        &[Effect::new("arm.coulomb", &[1e-3]).expect("valid")],
+    )
+    .expect("one");
+    let recordings = [record(&rig, &plant, "a.csv", 5.0, 0.0)];
+    let answer = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("a pool");
+        let sheet = sheet(&rig);
+        let request = Request {
+            recordings: &recordings,
+            rig: &sheet,
+            verify: &[],
+        };
+        let mut outcome = pool
+            .install(|| diagnose(&request, &|_| ()))
+            .expect("a good recording");
+        outcome.diagnosis.seconds = 0.0;
+        outcome.diagnosis.to_json()
+    };
+    assert_eq!(answer(1), answer(3));
+}
+
+#[test]
+fn what_cannot_be_diagnosed_is_refused() {
+    let rig = qube();
+    let plant: Plant<f64> = rig.nominal_plant();
+    let refuse = |recordings: &[Recording]| {
+        diagnose(
+            &Request {
+                recordings,
+                rig: &rig,
+                verify: &[],
+            },
+            &|_| (),
+        )
+        .expect_err("must be refused")
+    };
+    assert_eq!(refuse(&[]), DiagnoseError::NoRecordings);
+    let short = record(&rig, &plant, "short.csv", 1.0, 0.0);
+    assert!(matches!(refuse(&[short]), DiagnoseError::TooShort { .. }));
+    let mut csv = String::from("t,u,theta,alpha\n");
+    for k in 0..1000 {
+        writeln!(csv, "{},0.0,0.1,3.1415927", f64::from(k) * H).expect("a string takes everything");
+    }
+    let still = Recording::from_csv("still.csv", csv.as_bytes())
+        .expect("valid")
+        .0;
+    let error = refuse(&[still]);
+    assert!(
+        matches!(error, DiagnoseError::NothingMoves { .. }),
+        "{error}"
+    );
+    assert!(error.to_string().contains("check that the motor was on"));
+}
