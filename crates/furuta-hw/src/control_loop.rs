@@ -63,7 +63,7 @@ pub enum RunError {
         "the rig restarted at t = {t:.3} s (sample number fell from {last} to {seq}): see its power supply"
     )]
     RigReset {
-        /// Time [s].
+        /// Time (s).
         t: f64,
         /// Number of the last sample before.
         last: u32,
@@ -83,7 +83,7 @@ pub enum RunError {
         limit: f64,
         /// Unit of both.
         unit: &'static str,
-        /// Time [s].
+        /// Time (s).
         t: f64,
     },
     /// The rig itself found a limit exceeded.
@@ -91,7 +91,7 @@ pub enum RunError {
         "the rig switched its motor off at t = {t:.3} s because a limit of its own is exceeded: bring the arm back to its middle"
     )]
     RigLimit {
-        /// Time [s].
+        /// Time (s).
         t: f64,
     },
     /// Estimator or controller produced what is not a number.
@@ -101,7 +101,7 @@ pub enum RunError {
     NotFinite {
         /// What.
         quantity: &'static str,
-        /// Time [s].
+        /// Time (s).
         t: f64,
     },
 }
@@ -120,7 +120,7 @@ pub enum End {
 /// A change of mode.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct ModeChange {
-    /// When [s].
+    /// When (s).
     pub t: f64,
     /// The mode from then on.
     pub mode: Mode,
@@ -131,7 +131,7 @@ pub struct ModeChange {
 pub struct Summary {
     /// How it ended.
     pub end: End,
-    /// The rig's clock from first to last sample [s].
+    /// The rig's clock from first to last sample (s).
     pub seconds: f64,
     /// Samples received.
     pub samples: u64,
@@ -151,11 +151,11 @@ pub struct Summary {
     pub modes: ArrayVec<ModeChange, MODE_CHANGES>,
     /// Number of changes of mode, the first mode included.
     pub mode_changes: u64,
-    /// Longest time from a sample's arrival to its answer's departure [s].
+    /// Longest time from a sample's arrival to its answer's departure (s).
     pub compute_max: f64,
-    /// Mean of the same [s].
+    /// Mean of the same (s).
     pub compute_mean: f64,
-    /// Longest delay of a sample against the promptest one [s].
+    /// Longest delay of a sample against the promptest one (s).
     pub delay_max: f64,
 }
 

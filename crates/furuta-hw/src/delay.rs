@@ -1,9 +1,9 @@
 //! How late a sample arrives, although rig and host have no common clock.
 
-/// Length of half the window [s].
-const HALF_WINDOW: f64 = 0.05;
+/// Length of half the window (s).
+const HALF_WINDOW: f64 = 0.02;
 
-/// Measures delays against the promptest sample of the last 50 to 100 ms. The two clocks' offset is unknown and
+/// Measures delays against the promptest sample of the last 20 to 40 ms. The two clocks' offset is unknown and
 /// drifts (crystals by some 50 us/s, an emulated rig's clock whenever its computer is busy), hence the window.
 #[derive(Copy, Clone, Debug)]
 pub(crate) struct DelayMeter {
@@ -21,7 +21,7 @@ impl DelayMeter {
         }
     }
 
-    /// Delay [s] of a sample that arrived at `host` on the host's clock and was taken at `rig` on the rig's [s].
+    /// Delay (s) of a sample that arrived at `host` on the host's clock and was taken at `rig` on the rig's (s).
     pub(crate) fn delay(&mut self, host: f64, rig: f64) -> f64 {
         let offset = host - rig;
         if host - self.window_start > HALF_WINDOW {

@@ -14,7 +14,7 @@ pub enum Excitation {
 }
 
 impl Excitation {
-    /// Voltage at time `t` [s] since the start of the signal [V].
+    /// Voltage at time `t` (s) since the start of the signal (V).
     #[must_use]
     pub fn volts(&self, t: f64) -> f64 {
         match self {
@@ -37,18 +37,18 @@ impl Excitation {
 /// ```
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Multisine {
-    /// Root mean square of the whole [V].
+    /// Root mean square of the whole (V).
     pub rms: f64,
-    /// Lowest frequency [Hz].
+    /// Lowest frequency (Hz).
     pub low: f64,
-    /// Highest frequency [Hz].
+    /// Highest frequency (Hz).
     pub high: f64,
     /// Number of sines.
     pub lines: u8,
 }
 
 impl Multisine {
-    /// Voltage at time `t` [s] [V].
+    /// Voltage (V) at time `t` (s).
     #[must_use]
     pub fn volts(&self, t: f64) -> f64 {
         let lines = f64::from(self.lines);
@@ -68,9 +68,9 @@ impl Multisine {
 /// zones show.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Steps {
-    /// Largest height [V].
+    /// Largest height (V).
     pub amplitude: f64,
-    /// Length of each step [s].
+    /// Length of each step (s).
     pub hold: f64,
 }
 
@@ -81,7 +81,7 @@ impl Steps {
         1.0, 0.0,
     ];
 
-    /// Voltage at time `t` [s] [V].
+    /// Voltage (V) at time `t` (s).
     #[must_use]
     pub fn volts(&self, t: f64) -> f64 {
         let k = (t.max(0.0) / self.hold) as usize; // the cast saturates: any t is fine
@@ -92,18 +92,18 @@ impl Steps {
 /// Sine whose frequency changes linearly.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Chirp {
-    /// Amplitude [V].
+    /// Amplitude (V).
     pub amplitude: f64,
-    /// Frequency at the start [Hz].
+    /// Frequency at the start (Hz).
     pub from: f64,
-    /// Frequency at the end [Hz].
+    /// Frequency at the end (Hz).
     pub to: f64,
-    /// Length [s]; 0 V afterwards.
+    /// Length (s); 0 V afterwards.
     pub duration: f64,
 }
 
 impl Chirp {
-    /// Voltage at time `t` [s] [V]: `amplitude sin(2 pi (from t + (to - from) t^2 / (2 duration)))`.
+    /// Voltage (V) at time `t` (s): `amplitude sin(2 pi (from t + (to - from) t^2 / (2 duration)))`.
     #[must_use]
     pub fn volts(&self, t: f64) -> f64 {
         if t > self.duration {

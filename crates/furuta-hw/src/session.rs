@@ -85,7 +85,7 @@ impl<T: Transport> Session<T> {
         &self.hello
     }
 
-    /// The rig's sampling period [s].
+    /// The rig's sampling period (s).
     #[must_use]
     pub fn period(&self) -> f64 {
         f64::from(self.hello.period_us) * 1e-6

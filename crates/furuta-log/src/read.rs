@@ -31,7 +31,7 @@ pub enum Notice {
     Truncated {
         /// Samples read.
         records: usize,
-        /// Time of the last one [s].
+        /// Time of the last one (s).
         until: Option<f64>,
     },
     /// The file's bytes were altered.
@@ -39,7 +39,7 @@ pub enum Notice {
     Damaged {
         /// Samples read.
         records: usize,
-        /// Time of the last one [s].
+        /// Time of the last one (s).
         until: Option<f64>,
         /// What the MCAP reader says.
         cause: String,

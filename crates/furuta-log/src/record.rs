@@ -6,28 +6,28 @@ use serde::{Deserialize, Deserializer, Serialize};
 /// as null and read back as NaN.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// The rig's clock since the first sample of the run [s].
+    /// The rig's clock since the first sample of the run (s).
     #[serde(deserialize_with = "number")]
     pub t: f64,
-    /// Motor voltage held by the rig from this sample to the next [V].
+    /// Motor voltage held by the rig from this sample to the next (V).
     #[serde(deserialize_with = "number")]
     pub u: f64,
-    /// Arm angle, measured [rad].
+    /// Arm angle, measured (rad).
     #[serde(deserialize_with = "number")]
     pub theta: f64,
-    /// Pendulum angle from upright, measured, not wrapped [rad].
+    /// Pendulum angle from upright, measured, not wrapped (rad).
     #[serde(deserialize_with = "number")]
     pub alpha: f64,
-    /// Arm speed, estimated [rad/s].
+    /// Arm speed, estimated (rad/s).
     #[serde(deserialize_with = "number")]
     pub theta_dot: f64,
-    /// Pendulum speed, estimated [rad/s].
+    /// Pendulum speed, estimated (rad/s).
     #[serde(deserialize_with = "number")]
     pub alpha_dot: f64,
-    /// Arm angle asked for [rad].
+    /// Arm angle asked for (rad).
     #[serde(deserialize_with = "number")]
     pub reference: f64,
-    /// Motor voltage the host answered this sample with [V]; acts from the next sample on.
+    /// Motor voltage the host answered this sample with (V); acts from the next sample on.
     #[serde(deserialize_with = "number")]
     pub command: f64,
     /// What the host was doing.
@@ -38,10 +38,10 @@ pub struct Record {
     pub status: u8,
     /// Samples lost on the line just before this one.
     pub lost: u32,
-    /// How much later this sample arrived than the promptest one of the run, rig's clock against host's [s].
+    /// How much later this sample arrived than the promptest one of the run, rig's clock against host's (s).
     #[serde(deserialize_with = "number")]
     pub delay: f64,
-    /// Host's time from the sample's arrival to the command's departure [s].
+    /// Host's time from the sample's arrival to the command's departure (s).
     #[serde(deserialize_with = "number")]
     pub compute: f64,
 }

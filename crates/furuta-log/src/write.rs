@@ -11,7 +11,7 @@ use mcap::{Compression, WriteOptions, Writer};
 
 use crate::{LogError, Metadata, Record, TOPIC, metadata, schema};
 
-/// A killed run loses at most this much [s]; a microsecond less, so that rounding of t adds no sample to a chunk.
+/// A killed run loses at most this much (s); a microsecond less, so that rounding of t adds no sample to a chunk.
 const CHUNK_SECONDS: f64 = 0.1 - 1e-6;
 
 /// Writes the log of one run.

@@ -14,7 +14,7 @@ pub struct ArmCounts(pub i32);
 pub struct PendulumCounts(pub i32);
 
 impl ArmCounts {
-    /// Arm angle theta [rad]: `2 pi counts / counts_per_rev`.
+    /// Arm angle theta (rad): `2 pi counts / counts_per_rev`.
     ///
     /// ```
     /// let quarter = furuta_wire::ArmCounts(512).theta(2048.0);
@@ -27,7 +27,7 @@ impl ArmCounts {
 }
 
 impl PendulumCounts {
-    /// Pendulum angle alpha [rad] from upright: `pi + 2 pi counts / counts_per_rev`, since zero counts is hanging.
+    /// Pendulum angle alpha (rad) from upright: `pi + 2 pi counts / counts_per_rev`, since zero counts is hanging.
     /// Not wrapped: a full turn adds `2 pi`.
     ///
     /// ```

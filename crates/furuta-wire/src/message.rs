@@ -44,13 +44,13 @@ pub struct Hello {
     pub version: u16,
     /// Name of the rig, as in its rig file.
     pub rig: RigName,
-    /// Sampling period [us].
+    /// Sampling period (us).
     pub period_us: u32,
     /// Counts of the arm encoder per turn of the arm.
     pub arm_counts_per_rev: f64,
     /// Counts of the pendulum encoder per turn of the pendulum.
     pub pendulum_counts_per_rev: f64,
-    /// Largest voltage the rig applies [V]; commands beyond it are clipped.
+    /// Largest voltage the rig applies (V); commands beyond it are clipped.
     pub command_limit: f32,
     /// Where the rig switches its motor off by itself.
     pub limits: RigLimits,
@@ -61,11 +61,11 @@ pub struct Hello {
 /// Beyond these the rig switches its motor off until the next valid command within them. `None`: no limit.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RigLimits {
-    /// Largest `abs(theta)` [rad].
+    /// Largest `abs(theta)` (rad).
     pub arm_angle: Option<f32>,
-    /// Largest `abs(theta_dot)` [rad/s].
+    /// Largest `abs(theta_dot)` (rad/s).
     pub arm_speed: Option<f32>,
-    /// Largest `abs(alpha_dot)` [rad/s].
+    /// Largest `abs(alpha_dot)` (rad/s).
     pub pendulum_speed: Option<f32>,
 }
 
@@ -74,13 +74,13 @@ pub struct RigLimits {
 pub struct Sample {
     /// Number of the tick; a jump tells the host how many samples were lost. Wraps.
     pub seq: u32,
-    /// The rig's clock at this tick [us].
+    /// The rig's clock at this tick (us).
     pub t_us: u64,
     /// Arm encoder.
     pub theta: ArmCounts,
     /// Pendulum encoder.
     pub alpha: PendulumCounts,
-    /// Voltage applied from this tick to the next [V]: what was really held, whatever the host had asked for.
+    /// Voltage applied from this tick to the next (V): what was really held, whatever the host had asked for.
     pub volts: f32,
     /// What happened since the previous tick.
     pub status: Status,
@@ -91,7 +91,7 @@ pub struct Sample {
 pub struct Command {
     /// [`Sample::seq`] of the sample answered.
     pub seq: u32,
-    /// Motor voltage [V].
+    /// Motor voltage (V).
     pub volts: f32,
 }
 

@@ -10,7 +10,7 @@ use furuta_wire::{
     RigLimits, RigName, Sample, Status,
 };
 
-/// Longest step of the integrator [s]: RK4 then errs by less than an encoder count on all built-in rigs.
+/// Longest step of the integrator (s): RK4 then errs by less than an encoder count on all built-in rigs.
 const MAX_STEP: f64 = 1e-3;
 /// Speeds for the limits are taken over this many periods, since a single count per period is already fast.
 const SPEED_WINDOW: usize = 10;
@@ -18,7 +18,7 @@ const SPEED_WINDOW: usize = 10;
 /// Settings of an emulated rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emulation {
-    /// Sampling period [us].
+    /// Sampling period (us).
     pub period_us: u32,
     /// Effects that act in addition to those of the rig file, and that nobody is told of.
     pub hidden: Vec<Effect<f64>>,
@@ -49,7 +49,7 @@ pub enum EmulationError {
     /// The sampling period is outside its range.
     #[error("sampling period is {period_us} us, must be between 100 and 100000")]
     Period {
-        /// The period asked for [us].
+        /// The period asked for (us).
         period_us: u32,
     },
 }
@@ -155,7 +155,7 @@ impl EmulatedRig {
         })
     }
 
-    /// Sampling period [us].
+    /// Sampling period (us).
     #[must_use]
     pub fn period_us(&self) -> u32 {
         self.hello.period_us

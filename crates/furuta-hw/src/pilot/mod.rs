@@ -14,28 +14,28 @@ pub use swing_up_balance::{SwingUpBalance, SwingUpBalanceState};
 /// What the loop knows at a sample.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Measurement {
-    /// The rig's clock since the first sample of the run [s].
+    /// The rig's clock since the first sample of the run (s).
     pub t: f64,
     /// Periods since the previous sample: 1, or more where samples were lost. 1 at the first sample.
     pub periods: u32,
-    /// Arm angle [rad].
+    /// Arm angle (rad).
     pub theta: f64,
-    /// Pendulum angle from upright, not wrapped [rad].
+    /// Pendulum angle from upright, not wrapped (rad).
     pub alpha: f64,
-    /// Voltage that the rig holds from this sample to the next [V].
+    /// Voltage that the rig holds from this sample to the next (V).
     pub held: f64,
 }
 
 /// What a pilot decides at a sample.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Decision {
-    /// Motor voltage asked for; acts from the next sample on [V].
+    /// Motor voltage asked for; acts from the next sample on (V).
     pub volts: f64,
-    /// Arm speed, estimated [rad/s].
+    /// Arm speed, estimated (rad/s).
     pub theta_dot: f64,
-    /// Pendulum speed, estimated [rad/s].
+    /// Pendulum speed, estimated (rad/s).
     pub alpha_dot: f64,
-    /// Arm angle asked for [rad].
+    /// Arm angle asked for (rad).
     pub reference: f64,
     /// What the pilot is doing.
     pub mode: Mode,

@@ -7,7 +7,7 @@ use super::observer::{Belief, Observer};
 use super::{Decision, Measurement, Pilot};
 use crate::excitation::Excitation;
 
-/// Bandwidth of the observer behind the logged speeds [rad/s]: fast against the mechanics, slow against the counts.
+/// Bandwidth of the observer behind the logged speeds (rad/s): fast against the mechanics, slow against the counts.
 const BANDWIDTH: f64 = 120.0;
 
 /// Drives the motor with a test signal.
@@ -19,7 +19,7 @@ pub struct OpenLoop {
 }
 
 impl OpenLoop {
-    /// A test signal for a rig with this sampling period [s]; its voltage is clipped at the rig's command limit.
+    /// A test signal for a rig with this sampling period (s); its voltage is clipped at the rig's command limit.
     #[must_use]
     pub fn new(rig: &Rig, period: f64, excitation: Excitation) -> Self {
         let observer = Observer::new(rig.plant(), period, BANDWIDTH);

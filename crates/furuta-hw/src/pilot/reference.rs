@@ -3,20 +3,20 @@
 /// Arm angle asked for, over time.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Reference {
-    /// Always the same [rad].
+    /// Always the same (rad).
     Constant(f64),
     /// Steps between `+amplitude` and `-amplitude`, after one period at 0: the arm keeps moving, so that the recording
     /// shows friction, springs and whatever else acts on it.
     Steps {
-        /// Height [rad].
+        /// Height (rad).
         amplitude: f64,
-        /// Time between steps [s].
+        /// Time between steps (s).
         hold: f64,
     },
 }
 
 impl Reference {
-    /// Arm angle asked for at time `t` [s] since balancing began [rad].
+    /// Arm angle asked for at time `t` (s) since balancing began (rad).
     ///
     /// ```
     /// use furuta_hw::Reference;

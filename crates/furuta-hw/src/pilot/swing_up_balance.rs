@@ -11,7 +11,7 @@ use furuta_model::{Plant, Rig, State};
 use super::observer::{Belief, Observer};
 use super::{Decision, Measurement, Pilot, Reference};
 
-/// Bandwidth of the observer [rad/s].
+/// Bandwidth of the observer (rad/s).
 const BANDWIDTH: f64 = 120.0;
 
 /// Swings the pendulum up and balances it, the arm at a reference; again if it falls.
@@ -25,7 +25,7 @@ pub struct SwingUpBalance {
 }
 
 impl SwingUpBalance {
-    /// Designs the controllers for a rig at this sampling period [s]. Effects of the rig file are left out of the
+    /// Designs the controllers for a rig at this sampling period (s). Effects of the rig file are left out of the
     /// design, but the observer knows them, and so does the voltage that holds the arm.
     ///
     /// # Errors
@@ -53,7 +53,7 @@ impl SwingUpBalance {
         })
     }
 
-    /// The balance controller's gain on `[theta, alpha, theta_dot, alpha_dot]` [V/rad, V s/rad].
+    /// The balance controller's gain on `[theta, alpha, theta_dot, alpha_dot]` (V/rad, V s/rad).
     #[must_use]
     pub fn gain(&self) -> [f64; 4] {
         self.control.balance.gain
@@ -159,7 +159,7 @@ pub struct SwingUpBalanceState {
     balancing: Option<Balancing>,
 }
 
-/// Since when the pendulum is balanced [s], and where the arm is asked to be just now [rad].
+/// Since when the pendulum is balanced (s), and where the arm is asked to be just now (rad).
 #[derive(Copy, Clone, Debug)]
 struct Balancing {
     since: f64,
