@@ -34,7 +34,7 @@ const REPAIRED: &str = "repaired.toml";
 
 type Wired = Session<SerialTransport>;
 
-/// Length of each recording [s].
+/// Length of each recording (s).
 const MULTISINE: f64 = 8.0;
 const STEPS: f64 = 8.0;
 const BALANCE: f64 = 12.0;
@@ -240,7 +240,7 @@ fn find(logs: &[PathBuf], sheet: &Rig, out: &Path) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
-/// RMS of the arm's angle against where it was asked to be while the pendulum was balanced [rad].
+/// RMS of the arm's angle against where it was asked to be while the pendulum was balanced (rad).
 fn arm_error(log: &Path) -> Result<f64, Failure> {
     let records = furuta_log::read(log)?.records;
     let errors = records
