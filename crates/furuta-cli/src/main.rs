@@ -3,6 +3,7 @@
 mod commands;
 mod failure;
 mod interrupt;
+mod print;
 
 use std::process::ExitCode;
 

@@ -2,9 +2,12 @@
 
 mod convert;
 mod demo;
+mod design;
 mod diagnose;
 mod emulate;
+mod rigs;
 mod run;
+mod simulate;
 
 use crate::failure::Failure;
 
@@ -12,6 +15,9 @@ use crate::failure::Failure;
 #[derive(clap::Subcommand, Debug)]
 pub(crate) enum Command {
     Demo(demo::Args),
+    Rigs(rigs::Args),
+    Simulate(simulate::Args),
+    Design(design::Args),
     Diagnose(diagnose::Args),
     Emulate(emulate::Args),
     Run(run::Args),
@@ -23,6 +29,9 @@ impl Command {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         match self {
             Self::Demo(args) => demo::run(args),
+            Self::Rigs(args) => rigs::run(args),
+            Self::Simulate(args) => simulate::run(args),
+            Self::Design(args) => design::run(args),
             Self::Diagnose(args) => diagnose::run(args),
             Self::Emulate(args) => emulate::run(args),
             Self::Run(args) => run::run(args),

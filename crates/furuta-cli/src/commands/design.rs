@@ -1,0 +1,138 @@
+//! `furuta design`: controllers from a rig's model.
+
+use std::io::Write;
+
+use furuta_ctrl::design::{Regulator, Weights, balance_weights, dlqr, lqr};
+use furuta_model::discretize::zero_order_hold;
+use furuta_model::{Rig, State, linearize};
+use serde_json::json;
+
+use super::emulate::positive;
+use crate::failure::Failure;
+use crate::print;
+
+/// Design a controller from a rig's model.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    method: Method,
+}
+
+#[derive(clap::Subcommand, Debug)]
+enum Method {
+    Lqr(LqrArgs),
+}
+
+/// Linear-quadratic regulator about upright: u = -K x minimises the integral (sum) of x'Qx + R u^2.
+#[derive(clap::Args, Debug)]
+struct LqrArgs {
+    /// Built-in rig or rig file.
+    #[arg(long, value_name = "RIG")]
+    rig: String,
+    /// Diagonal of Q for theta, alpha, theta_dot, alpha_dot. If neither Q nor R is given: what `furuta run` balances with.
+    #[arg(long, value_name = "A,B,C,D", value_parser = weights, requires = "r")]
+    q: Option<[f64; 4]>,
+    /// Weight of the command.
+    #[arg(long, value_name = "R", value_parser = positive, requires = "q")]
+    r: Option<f64>,
+    /// Samples per second; the command is held between samples. Continuous time if not given.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    rate: Option<f64>,
+    /// Print one line of JSON in place of text.
+    #[arg(long)]
+    json: bool,
+}
+
+fn weights(text: &str) -> Result<[f64; 4], String> {
+    match four(text)? {
+        q if q.iter().all(|w| *w >= 0.0) => Ok(q),
+        _ => Err("a weight is at least 0".to_owned()),
+    }
+}
+
+/// Four numbers with commas between them.
+pub(crate) fn four(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map_while(|part| part.trim().parse().ok())
+        .filter(|x: &f64| x.is_finite())
+        .collect();
+    match numbers.try_into() {
+        Ok(four) if text.matches(',').count() == 3 => Ok(four),
+        _ => Err("must be four finite numbers with commas between them".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    match &args.method {
+        Method::Lqr(args) => run_lqr(args),
+    }
+}
+
+/// The regulator for a rig about upright: sampled at `rate` (Hz), or continuous.
+pub(crate) fn regulator(
+    rig: &Rig,
+    weights: &Weights<f64, 4, 1>,
+    rate: Option<f64>,
+) -> Result<Regulator<f64, 4, 1>, Failure> {
+    let linear = linearize(&rig.nominal_plant(), State::upright(), 0.0);
+    let designed = match rate {
+        Some(rate) => {
+            let (a, b) = zero_order_hold(&linear.a, &linear.b, 1.0 / rate);
+            dlqr(&a, &b, weights)
+        }
+        None => lqr(&linear.a, &linear.b, weights),
+    };
+    designed.map_err(|e| Failure::new(format!("rig {}: {e}", rig.name)))
+}
+
+fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
+    let rig = Rig::load(&args.rig)?;
+    let weights = match (args.q, args.r) {
+        (Some(q), Some(r)) => Weights::diagonal(q, [r]),
+        _ => balance_weights(&rig.params),
+    };
+    let regulator = regulator(&rig, &weights, args.rate)?;
+    let k = regulator.gain;
+    let poles = regulator
+        .poles()
+        .ok_or_else(|| Failure::new("the closed loop's poles cannot be computed"))?;
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        let line = json!({
+            "rig": rig.name, "rate": args.rate, "q": weights.q.diagonal().as_slice(), "r": weights.r[0],
+            "k": k.as_slice(), "poles": print::poles_json(&poles),
+        });
+        writeln!(out, "{line}")?;
+        return Ok(());
+    }
+    let names = [
+        ("theta", "V/rad"),
+        ("alpha", "V/rad"),
+        ("theta_dot", "V s/rad"),
+        ("alpha_dot", "V s/rad"),
+    ];
+    writeln!(
+        out,
+        "{}: u = -K [theta, alpha, theta_dot, alpha_dot]",
+        rig.name
+    )?;
+    for ((name, unit), k) in names.into_iter().zip(k.iter()) {
+        writeln!(out, "  K {name:10} {:>12} {unit}", print::significant(*k))?;
+    }
+    match args.rate {
+        None => writeln!(out, "  poles  {} rad/s", print::poles(&poles)),
+        Some(rate) => {
+            // ln(z)/h: the continuous poles that decay and turn alike.
+            let alike: Vec<_> = poles.iter().map(|z| z.ln() * rate).collect();
+            writeln!(
+                out,
+                "  poles  z = {}\n         ln(z)/h = {} rad/s",
+                print::poles(&poles),
+                print::poles(&alike)
+            )
+        }
+    }?;
+    Ok(())
+}

@@ -1,0 +1,225 @@
+//! Rig files through the built binary: what is wrong gives one clear line and exit code 1; what is right gives numbers.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn furuta(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_furuta"))
+        .args(args)
+        .output()
+        .expect("the binary runs")
+}
+
+/// A rig file of its own for one test: a built-in one with `from` replaced by `to`.
+fn rig_file(test: &str, from: &str, to: &str) -> PathBuf {
+    let text = furuta_model::Rig::builtin_text("qube-servo-2").expect("built in");
+    assert!(text.contains(from));
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("rig-{test}.toml"));
+    std::fs::write(&path, text.replacen(from, to, 1)).expect("a file");
+    path
+}
+
+/// The one line on standard error of a command that fails as it should.
+fn failure(args: &[&str]) -> String {
+    let output = furuta(args);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert_eq!(stderr.trim_end().lines().count(), 1, "{stderr}");
+    assert!(!stderr.contains("panicked"), "{stderr}");
+    assert!(output.stdout.is_empty());
+    stderr
+}
+
+fn json(args: &[&str]) -> serde_json::Value {
+    let output = furuta(args);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+#[test]
+fn rig_files_that_are_refused() {
+    let cases = [
+        ("key", "mass = 0.024", "mass = 0.024\nmas = 1", "mas"),
+        ("negative", "mass = 0.024", "mass = -0.024", "pendulum.mass"),
+        ("missing", "mass = 0.024", "", "mass"),
+        ("unit", "com = 0.0645", "com = 64.5", "pendulum.com"),
+        ("kind", "com = 0.0645", "com = \"64 mm\"", "line 13"),
+        ("nan", "com = 0.0645", "com = nan", "pendulum.com"),
+    ];
+    for (test, from, to, named) in cases {
+        let path = rig_file(test, from, to);
+        let path = path.to_str().expect("UTF-8");
+        for command in [
+            &["rigs", path][..],
+            &["design", "lqr", "--rig", path],
+            &["simulate", "--rig", path],
+        ] {
+            let line = failure(command);
+            assert!(line.contains(named) && line.contains(path), "{line}");
+        }
+    }
+}
+
+#[test]
+fn a_rig_that_does_not_exist() {
+    let line = failure(&["rigs", "no-such-rig"]);
+    assert!(
+        line.contains("no-such-rig") && line.contains("qube-servo-2"),
+        "{line}"
+    );
+}
+
+#[test]
+fn requests_that_cannot_be_met() {
+    let cases: [(&[&str], &str); 4] = [
+        (
+            &["simulate", "--rig", "qube-servo-2", "--rate", "2"],
+            "--rate",
+        ),
+        (
+            &[
+                "simulate",
+                "--rig",
+                "qube-servo-2",
+                "--input",
+                "step",
+                "--amplitude",
+                "50",
+            ],
+            "10 V",
+        ),
+        (
+            &["simulate", "--rig", "qube-servo-2", "--hide", "arm.sprng"],
+            "arm.sprng",
+        ),
+        (
+            &[
+                "simulate",
+                "--rig",
+                "qube-servo-2",
+                "--duration",
+                "100000",
+                "--rate",
+                "1000",
+            ],
+            "--duration",
+        ),
+    ];
+    for (command, named) in cases {
+        let line = failure(command);
+        assert!(line.contains(named), "{line}");
+    }
+    let free = failure(&[
+        "design",
+        "lqr",
+        "--rig",
+        "qube-servo-2",
+        "--q",
+        "0,0,0,0",
+        "--r",
+        "1",
+    ]);
+    assert!(free.contains("no stabilising solution"), "{free}");
+    // A command line that is none: usage, exit code 2.
+    let usage = furuta(&[
+        "design",
+        "lqr",
+        "--rig",
+        "qube-servo-2",
+        "--q",
+        "1,2,3",
+        "--r",
+        "1",
+    ]);
+    assert_eq!(usage.status.code(), Some(2));
+}
+
+#[test]
+fn the_published_gain() {
+    let k = json(&[
+        "design",
+        "lqr",
+        "--rig",
+        "shahzad2022-srv02",
+        "--q",
+        "1,1,1,1",
+        "--r",
+        "1",
+        "--json",
+    ]);
+    let k = k["k"].as_array().expect("a row");
+    // As printed, in the paper's two digits.
+    for (found, printed) in k.iter().zip([-1.0, 27.68, -2.02, 3.56]) {
+        let found = found.as_f64().expect("a number");
+        assert!((found - printed).abs() < 0.005, "{found} {printed}");
+    }
+}
+
+#[test]
+fn rigs_are_listed_and_written_back() {
+    let list = json(&["rigs", "--json"]);
+    assert_eq!(
+        list.as_array().map(Vec::len),
+        Some(furuta_model::Rig::BUILTIN.len())
+    );
+    for name in furuta_model::Rig::BUILTIN {
+        let toml = furuta(&["rigs", name, "--toml"]);
+        let text = String::from_utf8(toml.stdout).expect("UTF-8");
+        assert_eq!(
+            furuta_model::Rig::from_toml(&text).ok(),
+            furuta_model::Rig::builtin(name)
+        );
+        let shown = json(&["rigs", name, "--json"]);
+        assert_eq!(
+            shown["linearisation"]["upright"]["poles"]
+                .as_array()
+                .map(Vec::len),
+            Some(4)
+        );
+    }
+}
+
+#[test]
+fn a_simulation_is_a_recording() {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("simulated.csv");
+    let text = path.to_str().expect("UTF-8");
+    let run = furuta(&[
+        "simulate",
+        "--rig",
+        "qube-servo-2",
+        "--input",
+        "chirp",
+        "--hide",
+        "arm.spring",
+        "-o",
+        text,
+    ]);
+    assert!(
+        run.status.success(),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
+    let recording = furuta_ident::recording::Recording::load(&path);
+    assert!(recording.is_ok(), "{:?}", recording.err());
+    // Balanced by feedback: upright at the end, from a tenth of a radian.
+    let balanced = json(&[
+        "simulate",
+        "--rig",
+        "qube-servo-2",
+        "--input",
+        "lqr",
+        "--duration",
+        "5",
+        "--json",
+    ]);
+    let alpha = balanced["columns"]["alpha"].as_array().expect("a column");
+    let last = alpha
+        .last()
+        .and_then(serde_json::Value::as_f64)
+        .expect("a number");
+    assert!(last.abs() < 1e-3, "{last}");
+}
