@@ -134,8 +134,9 @@ impl<'a> Problem<'a> {
             };
             if trial.cost < here.cost {
                 let gain = here.cost - trial.cost;
-                let small = gain < effort.tolerance * here.cost;
+                let small = gain < effort.tolerance * trial.cost;
                 here = trial;
+                self.restart(&mut here);
                 damping = (damping * 0.2_f64).max(1e-8);
                 r = self.linearise(&here);
                 if small {
@@ -247,19 +248,22 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-        self.restart(&mut trial, &inner);
         trial.cost = self.total(&trial.costs);
         Some((trial, predicted))
     }
 
     /// Solves windows that fit far worse than the others again from other starts: where the window before ends, at rest, and smoothed.
-    fn restart(&self, f: &mut Fit, inner: &Inner) {
+    fn restart(&self, f: &mut Fit) {
         let mut sorted = f.costs.clone();
         sorted.sort_by(f64::total_cmp);
         let Some(median) = sorted.get(sorted.len() / 2) else {
             return;
         };
         let bad = (8.0 * median).max(sorted[sorted.len() * 9 / 10]);
+        if sorted[sorted.len() - 1] <= bad {
+            return;
+        }
+        let inner = &Inner::new(&f.hypothesis, &f.z, self.nominal);
         for i in 0..self.windows.len() {
             if f.costs[i] <= bad {
                 continue;
@@ -274,19 +278,20 @@ impl<'a> Problem<'a> {
             }
             let x = f.states[i];
             starts.push(State::new(x.theta, x.alpha, 0.0, x.alpha_dot));
-            for half in [4, 10, 25] {
+            for half in [4, 10] {
                 let g = self.data.guess(w, half);
                 starts.push(g);
                 starts.push(State::new(g.theta, g.alpha, 0.0, g.alpha_dot));
             }
             for start in starts {
-                let (state, cost) = inner.solve(self.data, w, start, 6);
+                let (state, cost) = inner.solve(self.data, w, start, 5);
                 if cost < f.costs[i] {
                     f.states[i] = state;
                     f.costs[i] = cost;
                 }
             }
         }
+        f.cost = self.total(&f.costs);
     }
 
     /// Standard deviations: `H⁻¹ (sum of score scoreᵀ) H⁻¹` over windows, and not below what white noise would give.

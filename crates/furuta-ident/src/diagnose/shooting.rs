@@ -157,20 +157,25 @@ impl Inner {
     ) -> (State<f64>, f64) {
         let (mut x, mut damping) = (x0, 1e-6);
         let mut n = normal(&self.plant, self.late, data, w, x);
-        for _ in 0..iterations {
+        for left in (0..iterations).rev() {
             let Some(step) = damped_step(&n, damping) else {
                 break;
             };
+            let promised = step.dot(&Vector4::from(n.gradient));
+            if promised < 0.01 + 1e-3 * n.cost {
+                break;
+            }
             let trial = State::from(std::array::from_fn(|i| x.to_array()[i] - step[i]));
+            if left == 0 {
+                // Nobody needs the derivatives there.
+                let c = cost(&self.plain, self.late.v, data, w, trial);
+                return if c < n.cost { (trial, c) } else { (x, n.cost) };
+            }
             let next = normal(&self.plant, self.late, data, w, trial);
             if next.cost < n.cost {
-                let gain = n.cost - next.cost;
                 x = trial;
                 n = next;
                 damping = (damping * 0.1_f64).max(1e-9);
-                if gain < 0.01 + 1e-3 * n.cost {
-                    break;
-                }
             } else {
                 damping = (damping * 100.0).max(1e-4);
                 if damping > 1e6 {
