@@ -81,18 +81,23 @@ fn swings_up_and_balances() {
         let mut rig = Rig::builtin(name).unwrap();
         rig.params.pendulum.viscous = friction.unwrap_or(rig.params.pendulum.viscous);
         rig.params.motor.command_limit = volts.unwrap_or(rig.params.motor.command_limit);
-        for h in [0.001, 0.002, 0.005] {
-            let r = run::<f64>(&rig, State::hanging(), h, seconds + 8.0);
-            println!(
-                "{name:18} {h}: caught {:?}, arm to {:.2} rad, at rest {:.4} rad, {:.2} V, {:?}",
-                r.caught, r.arm, r.rest_angle, r.rest_command, r.fault
-            );
-            let sound = r.fault.is_none() && r.caught.is_some_and(|t| t < seconds) && r.arm < 4.0;
-            // A few encoder counts' worth of limit cycle.
-            let still =
-                r.rest_angle < 0.02 && r.rest_command < 0.3 * rig.params.motor.command_limit;
-            if !(sound && still) {
-                failed += 1;
+        // Rates and starts the tuning has seen, and others.
+        for h in [0.001, 0.002, 0.004, 0.005] {
+            for offset in [0.0, 0.07, -0.3] {
+                let start = State::new(offset, core::f64::consts::PI - 0.5 * offset, 0.0, 0.0);
+                let r = run::<f64>(&rig, start, h, seconds + 8.0);
+                println!(
+                    "{name:18} {h} {offset:5}: caught {:?}, arm to {:.2} rad, at rest {:.4} rad, {:.2} V, {:?}",
+                    r.caught, r.arm, r.rest_angle, r.rest_command, r.fault
+                );
+                // No fault: the arm stayed within its limit of a turn either way.
+                let sound = r.fault.is_none() && r.caught.is_some_and(|t| t < seconds);
+                // A few encoder counts' worth of limit cycle.
+                let still =
+                    r.rest_angle < 0.02 && r.rest_command < 0.3 * rig.params.motor.command_limit;
+                if !(sound && still) {
+                    failed += 1;
+                }
             }
         }
     }

@@ -4,13 +4,13 @@ use super::{DesignError, Regulator, Weights, dlqr};
 use furuta_model::discretize::zero_order_hold;
 use furuta_model::{Params, Plant, State, linearize};
 
-/// Arm angle that weighs as much as the full command, rad. Loose, because an arm allowed to travel catches more; the pendulum's own
+/// Arm angle that weighs as much as the full command, rad. Loose, because an arm allowed to travel catches more (tuned with the swing-up, on all built-in rigs); the pendulum's own
 /// instability keeps the loop fast.
-const ARM_WEIGHT_AT: f64 = 4.0;
+const ARM_WEIGHT_AT: f64 = 9.9;
 /// Pendulum angle that weighs as much as the full command, rad.
 const PENDULUM_WEIGHT_AT: f64 = 0.5;
 
-/// Weights that suit any rig: by Bryson's rule, full command, 0.5 rad of the pendulum and 4 rad of the arm cost alike; speeds are free.
+/// Weights that suit any rig: by Bryson's rule, full command, 0.5 rad of the pendulum and 9.9 rad of the arm cost alike; speeds are free.
 pub fn balance_weights(params: &Params<f64>) -> Weights<f64, 4, 1> {
     let free = f64::INFINITY;
     Weights::bryson(

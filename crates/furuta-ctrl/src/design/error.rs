@@ -68,7 +68,7 @@ pub enum DesignError {
     },
     /// No feedback of this cost stabilises: an unstable mode cannot be reached by the input, or a mode on the stability boundary costs nothing.
     #[error(
-        "no stabilising solution (measure of stability {measure:.6}, must be below 1): either the input cannot reach an unstable mode, or a mode on the stability boundary has no weight in Q"
+        "no stabilising solution (measure of stability {measure}, must be below 1): either the input cannot reach an unstable mode, or a mode on the stability boundary has no weight in Q"
     )]
     NoStabilisingSolution {
         /// Spectral radius of the best closed loop found (continuous time: of its Cayley transform); NaN where the iteration broke down.

@@ -58,7 +58,7 @@ pub fn is_hurwitz<T: Float, const N: usize>(a: &SMatrix<T, N, N>) -> bool {
 }
 
 /// Whether a spectral radius lies inside the unit circle by more than its own rounding; false for NaN.
-pub(crate) fn below_one<T: Float>(radius: T) -> bool {
+fn below_one<T: Float>(radius: T) -> bool {
     radius < T::one() - T::default_epsilon() * nalgebra::convert(16.0)
 }
 

@@ -43,10 +43,16 @@ impl<T: Real> Catch<T> {
         let alpha = wrap(x.alpha);
         // Falling away from upright: only from very near is that worth a prediction.
         let falling = alpha * x.alpha_dot > c::<T>(0.1);
-        if !x.is_finite() || alpha.abs() > c(FURTHEST) || falling {
+        !falling && alpha.abs() <= c(FURTHEST) && self.holds(balance, x, x.theta)
+    }
+
+    /// Whether `balance`, asked to hold the arm at `theta`, brings the pendulum from `x` to upright, falling or not.
+    pub fn holds(&self, balance: &StateFeedback<T>, x: &State<T>, theta: T) -> bool {
+        if !x.is_finite() {
             return false;
         }
-        let reference = State::new(x.theta, T::ZERO, T::ZERO, T::ZERO);
+        let alpha = wrap(x.alpha);
+        let reference = State::new(theta, T::ZERO, T::ZERO, T::ZERO);
         let step = c::<T>(STEP) / self.frequency;
         let half = step * c(0.5);
         let mut x = State { alpha, ..*x };

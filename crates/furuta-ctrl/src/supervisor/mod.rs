@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | idle | [`Request::Start`] | swing-up | 0 while idle |
 //! | swing-up | the balance controller would succeed from here (see below) | balance | energy swing-up |
-//! | balance | the pendulum is further than [`Settings::release_angle`] from upright | swing-up | state feedback |
+//! | balance | the pendulum is further than [`Settings::release_angle`] from upright, or beyond [`Settings::doubt_angle`] and the model says that it will fall | swing-up | state feedback |
 //! | swing-up, balance | [`Request::Stop`] | stopping | |
 //! | stopping | both axes at rest for half a second | idle | 0 |
 //! | any | an angle or speed beyond its limit, or not a number | fault | 0 |
@@ -15,7 +15,7 @@
 //! **The catch.** Whether the balance controller can take over depends on angle, both speeds, the arm's room, and the voltage at hand;
 //! no fixed window around upright fits a light pendulum on a strong motor and a heavy one on a short arm. So the model is asked: the
 //! balance loop, command limit included, is rolled out for a few of the pendulum's own time constants, and the switch is made where it
-//! ends near upright. It is left only at a much larger angle: that is the hysteresis.
+//! ends near upright. Near upright the switch back is not even considered: that is the hysteresis.
 
 mod catch;
 
@@ -121,6 +121,8 @@ pub struct Settings<T> {
     pub pendulum_speed_limit: T,
     /// Largest command, V.
     pub command_limit: T,
+    /// Distance from upright beyond which balancing goes on only while the model says that it will succeed, rad.
+    pub doubt_angle: T,
     /// Distance from upright at which balancing is given up, rad.
     pub release_angle: T,
     /// How fast the arm is led back to its target after the catch, rad/s.
@@ -175,7 +177,9 @@ pub struct Output<T> {
 }
 
 // Half of the arm's travel during swing-up, rad, where the rig leaves it free.
-const ARM_RANGE: f64 = 1.82;
+const ARM_RANGE: f64 = 2.16;
+// How far the arm may go in the prediction of a catch, of that.
+const CATCH_RANGE: f64 = 1.82;
 // The estimator's corner, over the pendulum's frequency: fast enough for balance, slow enough for a 2000-count encoder.
 const ESTIMATOR: f64 = 30.0;
 
@@ -191,15 +195,14 @@ impl<T: Real> Supervisor<T> {
         let frequency = libm::sqrt(k.weight / k.pendulum);
         let free_speed = k.drive * params.motor.command_limit / k.arm_damping.max(1e-9);
         let arm_angle = limits.arm_angle.unwrap_or(core::f64::consts::TAU);
-        // Braking may take 1.4 of the range and the catch a little more.
-        let arm_range = ARM_RANGE.min(arm_angle / 1.8);
+        let arm_range = ARM_RANGE.min(arm_angle / CATCH_RANGE);
         let balance = StateFeedback::new(&regulator, params.motor.command_limit);
         let cast = params.cast::<T>();
         Ok(Self {
             speed: Derivative::new(T::from_f64(ESTIMATOR * frequency), T::from_f64(h)),
             swing_up: SwingUp::new(&cast, T::from_f64(arm_range)),
             balance,
-            catch: Catch::new(&cast, T::from_f64(1.82 * arm_range)),
+            catch: Catch::new(&cast, T::from_f64(CATCH_RANGE * arm_range)),
             settings: Settings {
                 arm_angle_limit: T::from_f64(arm_angle),
                 arm_speed_limit: T::from_f64(limits.arm_speed.unwrap_or(1.5 * free_speed)),
@@ -207,6 +210,7 @@ impl<T: Real> Supervisor<T> {
                     limits.pendulum_speed.unwrap_or(10.0 * frequency),
                 ),
                 command_limit: T::from_f64(params.motor.command_limit),
+                doubt_angle: c(0.4),
                 release_angle: c(1.6),
                 reference_speed: T::ONE,
                 rest_speed: T::from_f64(0.05 * frequency),
@@ -288,7 +292,17 @@ impl<T: Real> Supervisor<T> {
                     Mode::SwingUp
                 }
             }
-            Mode::Balance if wrap(x.alpha).abs() > self.settings.release_angle => Mode::SwingUp,
+            Mode::Balance => {
+                let angle = wrap(x.alpha).abs();
+                // Lost: let the swing-up brake the arm before it has run after the pendulum at full speed.
+                let lost = angle > self.settings.doubt_angle
+                    && !self.catch.holds(&self.balance, x, state.arm_reference);
+                if lost || angle > self.settings.release_angle {
+                    Mode::SwingUp
+                } else {
+                    Mode::Balance
+                }
+            }
             Mode::Stopping => {
                 let rest = self.settings.rest_speed;
                 let moving = x.theta_dot.abs() > rest || x.alpha_dot.abs() > rest;
