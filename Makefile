@@ -36,7 +36,7 @@ test: test-rust test-python
 
 # The Python extension cannot be linked into a Rust test; it is tested from Python.
 test-rust:
-	$(CARGO) test --workspace --exclude furuta-py --locked
+	$(CARGO) test --workspace --exclude furuta-py --locked --no-fail-fast
 
 test-python: py build
 	FURUTA_CLI=$(TARGET)/release/furuta $(VENV)/bin/python -m pytest
