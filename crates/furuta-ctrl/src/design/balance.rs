@@ -4,17 +4,24 @@ use super::{DesignError, Regulator, Weights, dlqr};
 use furuta_model::discretize::zero_order_hold;
 use furuta_model::{Params, Plant, State, linearize};
 
-/// Arm angle that weighs as much as the full command, rad. Loose, because an arm allowed to travel catches more (tuned with the swing-up, on all built-in rigs); the pendulum's own
-/// instability keeps the loop fast.
-const ARM_WEIGHT_AT: f64 = 9.9;
+/// Arm angle that weighs as much as the full command, rad: stiff enough that friction and cables move the arm little, loose enough
+/// that the arm may travel to save the pendulum.
+const ARM_WEIGHT_AT: f64 = 4.0;
+/// The same where the arm has little grip on the pendulum, over that grip `m L_r c / (I + m c^2)` (rad of pendulum for 1 rad of arm,
+/// quickly): a long pendulum on a short arm takes more travel.
+const ARM_WEIGHT_AT_GRIP: f64 = 1.7;
 /// Pendulum angle that weighs as much as the full command, rad.
 const PENDULUM_WEIGHT_AT: f64 = 0.5;
 
-/// Weights that suit any rig: by Bryson's rule, full command, 0.5 rad of the pendulum and 9.9 rad of the arm cost alike; speeds are free.
+/// Weights that suit any rig, by Bryson's rule: full command, 0.5 rad of the pendulum and 4 rad of the arm (more where the pendulum is
+/// long against the arm) cost alike; speeds are free.
 pub fn balance_weights(params: &Params<f64>) -> Weights<f64, 4, 1> {
+    let k = params.coefficients();
+    let grip = k.coupling / k.pendulum;
+    let arm = (ARM_WEIGHT_AT_GRIP / grip).max(ARM_WEIGHT_AT);
     let free = f64::INFINITY;
     Weights::bryson(
-        [ARM_WEIGHT_AT, PENDULUM_WEIGHT_AT, free, free],
+        [arm, PENDULUM_WEIGHT_AT, free, free],
         [params.motor.command_limit],
     )
 }
