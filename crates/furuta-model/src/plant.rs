@@ -38,6 +38,9 @@ pub struct PlantState<S> {
     history: History<S>,
 }
 
+/// How fast dry friction stops an axis, per step: the faster, the less it acts before the stop; RK4 is stable up to 2.78.
+const STICK: f64 = 2.0;
+
 /// The last commands, newest first by age.
 #[derive(Clone, Debug)]
 struct History<S> {
@@ -299,7 +302,7 @@ impl<S: Scalar> Plant<S> {
             let middle = gap * decay;
             volts = [s.voltage, target + middle, target + middle * decay];
         }
-        let stick_rate = S::Real::ONE / period;
+        let stick_rate = S::Real::from_f64(STICK) / period;
         let t = s.t;
         s.x = rk4(s.x, h, |stage, x| match stage {
             Stage::Start => self.rate(t, x, volts[0], stick_rate),
@@ -312,7 +315,8 @@ impl<S: Scalar> Plant<S> {
 
     /// `dx/dt` at time `t` with `volts` at the motor.
     ///
-    /// `stick_rate` (1/s) is how fast dry friction stops an axis that it can hold: the reciprocal of the step length keeps RK4 stable.
+    /// `stick_rate` (1/s) is how fast dry friction stops an axis that it can hold: [`Plant::step`] takes two over the step's
+    /// length, which RK4 integrates stably.
     #[inline(always)]
     #[must_use]
     pub fn rate(&self, t: S, x: &State<S>, volts: S, stick_rate: S::Real) -> State<S> {

@@ -169,6 +169,10 @@ pub(super) fn locate(data: &Data, residuals: &[Residual]) -> (Vec<GapBar>, Vec<G
             }
         }
     }
+    // Bars under one heading belong together; the sort is stable, so conditions keep their order.
+    let groups: Vec<String> = bars.iter().map(|b: &GapBar| b.group.clone()).collect();
+    let rank = |b: &GapBar| groups.iter().position(|g| *g == b.group);
+    bars.sort_by_key(|b| (rank(b), b.channel));
     shares.sort_by(|a, b| b.share_of_gap.total_cmp(&a.share_of_gap));
     shares.truncate(8);
     (bars, shares)

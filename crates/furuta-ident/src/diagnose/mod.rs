@@ -34,7 +34,7 @@ use hypothesis::{Hypothesis, Nominal};
 use location::Residual;
 use predict::{Model, rms};
 use result::{CandidateEvidence, NamedEffect, RunCurves};
-use search::Trial;
+use search::{Rival, Trial};
 
 /// Length of the windows of the search, s.
 const SEARCH: f64 = 0.25;
@@ -143,16 +143,22 @@ pub fn diagnose(
     stage("searching");
     let (mut named, first) =
         short.select(recalibrated.clone(), &base, &|_| true, &report("searching"));
+    let mut rivals;
+    (named, rivals) = short.substitute(named, &first, &report("searching"));
     let explains = |f: &Fit| short.chi(f).powi(2) <= EXPLAINED;
     if !explains(&named) {
         stage("searching over long windows");
-        named = search_long(
+        let further = search_long(
             &short,
             &data,
             &nominal,
-            named,
+            named.clone(),
             &report("searching over long windows"),
         );
+        if further.hypothesis.effects.len() > named.hypothesis.effects.len() {
+            named = further;
+            rivals = short.rivals(&named, &first, &report("judging"));
+        }
     }
 
     stage("fitting");
@@ -174,16 +180,7 @@ pub fn diagnose(
     });
     let folds = held_out::folds(&data);
     diagnosis.held_out = held_out::judge(&data, &nominal, &folds, &recalibrated, &named);
-    diagnosis.effects = name(
-        &short,
-        &data,
-        &nominal,
-        &folds,
-        &named,
-        &named_fit,
-        &first,
-        &report("judging"),
-    );
+    diagnosis.effects = name(&short, &folds, &named, &named_fit, rivals);
     diagnosis.next_experiment = next_experiment(&diagnosis.effects);
 
     let repaired = repair::repaired(request.rig, &nominal, &named_fit);
@@ -288,28 +285,24 @@ fn finish(data: &Data, nominal: &Nominal, fit: &Fit, explained: bool) -> Fit {
     last
 }
 
-#[allow(clippy::too_many_arguments)]
 fn name(
     short: &Problem<'_>,
-    data: &Data,
-    nominal: &Nominal,
     folds: &held_out::Folds,
     named: &Fit,
     named_fit: &Fit,
-    first: &[Trial],
-    report: &(dyn Fn(&str) + Sync),
+    rivals: Vec<Rival>,
 ) -> Vec<NamedEffect> {
-    let rivals = short.rivals(named, first, report);
+    let (data, nominal) = (short.data, short.nominal);
     let mut effects: Vec<NamedEffect> = rivals
         .into_iter()
         .enumerate()
-        .map(|(i, (spec, smaller, near))| NamedEffect {
-            id: spec.id.into(),
-            name: spec.name.into(),
+        .map(|(i, rival)| NamedEffect {
+            id: rival.spec.id.into(),
+            name: rival.spec.name.into(),
             parameters: repair::effect_parameters(nominal, named_fit, i),
-            delta_bic: short.evidence(&smaller, named).delta_bic,
-            held_out_gain: held_out::gain(data, nominal, folds, &smaller, named),
-            confusable_with: near.into_iter().map(str::to_owned).collect(),
+            delta_bic: short.evidence(&rival.without, named).delta_bic,
+            held_out_gain: held_out::gain(data, nominal, folds, &rival.without, named),
+            confusable_with: rival.near.iter().map(|t| t.spec.id.to_owned()).collect(),
         })
         .collect();
     effects.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
@@ -346,13 +339,13 @@ fn gap(
     gap.noise_floor = data.noise.into();
     let mut residuals = Vec::new();
     for (i, w) in problem.windows.iter().enumerate() {
-        for k in 0..w.len {
+        for (k, (before, after)) in errors[1][i].iter().zip(&errors[2][i]).enumerate() {
             let squared = |e: &[f64; 2]| std::array::from_fn(|c| (e[c] / data.noise[c]).powi(2));
             residuals.push(Residual {
                 run: w.run,
                 sample: w.start + 1 + k,
-                recalibrated: squared(&errors[1][i][k]),
-                augmented: squared(&errors[2][i][k]),
+                recalibrated: squared(before),
+                augmented: squared(after),
             });
         }
     }

@@ -34,6 +34,16 @@ pub(super) struct Trial {
     pub(super) evidence: Evidence,
 }
 
+/// What could stand in the place of an effect.
+pub(super) struct Rival {
+    /// The effect.
+    pub(super) spec: &'static Spec,
+    /// The fit without it.
+    pub(super) without: Fit,
+    /// Others that explain the data nearly as well in its place.
+    pub(super) near: Vec<Trial>,
+}
+
 /// What speaks for the larger of two nested hypotheses.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Evidence {
@@ -237,6 +247,41 @@ impl Problem<'_> {
         here
     }
 
+    /// Puts another effect in the place of one found where it fits better, or as well with fewer parameters: a spring that rests far away
+    /// is a bias.
+    ///
+    /// Returns the fit and what could stand in the place of its effects.
+    pub(super) fn substitute(
+        &self,
+        mut here: Fit,
+        first: &[Trial],
+        report: &(dyn Fn(&str) + Sync),
+    ) -> (Fit, Vec<Rival>) {
+        let mut rivals = self.rivals(&here, first, report);
+        // Each round lowers the cost or the number of parameters; a few are plenty.
+        for _ in 0..MOST_EFFECTS {
+            let room = LEAST_GAIN * (here.cost / self.floor()).max(1.0);
+            let worth = |f: &Fit| f.cost + room * f.hypothesis.free() as f64;
+            let better = rivals
+                .iter()
+                .flat_map(|r| &r.near)
+                .min_by(|a, b| worth(&a.fit).total_cmp(&worth(&b.fit)));
+            match better {
+                Some(t) if worth(&t.fit) < worth(&here) => {
+                    here = self.fit(
+                        &t.fit.hypothesis,
+                        t.fit.z.clone(),
+                        &t.fit.states,
+                        Effort::FULL,
+                    );
+                    rivals = self.rivals(&here, first, report);
+                }
+                _ => break,
+            }
+        }
+        (here, rivals)
+    }
+
     /// For each effect, the fit without it.
     pub(super) fn without_each(&self, here: &Fit) -> Vec<(&'static Spec, Fit)> {
         here.hypothesis
@@ -261,24 +306,27 @@ impl Problem<'_> {
         here: &Fit,
         first: &[Trial],
         report: &(dyn Fn(&str) + Sync),
-    ) -> Vec<(&'static Spec, Fit, Vec<&'static str>)> {
+    ) -> Vec<Rival> {
         let floor = self.floor();
-        let tolerance =
-            CONFUSABLE * (here.cost - floor).max(0.0) + LEAST_GAIN * (here.cost / floor).max(1.0);
+        let per_sample = (here.cost / floor).max(1.0);
+        let tolerance = CONFUSABLE * (here.cost - floor).max(0.0) + 2.0 * LEAST_GAIN * per_sample;
         self.without_each(here)
             .into_iter()
-            .map(|(spec, smaller)| {
+            .map(|(spec, without)| {
                 let trials = if here.hypothesis.effects.len() == 1 {
                     first.to_vec()
                 } else {
-                    self.candidates(&smaller, report)
+                    self.candidates(&without, report)
                 };
                 let near = trials
                     .into_iter()
                     .filter(|t| t.spec.id != spec.id && t.fit.cost < here.cost + tolerance)
-                    .map(|t| t.spec.id)
                     .collect();
-                (spec, smaller, near)
+                Rival {
+                    spec,
+                    without,
+                    near,
+                }
             })
             .collect()
     }

@@ -96,10 +96,10 @@ pub(super) fn normal<const N: usize>(
         Jet::variable(v, i - 1)
     }));
     predict(plant, late, run, w, x0, |k, prediction| {
-        for c in 0..2 {
+        for (c, y) in prediction.iter().enumerate() {
             let weight = run.weight[k][c] / data.noise[c];
-            let r = (prediction[c].v - run.y[k][c]) * weight;
-            let d = prediction[c].d.map(|d| d * weight);
+            let r = (y.v - run.y[k][c]) * weight;
+            let d = y.d.map(|d| d * weight);
             out.cost += r * r;
             for a in 0..N {
                 out.gradient[a] += d[a] * r;
@@ -120,8 +120,8 @@ pub(super) fn cost(plant: &Plant<f64>, late: f64, data: &Data, w: &Window, x0: S
     let run = &data.runs[w.run];
     let mut cost = 0.0;
     predict(plant, late, run, w, x0, |k, y| {
-        for c in 0..2 {
-            let r = (y[c] - run.y[k][c]) * run.weight[k][c] / data.noise[c];
+        for (c, y) in y.iter().enumerate() {
+            let r = (y - run.y[k][c]) * run.weight[k][c] / data.noise[c];
             cost += r * r;
         }
     });
