@@ -1,6 +1,7 @@
 //! Open-loop test signals: voltages that make a rig show what it is.
 
 use std::f64::consts::{PI, TAU};
+use std::fmt;
 
 /// A test signal.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -21,6 +22,31 @@ impl Excitation {
             Self::Multisine(signal) => signal.volts(t),
             Self::Steps(signal) => signal.volts(t),
             Self::Chirp(signal) => signal.volts(t),
+        }
+    }
+}
+
+/// In words, with units.
+///
+/// ```
+/// use furuta_hw::{Excitation, Steps};
+/// let steps = Excitation::Steps(Steps { amplitude: 2.0, hold: 0.5 });
+/// assert_eq!(steps.to_string(), "steps of up to 2 V every 0.5 s");
+/// ```
+impl fmt::Display for Excitation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Multisine(m) => write!(
+                f,
+                "{} sines from {} to {} Hz, {} V RMS",
+                m.lines, m.low, m.high, m.rms
+            ),
+            Self::Steps(s) => write!(f, "steps of up to {} V every {} s", s.amplitude, s.hold),
+            Self::Chirp(c) => write!(
+                f,
+                "chirp of {} V from {} to {} Hz in {} s",
+                c.amplitude, c.from, c.to, c.duration
+            ),
         }
     }
 }

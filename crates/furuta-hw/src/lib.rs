@@ -24,7 +24,7 @@ pub use control_loop::{End, LoopSettings, ModeChange, RunError, Summary, run};
 pub use emulate::{EmulatedRig, Emulation, EmulationError, Pace, PtyError, PtyRig};
 pub use excitation::{Chirp, Excitation, Multisine, Steps};
 pub use link::{Link, LinkError};
-pub use pilot::{Decision, Measurement, OpenLoop, Pilot, Reference, SwingUpBalance};
+pub use pilot::{Decision, Measurement, OpenLoop, Pilot, Reference, SwingUpBalance, rehearse};
 pub use recorder::{RecordSender, Recorded, Recorder};
 pub use session::{Mismatch, Session, SessionError};
 pub use transport::{FaultRates, FaultyTransport, SerialTransport, Transport, TransportError};

@@ -123,8 +123,8 @@ fn swings_up_and_balances() {
     }
 }
 
-/// The same through pseudo-terminal, loop and log, in real time. What a busy machine may do to it is in the tolerances:
-/// the pendulum is up at the end, having fallen in between if the machine stood still.
+/// The same through pseudo-terminal, loop and log, in real time; the rig is patient, so that a busy machine makes the
+/// run longer and not another one.
 #[test]
 fn swings_up_and_balances_in_real_time_and_logs_it() {
     let true_rig = smooth_qube();
@@ -135,7 +135,7 @@ fn swings_up_and_balances_in_real_time_and_logs_it() {
     };
     let rig = PtyRig::start(
         EmulatedRig::new(&true_rig, &emulation).expect("valid"),
-        Pace::RealTime,
+        Pace::Patient,
     )
     .expect("a port");
     let mut session = Session::open(rig.path(), SerialTransport::BAUD).expect("there");

@@ -16,7 +16,7 @@ use furuta_hw::{
 };
 use furuta_log::{LogWriter, Metadata, Mode};
 use furuta_model::{Limits, State};
-use furuta_wire::{Message, Status};
+use furuta_wire::{Message, Sample, Status};
 
 #[test]
 fn hello_is_the_rig_file() {
@@ -387,6 +387,40 @@ fn a_silent_host_trips_the_rigs_watchdog() {
     }
     // The command's own period and those before the watchdog trips: never longer, however slow this machine is.
     assert_eq!(driven, 10);
+}
+
+/// A host slower than the rig's clock: a patient rig waits for it and misses nothing; once it is silent, the watchdog
+/// trips as ever.
+#[test]
+fn a_patient_rig_waits_for_a_slow_host() {
+    let rig = start(&Emulation::default(), Pace::Patient);
+    let (mut link, _) = connect(&rig);
+    // What came before anybody answered is read first.
+    let mut statuses = Vec::new();
+    let mut sample = next_sample(&mut link);
+    for _ in 0..400 {
+        let slow = statuses.len() > 100; // prompt at first, so as to catch up
+        std::thread::sleep(Duration::from_millis(if slow { 7 } else { 0 }));
+        link.command(sample.seq, 1.0).expect("there");
+        sample = next_sample(&mut link);
+        statuses.push((sample.volts, sample.status));
+    }
+    assert!(
+        statuses[110..].iter().all(|s| *s == (1.0, Status::OK)),
+        "{statuses:?}"
+    );
+    let begin = Instant::now();
+    while !sample.status.contains(Status::WATCHDOG) {
+        assert!(begin.elapsed() < Duration::from_secs(5), "no watchdog");
+        sample = next_sample(&mut link);
+    }
+}
+
+fn next_sample(link: &mut Link<SerialTransport>) -> Sample {
+    match link.receive(Instant::now() + Duration::from_secs(5)) {
+        Ok(Some(Message::Sample(sample))) => sample,
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]

@@ -14,8 +14,11 @@ use super::EmulatedRig;
 /// Bytes the host may leave unread before the rig drops frames, as a UART without flow control does. The terminal
 /// itself would take more and then block the rig.
 const UNREAD_LIMIT: u32 = 2048;
-/// How long a rig that waits for its host (see [`Pace::HostLed`]) waits at a tick.
+/// How long a host-led rig (see [`Pace::HostLed`]) waits at a tick.
 const HOST_LED_PATIENCE: Duration = Duration::from_secs(1);
+/// How long a patient rig (see [`Pace::Patient`]) puts off a tick: long against what a busy machine does to a thread,
+/// short against the silence after which a host gives up ([`crate::LoopSettings::SILENCE`]).
+const PATIENCE: Duration = Duration::from_millis(200);
 /// Longest time between two looks at the stop flag.
 const STOP_CHECK: Duration = Duration::from_millis(50);
 
@@ -23,9 +26,13 @@ const STOP_CHECK: Duration = Duration::from_millis(50);
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
 pub enum Pace {
     /// The wall clock. A rig that the operating system keeps from running stops its own clock meanwhile (its thread
-    /// is not a microcontroller), so that only the host can be late.
+    /// is not a microcontroller), so that only the host can be late: it always has half a period at least.
     #[default]
     RealTime,
+    /// The wall clock, but a host that answered the last sample but one is waited for if its answer to the last one is
+    /// late: the emulated time stands still. For a host on the same machine, whose lateness says what else the machine
+    /// does and nothing about the control. A host that stays silent meets the watchdog as ever.
+    Patient,
     /// The host: the next tick comes as soon as the last sample is answered. As fast as both can, and the same every
     /// time.
     HostLed,
@@ -115,39 +122,47 @@ impl Server {
     fn run(mut self, pace: Pace) -> EmulatedRig {
         let period = Duration::from_micros(u64::from(self.rig.period_us()));
         let mut due = Instant::now();
+        let mut answered = false;
         while !self.stop.load(Ordering::Relaxed) {
-            let deadline = match pace {
-                Pace::RealTime => due,
-                Pace::HostLed => Instant::now() + HOST_LED_PATIENCE,
+            let (from, patience) = match pace {
+                Pace::HostLed => (Instant::now(), HOST_LED_PATIENCE),
+                Pace::Patient if answered => (due, PATIENCE),
+                Pace::Patient | Pace::RealTime => (due, Duration::ZERO),
             };
-            if self.listen_until(deadline, pace).is_err() {
+            if self.listen(from, from + patience).is_err() {
                 break;
             }
+            answered = self.rig.is_answered();
             let sample = self.rig.tick();
             self.say(&Message::Sample(sample));
-            due = (due + period).max(Instant::now());
+            // A tick that came late puts off the next ones: two in a row would leave the host no time to answer.
+            due = (due + period).max(Instant::now() + period / 2);
         }
         self.rig
     }
 
-    /// Takes what the host says until it is time for the next tick; answers queries at once.
-    fn listen_until(&mut self, deadline: Instant, pace: Pace) -> std::io::Result<()> {
+    /// Takes what the host says until `due` has passed and the last sample is answered, or `deadline` has passed;
+    /// answers queries at once.
+    fn listen(&mut self, due: Instant, deadline: Instant) -> std::io::Result<()> {
         let mut buffer = [0; 256];
+        // A host that has just come has no sample to answer yet: it is given one.
+        let mut ready = self.rig.is_answered();
         while !self.stop.load(Ordering::Relaxed) {
-            let left = deadline.saturating_duration_since(Instant::now());
+            let until = if ready { due } else { deadline };
+            let left = until.saturating_duration_since(Instant::now());
             self.master.set_timeout(left.min(STOP_CHECK))?;
             match self.master.read(&mut buffer) {
                 Ok(n) => self.rig.receive(buffer.get(..n).unwrap_or_default()),
                 Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
                 Err(e) => return Err(e),
             }
-            let hello = self.rig.hello();
-            if let Some(hello) = hello {
+            if let Some(hello) = self.rig.hello() {
+                ready = true;
                 self.say(&Message::Hello(hello));
             }
-            // A host that has just come has no sample to answer yet: a host-led rig gives it one.
-            let led = pace == Pace::HostLed && (self.rig.is_answered() || hello.is_some());
-            if led || left.is_zero() {
+            ready |= self.rig.is_answered();
+            let until = if ready { due } else { deadline };
+            if until <= Instant::now() {
                 break;
             }
         }

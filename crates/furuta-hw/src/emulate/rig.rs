@@ -161,6 +161,15 @@ impl EmulatedRig {
         self.hello.period_us
     }
 
+    /// Counts per revolution of arm and pendulum.
+    #[must_use]
+    pub fn counts_per_rev(&self) -> [f64; 2] {
+        [
+            self.hello.arm_counts_per_rev,
+            self.hello.pendulum_counts_per_rev,
+        ]
+    }
+
     /// True state of the emulated mechanics: what no real rig would tell.
     #[must_use]
     pub fn state(&self) -> State<f64> {

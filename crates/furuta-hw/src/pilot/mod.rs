@@ -3,12 +3,14 @@
 mod observer;
 mod open_loop;
 mod reference;
+mod rehearsal;
 mod swing_up_balance;
 
 use furuta_log::Mode;
 
 pub use open_loop::{OpenLoop, OpenLoopState};
 pub use reference::Reference;
+pub use rehearsal::rehearse;
 pub use swing_up_balance::{SwingUpBalance, SwingUpBalanceState};
 
 /// What the loop knows at a sample.

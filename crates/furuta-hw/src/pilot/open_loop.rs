@@ -33,7 +33,7 @@ impl OpenLoop {
     /// In words, for the log.
     #[must_use]
     pub fn describe(&self) -> String {
-        format!("open loop: {:?}", self.excitation)
+        format!("open loop: {}", self.excitation)
     }
 }
 

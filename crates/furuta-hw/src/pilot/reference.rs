@@ -1,5 +1,7 @@
 //! Where the arm is to be while the pendulum is balanced.
 
+use std::fmt;
+
 /// Arm angle asked for, over time.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Reference {
@@ -34,6 +36,18 @@ impl Reference {
                     (_, 1) => amplitude,
                     _ => -amplitude,
                 }
+            }
+        }
+    }
+}
+
+/// In words, with units.
+impl fmt::Display for Reference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Constant(angle) => write!(f, "arm at {angle} rad"),
+            Self::Steps { amplitude, hold } => {
+                write!(f, "arm to plus and minus {amplitude} rad every {hold} s")
             }
         }
     }

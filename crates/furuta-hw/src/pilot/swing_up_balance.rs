@@ -63,10 +63,26 @@ impl SwingUpBalance {
     #[must_use]
     pub fn describe(&self) -> String {
         format!(
-            "energy swing-up; LQR u = -K x, K = {:.3?}; reference {:?}",
+            "energy swing-up; LQR u = -K x, K = {:.3?}; {}",
             self.gain(),
             self.reference
         )
+    }
+
+    /// Whether the pendulum falls whatever the balance controller does: better swing it up again than let the arm run
+    /// after it. While it still rises, nothing is lost: a catch at the edge of what the model promises would be given
+    /// up and tried again at every other sample.
+    fn is_lost(&self, x: &State<f64>, reference: f64) -> bool {
+        let settings = &self.control.settings;
+        let alpha = wrap(x.alpha);
+        let falling = alpha * x.alpha_dot > 0.0;
+        let doubtful = falling && alpha.abs() > settings.doubt_angle;
+        alpha.abs() > settings.release_angle
+            || doubtful
+                && !self
+                    .control
+                    .catch
+                    .holds(&self.control.balance, x, reference)
     }
 
     /// `u = hold(reference) - K (x - x_reference)`.
@@ -111,7 +127,7 @@ impl Pilot for SwingUpBalance {
         // A command given now acts from the next sample on: decide for the state of then.
         let next = self.observer.predict(&state.belief).x;
         state.balancing = match state.balancing {
-            Some(b) if wrap(next.alpha).abs() < self.control.settings.release_angle => Some(b),
+            Some(b) if !self.is_lost(&next, b.arm) => Some(b),
             Some(_) => {
                 state.swing_up = self.control.swing_up.start();
                 None
