@@ -110,7 +110,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let emulated = match &args.emulated {
         Some(true_rig) => {
             let on: EmulatedRig = args.emulation.rig(&Rig::load(true_rig)?)?;
-            Some(PtyRig::start(on, Pace::RealTime)?)
+            Some(PtyRig::start(on, Pace::Patient)?)
         }
         None => None,
     };
