@@ -1,37 +1,25 @@
 //! Rig files through the built binary: what is wrong gives one clear line and exit code 1; what is right gives numbers.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+mod common;
 
-fn furuta(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_furuta"))
-        .args(args)
-        .output()
-        .expect("the binary runs")
+use std::path::Path;
+use std::process::Output;
+
+use common::{Folder, furuta, rig_text};
+
+fn outcome(args: &[&str]) -> Output {
+    furuta(args).output().expect("the binary runs")
 }
 
-/// A rig file of its own for one test: a built-in one with `from` replaced by `to`.
-fn rig_file(test: &str, from: &str, to: &str) -> PathBuf {
-    let text = furuta_model::Rig::builtin_text("qube-servo-2").expect("built in");
-    assert!(text.contains(from));
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("rig-{test}.toml"));
-    std::fs::write(&path, text.replacen(from, to, 1)).expect("a file");
-    path
-}
-
-/// The one line on standard error of a command that fails as it should.
+/// The one line on standard error of a command that fails as it should; nothing on standard output.
 fn failure(args: &[&str]) -> String {
-    let output = furuta(args);
-    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{stderr}");
-    assert_eq!(stderr.trim_end().lines().count(), 1, "{stderr}");
-    assert!(!stderr.contains("panicked"), "{stderr}");
+    let output = outcome(args);
     assert!(output.stdout.is_empty());
-    stderr
+    common::failure(&output)
 }
 
 fn json(args: &[&str]) -> serde_json::Value {
-    let output = furuta(args);
+    let output = outcome(args);
     assert!(
         output.status.success(),
         "{}",
@@ -42,6 +30,7 @@ fn json(args: &[&str]) -> serde_json::Value {
 
 #[test]
 fn rig_files_that_are_refused() {
+    let folder = Folder::new("rigs-refused");
     let cases = [
         ("key", "mass = 0.024", "mass = 0.024\nmas = 1", "mas"),
         ("negative", "mass = 0.024", "mass = -0.024", "pendulum.mass"),
@@ -51,7 +40,7 @@ fn rig_files_that_are_refused() {
         ("nan", "com = 0.0645", "com = nan", "pendulum.com"),
     ];
     for (test, from, to, named) in cases {
-        let path = rig_file(test, from, to);
+        let path = folder.file(&format!("{test}.toml"), rig_text("qube-servo-2", from, to));
         let path = path.to_str().expect("UTF-8");
         for command in [
             &["rigs", path][..],
@@ -125,7 +114,7 @@ fn requests_that_cannot_be_met() {
     ]);
     assert!(free.contains("no stabilising solution"), "{free}");
     // A command line that is none: usage, exit code 2.
-    let usage = furuta(&[
+    let usage = outcome(&[
         "design",
         "lqr",
         "--rig",
@@ -167,7 +156,7 @@ fn rigs_are_listed_and_written_back() {
         Some(furuta_model::Rig::BUILTIN.len())
     );
     for name in furuta_model::Rig::BUILTIN {
-        let toml = furuta(&["rigs", name, "--toml"]);
+        let toml = outcome(&["rigs", name, "--toml"]);
         let text = String::from_utf8(toml.stdout).expect("UTF-8");
         assert_eq!(
             furuta_model::Rig::from_toml(&text).ok(),
@@ -187,7 +176,7 @@ fn rigs_are_listed_and_written_back() {
 fn a_simulation_is_a_recording() {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("simulated.csv");
     let text = path.to_str().expect("UTF-8");
-    let run = furuta(&[
+    let run = outcome(&[
         "simulate",
         "--rig",
         "qube-servo-2",

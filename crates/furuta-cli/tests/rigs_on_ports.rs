@@ -1,36 +1,11 @@
 //! `furuta emulate` and `furuta run` as a user starts them: two processes and a port between them.
 
+mod common;
+
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Stdio};
 
-/// A folder of its own for one test, removed afterwards.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(test: &str) -> Self {
-        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("ports-{test}"));
-        let _ = std::fs::remove_dir_all(&path);
-        std::fs::create_dir_all(&path).expect("a folder");
-        Self(path)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-fn furuta(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_furuta"));
-    command.args(args);
-    command
-}
+use common::{Folder, failure, furuta, last_line};
 
 /// A rig in its own process; killed when dropped, as a rig whose cable is pulled.
 struct EmulatedProcess {
@@ -68,21 +43,9 @@ impl Drop for EmulatedProcess {
     }
 }
 
-/// The one line on standard error of a command that fails as it should.
-fn failure(output: &Output) -> String {
-    assert_eq!(output.status.code(), Some(1), "{output:?}");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    let last = stderr.lines().last().unwrap_or_default().to_owned();
-    assert!(
-        last.starts_with("furuta: ") && !stderr.contains("panicked"),
-        "{stderr}"
-    );
-    last
-}
-
 #[test]
 fn a_run_between_two_processes_is_logged() {
-    let folder = Folder::new("run");
+    let folder = Folder::new("ports-run");
     let log = folder.path("run.mcap");
     let rig = EmulatedProcess::start(&[
         "--rig",
@@ -121,7 +84,7 @@ fn a_run_between_two_processes_is_logged() {
 
 #[test]
 fn a_cable_pulled_mid_run_is_one_line_and_the_log_is_kept() {
-    let folder = Folder::new("pulled");
+    let folder = Folder::new("ports-pulled");
     let log = folder.path("run.mcap");
     let mut rig = EmulatedProcess::start(&["--rig", "shahzad2022-srv02"]);
     let mut run = furuta(&[
@@ -148,7 +111,7 @@ fn a_cable_pulled_mid_run_is_one_line_and_the_log_is_kept() {
         std::thread::sleep(std::time::Duration::from_millis(50));
     }
     rig.pull_the_cable();
-    let line = failure(&run.wait_with_output().expect("ends by itself"));
+    let line = last_line(&run.wait_with_output().expect("ends by itself"));
     assert!(
         line.contains(&rig.port) && line.contains("unplugged") && line.contains("run.mcap"),
         "{line}"
@@ -162,11 +125,36 @@ fn a_cable_pulled_mid_run_is_one_line_and_the_log_is_kept() {
     );
 }
 
+/// A swing-up that the model says cannot be is tried, and the user told before and after.
+#[test]
+fn a_swing_up_that_cannot_succeed_is_explained() {
+    let run = |rig: &str, duration: &str| {
+        let output = furuta(&["run", "--emulated", rig, "--duration", duration, "--json"])
+            .output()
+            .expect("runs");
+        assert!(output.status.success(), "{output:?}");
+        let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let said = summary["explanation"].as_str().map(str::to_owned);
+        (String::from_utf8_lossy(&output.stderr).into_owned(), said)
+    };
+    let (before, after) = run("qube-servo-2", "0.5");
+    assert!(
+        before.contains("does not swing up") && before.contains("arm.viscous"),
+        "{before}"
+    );
+    assert!(after.is_some_and(|text| text.contains("not caught")));
+    let (before, after) = run("ramos-velasco", "0.5");
+    assert_eq!(before, "");
+    assert!(after.is_some_and(|text| text.contains("--duration")));
+    let (before, after) = run("shahzad2022-srv02", "3");
+    assert_eq!((before.as_str(), after), ("", None));
+}
+
 #[test]
 fn what_cannot_be_is_one_line() {
     let rig = ["--rig", "qube-servo-2"];
     let fails = |args: &[&str], what: &[&str]| {
-        let line = failure(&furuta(args).args(rig).output().expect("runs"));
+        let line = last_line(&furuta(args).args(rig).output().expect("runs"));
         assert!(what.iter().all(|w| line.contains(w)), "{line}");
     };
     fails(
@@ -197,6 +185,17 @@ fn what_cannot_be_is_one_line() {
         &unwritable,
         &["/no/such/folder/run.mcap", "cannot be created"],
     );
+    // A port that does not exist is all there is to say.
+    let output = furuta(&[
+        "run",
+        "--port",
+        "/dev/does-not-exist",
+        "--rig",
+        "qube-servo-2",
+    ])
+    .output()
+    .expect("runs");
+    assert!(failure(&output).contains("/dev/does-not-exist"));
     let output = furuta(&["run", "--emulated", "no-such-rig"])
         .output()
         .expect("runs");

@@ -220,7 +220,7 @@ fn verification(d: &Diagnosis, out: &mut Vec<String>) {
             .filter(|r| r.channel == channel)
             .collect();
         let all = |value: fn(&&furuta_ident::diagnose::result::VerificationRow) -> f64| {
-            (rows.iter().map(|r| value(&r).powi(2)).sum::<f64>() / rows.len().max(1) as f64).sqrt()
+            (rows.iter().map(|r| value(r).powi(2)).sum::<f64>() / rows.len().max(1) as f64).sqrt()
         };
         out.push(format!(
             "  {:<36} {:<14} {:>10.4} {:>9.4} {:>9.4}",

@@ -4,10 +4,11 @@ use std::io::Write;
 use std::time::Duration;
 
 use furuta_hw::emulate::hidden_effect;
-use furuta_hw::{EmulatedRig, Emulation, Pace, PtyRig};
+use furuta_hw::{EmulatedRig, Emulation, Pace, PtyRig, Reference, SwingUpBalance};
 use furuta_model::{Effect, Params, Rig};
 use serde_json::json;
 
+use super::foresight::Foresight;
 use crate::failure::Failure;
 use crate::interrupt;
 
@@ -75,6 +76,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Pace::RealTime
     };
     let period_us = emulated.period_us();
+    let foresight = foresee(&rig, emulated.clone());
     let rig_on = PtyRig::start(emulated, pace)?;
     let mut out = std::io::stdout().lock();
     if args.json {
@@ -92,8 +94,18 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         );
     }
     out.flush()?;
+    if let Some(warning) = foresight.as_ref().and_then(Foresight::warning) {
+        eprintln!("note: {warning}");
+    }
     interrupt::wait(args.duration.map(Duration::from_secs_f64));
     Ok(())
+}
+
+/// How `furuta run` would do on this rig; `None` where no controller can be designed for it.
+fn foresee(rig: &Rig, emulated: EmulatedRig) -> Option<Foresight> {
+    let period = f64::from(emulated.period_us()) * 1e-6;
+    let pilot = SwingUpBalance::design(rig, period, Reference::Constant(0.0)).ok()?;
+    Some(Foresight::of(rig, emulated, &pilot))
 }
 
 /// A number above zero that is a sensible time or rate.

@@ -5,6 +5,7 @@ mod demo;
 mod design;
 mod diagnose;
 mod emulate;
+mod foresight;
 mod rigs;
 mod run;
 mod simulate;

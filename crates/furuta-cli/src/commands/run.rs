@@ -4,14 +4,15 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use furuta_hw::{
-    Chirp, EmulatedRig, End, Excitation, LoopSettings, Multisine, OpenLoop, Pace, PtyRig, Recorded,
-    Reference, SerialTransport, Session, Steps, Summary, SwingUpBalance,
+    Chirp, EmulatedRig, Emulation, End, Excitation, LoopSettings, Multisine, OpenLoop, Pace,
+    PtyRig, Recorded, Reference, SerialTransport, Session, Steps, Summary, SwingUpBalance,
 };
 use furuta_log::Metadata;
 use furuta_model::Rig;
 use serde_json::json;
 
 use super::emulate::{EmulationArgs, positive};
+use super::foresight::Foresight;
 use crate::failure::Failure;
 use crate::interrupt;
 
@@ -140,6 +141,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         silence: LoopSettings::SILENCE,
         stop: Some(interrupt::flag()),
     };
+    let mut foresight = None;
     let (summary, recorded) = match args.task.excitation(amplitude, args.duration) {
         Some(excitation) => {
             let pilot = OpenLoop::new(&rig, session.period(), excitation);
@@ -159,6 +161,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
                 },
             };
             let pilot = SwingUpBalance::design(&rig, session.period(), reference)?;
+            foresight = foresee(&rig, session.hello().period_us, &pilot);
+            if let Some(warning) = foresight.as_ref().and_then(Foresight::warning) {
+                eprintln!("note: {warning}");
+            }
             let metadata = metadata(&rig, pilot.describe(), &session);
             session.run(
                 &pilot,
@@ -172,10 +178,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         .as_ref()
         .zip(args.log.as_deref())
         .map(|(recorded, path)| kept(recorded, path));
+    let explanation = foresight.and_then(|f| f.explanation(&summary));
     if args.json {
-        println!("{}", report(&summary, recorded.as_ref(), args));
+        println!(
+            "{}",
+            report(&summary, recorded.as_ref(), explanation.as_deref(), args)
+        );
     } else {
-        println!("{}", text(&summary));
+        println!("{}", text(&summary, emulated.is_some()));
+        if let Some(explanation) = &explanation {
+            println!("{explanation}");
+        }
         if let Some(kept) = &kept {
             println!("{kept}");
         }
@@ -188,6 +201,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         (End::Finished | End::Stopped, Some(error)) => Err(Failure::from(error)),
         (End::Finished | End::Stopped, None) => Ok(()),
     }
+}
+
+/// The run on the rig file's model; `None` where it cannot be emulated.
+fn foresee(rig: &Rig, period_us: u32, pilot: &SwingUpBalance) -> Option<Foresight> {
+    let emulation = Emulation {
+        period_us,
+        ..Emulation::default()
+    };
+    let emulated = EmulatedRig::new(rig, &emulation).ok()?;
+    Some(Foresight::of(rig, emulated, pilot))
 }
 
 pub(crate) fn metadata(
@@ -212,11 +235,16 @@ fn kept(recorded: &Recorded, path: &std::path::Path) -> String {
     format!("{} samples logged in {}", recorded.records, path.display())
 }
 
-/// What happened, for a person.
-pub(crate) fn text(s: &Summary) -> String {
+/// What happened, for a person. The clock of an emulated rig waits for this machine, so that nothing is late.
+fn text(s: &Summary, emulated: bool) -> String {
+    let late = if emulated {
+        String::new()
+    } else {
+        format!("{} late, ", s.late)
+    };
     let mut lines = vec![format!(
-        "{:.2} s, {} samples: {} lost, {} late, {} commands missed, {} bad frames, {} not logged",
-        s.seconds, s.samples, s.lost, s.late, s.held, s.bad_frames, s.unlogged
+        "{:.2} s, {} samples: {} lost, {late}{} commands missed, {} bad frames, {} not logged",
+        s.seconds, s.samples, s.lost, s.held, s.bad_frames, s.unlogged
     )];
     if s.watchdog > 0 {
         lines.push(format!(
@@ -224,12 +252,15 @@ pub(crate) fn text(s: &Summary) -> String {
             s.watchdog
         ));
     }
-    lines.push(format!(
-        "answer after {:.0} us (longest {:.0} us); samples late by at most {:.2} ms",
+    let mut answers = format!(
+        "answer after {:.0} us (longest {:.0} us)",
         1e6 * s.compute_mean,
-        1e6 * s.compute_max,
-        1e3 * s.delay_max
-    ));
+        1e6 * s.compute_max
+    );
+    if !emulated {
+        answers += &format!("; samples late by at most {:.2} ms", 1e3 * s.delay_max);
+    }
+    lines.push(answers);
     let shown = s
         .modes
         .iter()
@@ -245,7 +276,12 @@ pub(crate) fn text(s: &Summary) -> String {
     lines.join("\n")
 }
 
-fn report(s: &Summary, recorded: Option<&Recorded>, args: &Args) -> serde_json::Value {
+fn report(
+    s: &Summary,
+    recorded: Option<&Recorded>,
+    explanation: Option<&str>,
+    args: &Args,
+) -> serde_json::Value {
     json!({
         "end": match &s.end { End::Finished => "finished", End::Stopped => "stopped", End::Failed(_) => "failed" },
         "error": s.error().map(ToString::to_string),
@@ -261,6 +297,7 @@ fn report(s: &Summary, recorded: Option<&Recorded>, args: &Args) -> serde_json::
         "delay_max": { "value": s.delay_max, "unit": "s" },
         "modes": s.modes.iter().map(|m| json!({ "t": m.t, "mode": m.mode.name() })).collect::<Vec<_>>(),
         "mode_changes": s.mode_changes,
+        "explanation": explanation,
         "log": args.log.as_ref().map(|p| p.display().to_string()),
         "logged": recorded.map(|r| r.records),
     })

@@ -154,7 +154,7 @@ fn simulate(rig: &Rig, args: &Args) -> Result<Vec<Row>, Failure> {
     };
     let limit = rig.params.motor.command_limit;
     let amplitude = args.amplitude.unwrap_or(0.1 * limit);
-    if !(amplitude.abs() <= limit) {
+    if amplitude.is_nan() || amplitude.abs() > limit {
         return Err(Failure::new(format!(
             "--amplitude {amplitude} V is beyond the rig's command limit of {limit} V"
         )));

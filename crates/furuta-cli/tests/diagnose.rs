@@ -1,0 +1,136 @@
+//! `furuta diagnose` on what cannot be diagnosed: one clear line that says what, where and what to do, and exit code 1.
+
+mod common;
+
+use std::path::Path;
+
+use common::{Folder, failure, furuta, rig_text, swing};
+
+/// The one line with which `diagnose` fails; nothing is written to standard output, nor any report.
+fn refusal(folder: &Folder, data: &Path, rig: &str) -> String {
+    let report = folder.path("report.html");
+    let output = furuta(&["diagnose", "--rig", rig, "--json", "-", "--report"])
+        .args([&report, data])
+        .output()
+        .expect("the binary runs");
+    let line = failure(&output);
+    assert!(output.stdout.is_empty() && !report.exists(), "{line}");
+    line
+}
+
+#[test]
+fn rig_files_that_are_refused() {
+    let folder = Folder::new("diagnose-rigs");
+    let data = folder.file("run.csv", swing());
+    for (name, from, to, says) in [
+        (
+            "key.toml",
+            "mass = 0.024",
+            "mass = 0.024\nmas = 1",
+            ["mas", "mass"],
+        ),
+        (
+            "negative.toml",
+            "mass = 0.024",
+            "mass = -0.024",
+            ["pendulum.mass", "-0.024"],
+        ),
+        (
+            "text.toml",
+            "com = 0.0645",
+            "com = \"64 mm\"",
+            ["line 13", "64 mm"],
+        ),
+    ] {
+        let rig = folder.file(name, rig_text("qube-servo-2", from, to));
+        let line = refusal(&folder, &data, rig.to_str().expect("UTF-8"));
+        for piece in [name].iter().chain(&says) {
+            assert!(line.contains(piece), "{name}: {line}");
+        }
+    }
+    let line = refusal(&folder, &data, "no-such-rig");
+    assert!(
+        line.contains("no-such-rig") && line.contains("qube-servo-2"),
+        "{line}"
+    );
+}
+
+#[test]
+fn recordings_that_are_refused() {
+    let folder = Folder::new("diagnose-recordings");
+    let rows = |bad: &str| format!("t,u,theta,alpha\n0,0,0,3.1\n0.1,0,0,3.1\n{bad}\n0.3,0,0,3.1\n");
+    for (name, content, says) in [
+        (
+            "no-alpha.csv",
+            "t,u,theta\n0,0,0\n".to_owned(),
+            ["no column `alpha`", "required are t (s), u (V)"],
+        ),
+        (
+            "nan.csv",
+            rows("0.2,0,0,NaN"),
+            ["row 4, column alpha", "NaN"],
+        ),
+        (
+            "backwards.csv",
+            rows("0.05,0,0,3.1"),
+            ["row 4, column t", "from 0.1 s to 0.05 s"],
+        ),
+        (
+            "empty.csv",
+            String::new(),
+            ["the file is empty", "t,u,theta,alpha"],
+        ),
+        ("empty.mcap", String::new(), ["the file is empty", ""]),
+        (
+            "letter.mcap",
+            "Dear Sir or Madam".to_owned(),
+            ["not an MCAP file", "furuta run"],
+        ),
+    ] {
+        let line = refusal(&folder, &folder.file(name, content), "qube-servo-2");
+        for piece in [name].iter().chain(&says) {
+            assert!(line.contains(piece), "{name}: {line}");
+        }
+    }
+    // Sound, but no diagnosis can be made of so little: that is said of all recordings together.
+    let short = folder.file("short.csv", rows("0.2,0,0,3.1"));
+    let line = refusal(&folder, &short, "qube-servo-2");
+    assert!(line.contains("record longer"), "{line}");
+    let line = refusal(&folder, &folder.path("absent.csv"), "qube-servo-2");
+    assert!(line.contains("absent.csv"), "{line}");
+}
+
+/// One that `--verify` names is checked as well, before a long search.
+#[test]
+fn what_is_verified_is_checked_first() {
+    let folder = Folder::new("diagnose-verify");
+    let (sound, empty) = (
+        folder.file("run.csv", swing()),
+        folder.file("empty.csv", ""),
+    );
+    let output = furuta(&["diagnose", "--rig", "qube-servo-2"])
+        .args([&sound, Path::new("--verify"), &empty])
+        .output()
+        .expect("the binary runs");
+    let line = failure(&output);
+    assert!(line.contains("empty.csv"), "{line}");
+}
+
+/// A log that was cut off is not diagnosed as if it were whole; the line says how to go on with what is left.
+#[test]
+fn a_truncated_log_is_refused() {
+    let folder = Folder::new("diagnose-truncated");
+    let whole = folder.path("whole.mcap");
+    let converted = furuta(&["convert"])
+        .args([&folder.file("run.csv", swing()), &whole])
+        .output()
+        .expect("the binary runs");
+    assert!(converted.status.success(), "{converted:?}");
+    let bytes = std::fs::read(&whole).expect("written");
+    let cut = folder.file("cut.mcap", &bytes[..bytes.len() / 2]);
+    let line = refusal(&folder, &cut, "qube-servo-2");
+    assert!(
+        line.contains("cut.mcap") && line.contains("cut off") && line.contains("furuta convert"),
+        "{line}"
+    );
+}
