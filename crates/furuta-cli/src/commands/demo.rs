@@ -269,9 +269,14 @@ impl Bench<'_> {
             stop: Some(interrupt::flag()),
         };
         let metadata = metadata(rig, controller, &self.session);
-        let (summary, recorded) = self
-            .session
-            .run(pilot, &settings, Some((&path, &metadata)))?;
+        let flown = self.session.run(pilot, &settings, Some((&path, &metadata)));
+        if !flown
+            .as_ref()
+            .is_ok_and(|(summary, _)| matches!(summary.end, End::Finished))
+        {
+            self.say(""); // ends the line begun
+        }
+        let (summary, recorded) = flown?;
         if let Some(error) = recorded.and_then(|r| r.error) {
             return Err(Failure::from(error));
         }
