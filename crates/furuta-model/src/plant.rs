@@ -140,7 +140,10 @@ impl<S: Scalar> Plant<S> {
             plant.acts = plant.acts.and(effect.spec().acts);
             plant.delay += effect.delay();
             plant.lag += effect.lag();
+            plant.coefficients = effect.shape(plant.coefficients);
         }
+        // Whatever order they are given in, effects act in that of the catalogue.
+        plant.effects.sort_unstable_by_key(Effect::rank);
         Ok(plant)
     }
 

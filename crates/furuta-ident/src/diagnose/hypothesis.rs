@@ -132,6 +132,15 @@ impl Hypothesis {
         scales
     }
 
+    /// Where each component of the vector is zero: data sheet, and effects that do nothing.
+    fn origins(&self, nominal: &Nominal) -> Vec<f64> {
+        let mut origins = nominal.base().to_vec();
+        origins.push(0.0);
+        let parameters = self.effects.iter().flat_map(|e| e.parameters);
+        origins.extend(parameters.map(|p| p.off));
+        origins
+    }
+
     /// The values in physical units (base parameters: the coefficients themselves).
     pub(super) fn physical(&self, z: &[f64], nominal: &Nominal) -> Vec<f64> {
         let mut values: Vec<f64> = z
@@ -139,7 +148,7 @@ impl Hypothesis {
             .zip(self.scales(nominal))
             .map(|(z, s)| z * s)
             .collect();
-        for (v, b) in values.iter_mut().zip(nominal.base()) {
+        for (v, b) in values.iter_mut().zip(self.origins(nominal)) {
             *v += b;
         }
         values
@@ -167,7 +176,7 @@ impl Hypothesis {
         let parameters = self.effects.iter().flat_map(|e| e.parameters);
         bounds.extend(parameters.map(|p| {
             let scale = (p.typical)(&nominal.params);
-            (p.min / scale, p.max / scale)
+            ((p.min - p.off) / scale, (p.max - p.off) / scale)
         }));
         bounds
     }
@@ -180,32 +189,31 @@ impl Hypothesis {
         nominal: &Nominal,
         offset: usize,
     ) -> (Plant<Jet<f64, N>>, Jet<f64, N>) {
-        let scales = self.scales(nominal);
-        let variable = |i: usize, base: f64| {
-            let mut x = Jet::<f64, N>::constant(base + z[i] * scales[i]);
+        let (scales, origins) = (self.scales(nominal), self.origins(nominal));
+        let variable = |i: usize| {
+            let mut x = Jet::<f64, N>::constant(origins[i] + z[i] * scales[i]);
             if offset + i < N {
                 x.d[offset + i] = scales[i];
             }
             x
         };
         let c = nominal.coefficients;
-        let base = nominal.base();
-        let pendulum = variable(1, base[1]);
+        let pendulum = variable(1);
         let coefficients = Coefficients {
-            arm: variable(0, base[0]),
+            arm: variable(0),
             pendulum,
             // m c² is in both: a longer pendulum swings with more inertia about both axes.
             swing: Jet::constant(c.swing) + pendulum - Jet::constant(c.pendulum),
-            drive: variable(2, base[2]),
-            arm_damping: variable(3, base[3]),
-            pendulum_damping: variable(4, base[4]),
+            drive: variable(2),
+            arm_damping: variable(3),
+            pendulum_damping: variable(4),
             coupling: Jet::constant(c.coupling),
             weight: Jet::constant(c.weight),
         };
         let mut late = if self.delays() {
             Jet::constant(0.0)
         } else {
-            variable(TIMING, 0.0)
+            variable(TIMING)
         };
         let mut effects = Vec::new();
         for e in &nominal.present {
@@ -220,7 +228,7 @@ impl Hypothesis {
         for spec in &self.effects {
             let values: arrayvec::ArrayVec<Jet<f64, N>, MAX_PARAMETERS> =
                 (0..spec.parameters.len())
-                    .map(|k| variable(i + k, 0.0))
+                    .map(|k| variable(i + k))
                     .collect();
             i += spec.parameters.len();
             if spec.acts.includes(Acts::DELAY) {

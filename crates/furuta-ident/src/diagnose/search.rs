@@ -1,6 +1,5 @@
 //! Which effects are missing: forward selection with evidence, backward elimination, and what is confusable.
 
-use furuta_model::effects::Acts;
 use furuta_model::{CATALOGUE, Spec};
 use rayon::prelude::*;
 
@@ -118,30 +117,31 @@ impl Problem<'_> {
 
     /// Where to start a fit with `spec` added to `from`.
     fn starts(&self, from: &Fit, spec: &'static Spec) -> Vec<Vec<f64>> {
-        let one_sided = spec.parameters[0].min >= 0.0;
-        let first: &[f64] = if !one_sided {
-            &[0.0]
-        } else if spec.acts == Acts::TORQUE {
-            &[0.3]
-        } else {
-            &[0.3, 2.0]
-        };
         // A recalibration without the effect may be far off: where the gap is large, the data sheet is a better start.
         let far = self.chi(from) > 5.0 && from.hypothesis.effects.is_empty();
         let mut starts = Vec::new();
-        for strength in first {
-            for nominal in [true, false] {
-                if nominal && !far {
-                    continue;
-                }
-                let mut z = from.z.clone();
-                if nominal {
-                    z[..FIRST_EFFECT].fill(0.0);
-                }
-                z.push(*strength);
-                z.extend(spec.parameters[1..].iter().map(|_| 0.0));
-                starts.push(z);
+        for nominal in [true, false] {
+            if nominal && !far {
+                continue;
             }
+            let mut z = from.z.clone();
+            if nominal {
+                z[..FIRST_EFFECT].fill(0.0);
+            }
+            starts.push(z);
+        }
+        // Every combination of the parameters' starts.
+        for p in spec.parameters {
+            starts = starts
+                .iter()
+                .flat_map(|z| {
+                    p.starts.iter().map(|s| {
+                        let mut z = z.clone();
+                        z.push(*s);
+                        z
+                    })
+                })
+                .collect();
         }
         starts
     }

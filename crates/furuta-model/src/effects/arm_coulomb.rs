@@ -25,9 +25,12 @@ pub(super) const SPEC: Spec = Spec {
             unit: "N m",
             min: 0.0,
             max: 1e3,
+            off: 0.0,
             typical: |p| 0.05 * super::stall_torque(p),
+            starts: &[0.3, 2.0],
         },
     ],
+    strengths: 1,
     acts: Acts::DRY_FRICTION,
 };
 

@@ -27,16 +27,21 @@ pub(super) const SPEC: Spec = Spec {
             unit: "N m/rad",
             min: 0.0,
             max: 1e3,
+            off: 0.0,
             typical: |p| 0.05 * super::stall_torque(p),
+            starts: &[0.3],
         },
         ParameterSpec {
             name: "rest",
             unit: "rad",
             min: -100.0,
             max: 100.0,
+            off: 0.0,
             typical: |_| 0.3,
+            starts: &[0.0],
         },
     ],
+    strengths: 1,
     acts: Acts::TORQUE,
 };
 

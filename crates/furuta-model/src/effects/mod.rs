@@ -9,7 +9,7 @@ mod spec;
 
 pub use spec::{Acts, EffectError, Instant, Law, ParameterSpec, Spec};
 
-use crate::params::Params;
+use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
 use arrayvec::ArrayVec;
 
@@ -67,6 +67,12 @@ macro_rules! catalogue {
                 match self { $(Self::$name(_) => &$module::SPEC),+ }
             }
 
+            /// Where it stands in the catalogue: the order in which effects act.
+            #[must_use]
+            pub fn rank(&self) -> usize {
+                CATALOGUE.iter().position(|s| s.id == self.spec().id).unwrap_or(usize::MAX)
+            }
+
             /// Values in the order of [`Spec::parameters`].
             #[must_use]
             pub fn values(&self) -> ArrayVec<S, MAX_PARAMETERS> {
@@ -88,6 +94,10 @@ macro_rules! catalogue {
                 match self { $(Self::$name(e) => e.lag()),+ }
             }
             #[inline(always)]
+            fn shape(&self, coefficients: Coefficients<S>) -> Coefficients<S> {
+                match self { $(Self::$name(e) => e.shape(coefficients)),+ }
+            }
+            #[inline(always)]
             fn torque(&self, at: &Instant<'_, S>) -> [S; 2] {
                 match self { $(Self::$name(e) => e.torque(at)),+ }
             }
@@ -105,15 +115,24 @@ macro_rules! catalogue {
 
 catalogue! {
     arm_coulomb::ArmCoulomb,
+    arm_stribeck::ArmStribeck,
     arm_quadratic::ArmQuadratic,
     arm_spring::ArmSpring,
     motor_deadzone::MotorDeadzone,
     motor_bias::MotorBias,
+    motor_saturation::MotorSaturation,
     motor_lag::MotorLag,
     motor_delay::MotorDelay,
+    motor_asymmetry::MotorAsymmetry,
+    motor_drift::MotorDrift,
     pendulum_coulomb::PendulumCoulomb,
     pendulum_quadratic::PendulumQuadratic,
+    pendulum_spring::PendulumSpring,
+    pendulum_bias::PendulumBias,
+    pendulum_inertia_transverse::PendulumInertiaTransverse,
     sensor_alpha_offset::SensorAlphaOffset,
+    sensor_alpha_scale::SensorAlphaScale,
+    sensor_theta_scale::SensorThetaScale,
 }
 
 /// The catalogue's entry with this id.
@@ -169,10 +188,19 @@ impl<S: Scalar> Effect<S> {
         Self::build(id, values)
     }
 
-    /// Whether its strength (the first parameter, value and derivatives) is exactly zero, so that it does nothing.
+    /// Whether all its strengths (values and derivatives) are exactly zero, or exactly where they do nothing.
     #[must_use]
     pub fn is_off(&self) -> bool {
-        self.values().first().is_none_or(|v| *v == S::ZERO)
+        let spec = self.spec();
+        let values = self.values();
+        let still = |off: fn(&ParameterSpec) -> f64| {
+            spec.parameters
+                .iter()
+                .zip(&values)
+                .take(spec.strengths)
+                .all(|(p, v)| *v == S::from_f64(off(p)))
+        };
+        still(|_| 0.0) || still(|p| p.off)
     }
 
     /// The same effect in another scalar, its parameters constants.

@@ -25,9 +25,12 @@ pub(super) const SPEC: Spec = Spec {
             unit: "V",
             min: -1e3,
             max: 1e3,
+            off: 0.0,
             typical: |p| 0.05 * p.motor.command_limit,
+            starts: &[0.0],
         },
     ],
+    strengths: 1,
     acts: Acts::VOLTAGE,
 };
 

@@ -25,9 +25,12 @@ pub(super) const SPEC: Spec = Spec {
             unit: "s",
             min: 0.0,
             max: 10.0,
+            off: 0.0,
             typical: |_| 0.005,
+            starts: &[0.3, 2.0],
         },
     ],
+    strengths: 1,
     acts: Acts::DELAY,
 };
 

@@ -25,9 +25,12 @@ pub(super) const SPEC: Spec = Spec {
             unit: "N m s2/rad2",
             min: 0.0,
             max: 1e3,
+            off: 0.0,
             typical: |p| 0.001 * p.coefficients().weight,
+            starts: &[0.3],
         },
     ],
+    strengths: 1,
     acts: Acts::TORQUE,
 };
 

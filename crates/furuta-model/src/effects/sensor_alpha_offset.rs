@@ -25,9 +25,12 @@ pub(super) const SPEC: Spec = Spec {
             unit: "rad",
             min: -3.2,
             max: 3.2,
+            off: 0.0,
             typical: |_| 0.02,
+            starts: &[0.0],
         },
     ],
+    strengths: 1,
     acts: Acts::READING,
 };
 

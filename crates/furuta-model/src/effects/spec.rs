@@ -1,7 +1,7 @@
 //! What an effect is: where it acts, its parameters, and what to tell a student about it.
 
 use crate::dynamics::Angle;
-use crate::params::Params;
+use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
 use crate::state::State;
 
@@ -24,6 +24,9 @@ impl Acts {
     pub const DRY_FRICTION: Self = Self(16);
     /// Between true and measured angles ([`Law::reading`]).
     pub const READING: Self = Self(32);
+
+    /// On the coefficients of the equations of motion ([`Law::shape`]).
+    pub const SHAPE: Self = Self(64);
 
     /// Both.
     #[must_use]
@@ -50,8 +53,12 @@ pub struct ParameterSpec {
     pub min: f64,
     /// Upper end of the allowed range.
     pub max: f64,
-    /// A size that would be noticed on this rig: where a search starts and how large a step is large.
+    /// The value at which the effect does nothing (a strength: 0, a gain: 1), or from which this parameter is counted.
+    pub off: f64,
+    /// A distance from `off` that would be noticed on this rig: the unit in which a search takes its steps.
     pub typical: fn(&Params<f64>) -> f64,
+    /// Where a search starts, as multiples of `typical` from `off`.
+    pub starts: &'static [f64],
 }
 
 /// A catalogue entry.
@@ -71,8 +78,10 @@ pub struct Spec {
     pub experiment: &'static str,
     /// Ids of effects that look alike in data.
     pub look_alikes: &'static [&'static str],
-    /// Its parameters; the first is the strength, zero meaning "off".
+    /// Its parameters.
     pub parameters: &'static [ParameterSpec],
+    /// How many of them, from the first, are strengths: the effect does nothing where all of these are zero, or at their [`ParameterSpec::off`].
+    pub strengths: usize,
     /// Which hooks it implements.
     pub acts: Acts,
 }
@@ -107,6 +116,12 @@ pub trait Law<S: Scalar> {
     #[inline(always)]
     fn lag(&self) -> S {
         S::ZERO
+    }
+
+    /// Changes what the equations of motion are made of.
+    #[inline(always)]
+    fn shape(&self, coefficients: Coefficients<S>) -> Coefficients<S> {
+        coefficients
     }
 
     /// Torque on `[arm, pendulum]`, N m.

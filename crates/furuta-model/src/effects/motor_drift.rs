@@ -1,0 +1,42 @@
+//! Drift of the motor's gain: `u -> (1 + rate * t) u`.
+
+use super::{Acts, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Drift of the motor's gain: `u -> (1 + rate * t) u`.
+    MotorDrift {
+        /// Relative change of gain per second, 1/s.
+        rate,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "motor.drift",
+    name: "Drift of the motor's gain",
+    law: "u -> (1 + rate * t) u",
+    sentence: "The winding warms up or the supply sags: the same voltage does less and less as the run goes on.",
+    shows: "The error grows with time, not with state; the start of a run fits, its end does not.",
+    experiment: "the same excitation at the beginning and at the end of a long run",
+    look_alikes: &["arm.coulomb"],
+    parameters: &[
+        ParameterSpec {
+            name: "rate",
+            unit: "1/s",
+            min: -1.0,
+            max: 1.0,
+            off: 0.0,
+            typical: |_| 0.01,
+            starts: &[0.0],
+        },
+    ],
+    strengths: 1,
+    acts: Acts::VOLTAGE,
+};
+
+impl<S: Scalar> Law<S> for MotorDrift<S> {
+    #[inline(always)]
+    fn voltage(&self, t: S, volts: S) -> S {
+        volts + self.rate * t * volts
+    }
+}

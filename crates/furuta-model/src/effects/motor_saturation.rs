@@ -1,0 +1,42 @@
+//! Saturation of the motor voltage: `|u| <= limit`.
+
+use super::{Acts, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Saturation of the motor voltage: `|u| <= limit`.
+    MotorSaturation {
+        /// Largest voltage, V.
+        limit,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "motor.saturation",
+    name: "Saturation of the motor voltage",
+    law: "|u| <= limit",
+    sentence: "The supply or the amplifier gives less than is asked for: commands beyond a limit are cut off.",
+    shows: "Large commands do no more than middling ones; small ones are exact.",
+    experiment: "steps of increasing size up to the command limit",
+    look_alikes: &["motor.asymmetry"],
+    parameters: &[
+        ParameterSpec {
+            name: "limit",
+            unit: "V",
+            min: 0.0,
+            max: 1e3,
+            off: 0.0,
+            typical: |p| 0.5 * p.motor.command_limit,
+            starts: &[0.5, 0.9, 1.4],
+        },
+    ],
+    strengths: 1,
+    acts: Acts::VOLTAGE,
+};
+
+impl<S: Scalar> Law<S> for MotorSaturation<S> {
+    #[inline(always)]
+    fn voltage(&self, _: S, volts: S) -> S {
+        volts.clamp(-self.limit, self.limit)
+    }
+}
