@@ -43,7 +43,11 @@ pub(super) fn check(request: &Request<'_>, data: &Data) -> Result<(), DiagnoseEr
     if request.recordings.is_empty() {
         return Err(DiagnoseError::NoRecordings);
     }
-    let seconds: f64 = data.runs.iter().map(|r| r.y.len() as f64 * r.h).sum();
+    // Folded, since an empty sum of floats is -0.
+    let seconds = data
+        .runs
+        .iter()
+        .fold(0.0, |s, r| s + r.y.len() as f64 * r.h);
     if seconds < SHORTEST {
         return Err(DiagnoseError::TooShort {
             seconds,
