@@ -11,7 +11,7 @@
 //! | [`dynamics`], [`energy`] | manipulator form `M(q) q'' + bias + gravity = torque`, kinetic and potential energy |
 //! | [`effects`] | what the equations leave out: friction, springs, dead zones, delays, ... one file each |
 //! | [`plant`], [`integrate`] | a rig with its effects, stepped by RK4 under a held command |
-//! | [`linearize`], [`discretize`] | exact Jacobians; zero-order-hold discretisation |
+//! | [`mod@linearize`], [`discretize`] | exact Jacobians; zero-order-hold discretisation |
 //! | `rig` (feature `std`) | rig files (TOML) and the built-in rigs |
 //!
 //! ```
