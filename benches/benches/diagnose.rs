@@ -1,4 +1,4 @@
-//! A whole diagnosis: two recordings of four seconds at 250 Hz, a spring hidden, ten candidates.
+//! A whole diagnosis: two recordings of four seconds at 250 Hz, a spring hidden, the whole catalogue tried.
 
 use std::fmt::Write as _;
 use std::hint::black_box;

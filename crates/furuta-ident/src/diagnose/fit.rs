@@ -12,8 +12,6 @@ pub(super) struct Problem<'a> {
     pub(super) data: &'a Data,
     pub(super) nominal: &'a Nominal,
     pub(super) windows: Vec<Window>,
-    /// Weight of each window, 1 unless it is not to be trusted.
-    pub(super) trust: Vec<f64>,
 }
 
 /// A fitted hypothesis.
@@ -26,7 +24,7 @@ pub(super) struct Fit {
     pub(super) states: Vec<State<f64>>,
     /// Cost of each window.
     pub(super) costs: Vec<f64>,
-    /// Weighted sum of the windows' costs: squared residuals in units of the noise.
+    /// Sum of the windows' costs: squared residuals in units of the noise.
     pub(super) cost: f64,
     /// Standard deviations of `z`, robust against errors that are correlated within a window.
     pub(super) std: Vec<f64>,
@@ -53,22 +51,16 @@ impl Effort {
 
 impl<'a> Problem<'a> {
     pub(super) fn new(data: &'a Data, nominal: &'a Nominal, windows: Vec<Window>) -> Self {
-        let trust = vec![1.0; windows.len()];
         Self {
             data,
             nominal,
             windows,
-            trust,
         }
     }
 
     /// Sum of the weights of all samples: the cost that noise alone leaves, but for the degrees of freedom.
     pub(super) fn samples(&self) -> f64 {
-        self.windows
-            .iter()
-            .zip(&self.trust)
-            .map(|(w, trust)| trust * self.window_samples(w))
-            .sum()
+        self.windows.iter().map(|w| self.window_samples(w)).sum()
     }
 
     /// The same for one window.
@@ -92,15 +84,11 @@ impl<'a> Problem<'a> {
         Fit {
             hypothesis: h.clone(),
             z: z.to_vec(),
-            cost: self.total(&costs),
+            cost: costs.iter().sum(),
             states,
             costs,
             std: vec![f64::NAN; z.len()],
         }
-    }
-
-    fn total(&self, costs: &[f64]) -> f64 {
-        costs.iter().zip(&self.trust).map(|(c, t)| c * t).sum()
     }
 
     /// Fits `h` from the parameters and states given.
@@ -164,7 +152,6 @@ impl<'a> Problem<'a> {
             self.data,
             &self.windows,
             &f.states,
-            &self.trust,
         )
     }
 
@@ -177,7 +164,7 @@ impl<'a> Problem<'a> {
             *x = state;
             f.costs.push(cost);
         }
-        f.cost = self.total(&f.costs);
+        f.cost = f.costs.iter().sum();
     }
 
     /// A step of the parameters that stays within their bounds: components at a bound that would leave it rest.
@@ -248,7 +235,7 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-        trial.cost = self.total(&trial.costs);
+        trial.cost = trial.costs.iter().sum();
         Some((trial, predicted))
     }
 
@@ -291,7 +278,7 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-        f.cost = self.total(&f.costs);
+        f.cost = f.costs.iter().sum();
     }
 
     /// Standard deviations: `H⁻¹ (sum of score scoreᵀ) H⁻¹` over windows, and not below what white noise would give.
@@ -312,8 +299,8 @@ impl<'a> Problem<'a> {
             return vec![f64::NAN; p];
         };
         let mut meat = nalgebra::DMatrix::zeros(p, p);
-        for (s, t) in r.scores.iter().zip(&self.trust) {
-            meat += s * s.transpose() * (t * t);
+        for s in &r.scores {
+            meat += s * s.transpose();
         }
         let sandwich = &inverse * meat * &inverse;
         (0..p)

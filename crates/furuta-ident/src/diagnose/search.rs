@@ -75,8 +75,7 @@ impl Problem<'_> {
     pub(super) fn floor(&self) -> f64 {
         self.windows
             .iter()
-            .zip(&self.trust)
-            .map(|(w, t)| t * (self.window_samples(w) - 4.0).max(1.0))
+            .map(|w| (self.window_samples(w) - 4.0).max(1.0))
             .sum()
     }
 
@@ -93,8 +92,7 @@ impl Problem<'_> {
             .costs
             .iter()
             .zip(&larger.costs)
-            .zip(&self.trust)
-            .map(|((a, b), t)| t * (a - b) / per_sample)
+            .map(|(a, b)| (a - b) / per_sample)
             .collect();
         let gain: f64 = gains.iter().sum();
         let squares: f64 = gains.iter().map(|g| g * g).sum();

@@ -246,23 +246,20 @@ fn damped_step(n: &Normal<4>, damping: f64) -> Option<Vector4<f64>> {
     Cholesky::new(m).map(|c| c.solve(&Vector4::from(n.gradient)))
 }
 
-/// Cost, gradient and Gauss-Newton matrix over all windows with the initial states eliminated.
+/// Gradient and Gauss-Newton matrix over all windows with the initial states eliminated.
 pub(super) struct Reduced {
-    pub(super) cost: f64,
     pub(super) gradient: DVector<f64>,
     pub(super) matrix: DMatrix<f64>,
     /// Per window: the initial state's step for a step of the parameters, `x -= response * step + own`.
     pub(super) response: Vec<(SMatrix<f64, 4, { MAX_FREE }>, Vector4<f64>)>,
     /// Per window: the reduced gradient, for statistics that do not trust the noise to be white.
     pub(super) scores: Vec<DVector<f64>>,
-    /// Per window: its cost.
-    pub(super) costs: Vec<f64>,
 }
 
 /// The longest parameter vector.
 pub(super) const MAX_FREE: usize = 20;
 
-/// Linearises all windows in the parameters; `z` may have up to [`MAX_FREE`] components. `trust` weighs whole windows.
+/// Linearises all windows in the parameters; `z` may have up to [`MAX_FREE`] components.
 pub(super) fn reduced(
     h: &Hypothesis,
     z: &[f64],
@@ -270,12 +267,11 @@ pub(super) fn reduced(
     data: &Data,
     windows: &[Window],
     states: &[State<f64>],
-    trust: &[f64],
 ) -> Reduced {
     match z.len() {
-        0..=8 => reduced_n::<12>(h, z, nominal, data, windows, states, trust),
-        9..=12 => reduced_n::<16>(h, z, nominal, data, windows, states, trust),
-        _ => reduced_n::<24>(h, z, nominal, data, windows, states, trust),
+        0..=8 => reduced_n::<12>(h, z, nominal, data, windows, states),
+        9..=12 => reduced_n::<16>(h, z, nominal, data, windows, states),
+        _ => reduced_n::<24>(h, z, nominal, data, windows, states),
     }
 }
 
@@ -286,19 +282,16 @@ fn reduced_n<const N: usize>(
     data: &Data,
     windows: &[Window],
     states: &[State<f64>],
-    trust: &[f64],
 ) -> Reduced {
     let p = z.len();
     let (plant, late) = h.plant::<N>(z, nominal, 4);
     let mut out = Reduced {
-        cost: 0.0,
         gradient: DVector::zeros(p),
         matrix: DMatrix::zeros(p, p),
         response: Vec::with_capacity(windows.len()),
         scores: Vec::with_capacity(windows.len()),
-        costs: Vec::with_capacity(windows.len()),
     };
-    for ((w, x), trust) in windows.iter().zip(states).zip(trust) {
+    for (w, x) in windows.iter().zip(states) {
         let n = normal(&plant, late, data, w, *x);
         let mut own = Matrix4::from_fn(|a, b| n.matrix[a][b]);
         for i in 0..4 {
@@ -311,7 +304,6 @@ fn reduced_n<const N: usize>(
                 },
             );
         let gx = Vector4::from_fn(|a, _| n.gradient[a]);
-        out.costs.push(n.cost);
         let Some(own) = own.cholesky().filter(|_| n.cost.is_finite()) else {
             out.response.push((SMatrix::zeros(), Vector4::zeros()));
             out.scores.push(DVector::zeros(p));
@@ -323,11 +315,10 @@ fn reduced_n<const N: usize>(
             score[a] = n.gradient[4 + a] - cross.column(a).dot(&step);
             for b in 0..p {
                 out.matrix[(a, b)] +=
-                    trust * (n.matrix[4 + a][4 + b] - cross.column(a).dot(&response.column(b)));
+                    n.matrix[4 + a][4 + b] - cross.column(a).dot(&response.column(b));
             }
         }
-        out.gradient.axpy(*trust, &score, 1.0);
-        out.cost += trust * n.cost;
+        out.gradient += &score;
         out.response.push((response, step));
         out.scores.push(score);
     }
