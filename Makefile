@@ -1,13 +1,15 @@
 # What one can do here. `make demo` and `make test` set up everything they need: only Rust and Python >= 3.10 are assumed.
 #
-#   make demo    no hardware: an emulated rig hides an effect, is balanced, logged, diagnosed and repaired; writes a report
-#   make test    every test, Rust and Python
-#   make lint    formatting, clippy, the crates for the microcontroller, documentation: warnings are errors
-#   make py      the Python package `furuta`, into .venv
-#   make docs    the Rust documentation, target/doc/furuta_model/index.html
-#   make bench   benchmarks (criterion)
-#   make no-std  the crates without an operating system, for a Cortex-M4F
-#   make clean   removes what was built, .venv included
+#   make demo       no hardware: an emulated rig hides an effect, is balanced, logged, diagnosed and repaired; writes a report
+#   make test       every test, Rust and Python
+#   make lint       formatting, clippy, the crates for the microcontroller, documentation: warnings are errors
+#   make py         the Python package `furuta`, into .venv
+#   make docs       the Rust documentation, target/doc/furuta_model/index.html
+#   make bench      benchmarks (criterion)
+#   make no-std     the crates without an operating system, for a Cortex-M4F
+#   make firmware   the programs for the microcontroller (folder firmware)
+#   make same-bits  runs the model here and on a Cortex-M4 in QEMU and compares every bit: docs/target.md
+#   make clean      removes what was built, .venv included
 
 SHELL := /bin/bash -eu -o pipefail
 .DEFAULT_GOAL := help
@@ -21,7 +23,7 @@ export PYO3_PYTHON := $(CURDIR)/$(VENV)/bin/python
 # Where the Python tests find the command-line program (as maturin and cargo do, this honours CARGO_TARGET_DIR).
 TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 
-.PHONY: help demo build test test-rust test-python lint fmt no-std docs bench py clean
+.PHONY: help demo build test test-rust test-python lint fmt no-std firmware same-bits docs bench py clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -56,12 +58,21 @@ lint: $(VENV)/ready no-std
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --locked
+	cd firmware && $(CARGO) fmt --all --check
+	cd firmware && CARGO_TARGET_DIR=$(TARGET) $(CARGO) clippy --workspace --all-targets --locked -- -D warnings
 
 fmt:
 	$(CARGO) fmt --all
+	cd firmware && $(CARGO) fmt --all
 
 no-std:
 	bash .ci/no-std
+
+firmware:
+	cd firmware && CARGO_TARGET_DIR=$(TARGET) bash ../.ci/for-target build --release --locked
+
+same-bits:
+	CARGO_TARGET_DIR=$(TARGET) bash .ci/same-bits
 
 docs: $(VENV)/ready
 	$(CARGO) doc --workspace --no-deps --locked
