@@ -2,6 +2,7 @@
 
 use crate::scalar::Scalar;
 use crate::state::State;
+use core::ops::Add;
 
 /// Where within a step a slope is wanted: the classical method asks at its start, twice in its middle, and at its end.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -24,6 +25,23 @@ pub trait Length<S>: Copy {
     /// A sixth of it.
     #[must_use]
     fn sixth(self) -> Self;
+    /// One of `n` equal parts of it.
+    #[must_use]
+    fn part(self, n: usize) -> Self;
+}
+
+/// Something an integrator can advance: a list of numbers that can be added, and changed one by one.
+pub trait Vector<S>: Copy + Add<Output = Self> {
+    /// Every component through `f`.
+    #[must_use]
+    fn each(self, f: impl Fn(S) -> S) -> Self;
+}
+
+impl<S: Scalar> Vector<S> for State<S> {
+    #[inline(always)]
+    fn each(self, f: impl Fn(S) -> S) -> Self {
+        self.map(f)
+    }
 }
 
 /// A plain step length, s.
@@ -47,6 +65,15 @@ impl<S: Scalar> Length<S> for Fixed<S::Real> {
     fn sixth(self) -> Self {
         Self(self.0 / S::Real::from_f64(6.0))
     }
+    #[inline(always)]
+    fn part(self, n: usize) -> Self {
+        if n == 1 {
+            return self;
+        }
+        #[allow(clippy::cast_precision_loss)]
+        let n = n as f64;
+        Self(self.0 / S::Real::from_f64(n))
+    }
 }
 
 impl<S: Scalar> Length<S> for Variable<S> {
@@ -62,6 +89,15 @@ impl<S: Scalar> Length<S> for Variable<S> {
     fn sixth(self) -> Self {
         Self(self.0 / S::from_f64(6.0))
     }
+    #[inline(always)]
+    fn part(self, n: usize) -> Self {
+        if n == 1 {
+            return self;
+        }
+        #[allow(clippy::cast_precision_loss)]
+        let n = n as f64;
+        Self(self.0 / S::from_f64(n))
+    }
 }
 
 /// One step of length `h` from `x` along `slope(stage, x)`; local error `O(h⁵)`.
@@ -73,18 +109,14 @@ impl<S: Scalar> Length<S> for Variable<S> {
 /// assert!((x.theta - 0.1_f64.exp()).abs() < 1e-7);
 /// ```
 #[inline(always)]
-pub fn rk4<S: Scalar, H: Length<S>>(
-    x: State<S>,
-    h: H,
-    slope: impl Fn(Stage, &State<S>) -> State<S>,
-) -> State<S> {
+pub fn rk4<S: Scalar, X: Vector<S>, H: Length<S>>(x: X, h: H, slope: impl Fn(Stage, &X) -> X) -> X {
     let half = h.half();
     let k1 = slope(Stage::Start, &x);
-    let k2 = slope(Stage::Middle, &(x + k1.map(|k| half.of(k))));
-    let k3 = slope(Stage::Middle, &(x + k2.map(|k| half.of(k))));
-    let k4 = slope(Stage::End, &(x + k3.map(|k| h.of(k))));
+    let k2 = slope(Stage::Middle, &(x + k1.each(|k| half.of(k))));
+    let k3 = slope(Stage::Middle, &(x + k2.each(|k| half.of(k))));
+    let k4 = slope(Stage::End, &(x + k3.each(|k| h.of(k))));
     let middle = k2 + k3;
     let sum = k1 + middle + middle + k4;
     let sixth = h.sixth();
-    x + sum.map(|k| sixth.of(k))
+    x + sum.each(|k| sixth.of(k))
 }

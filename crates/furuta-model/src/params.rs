@@ -261,10 +261,12 @@ impl<S: Scalar> Params<S> {
         let electric = m.torque_constant * m.gear_ratio * m.efficiency / m.resistance;
         Coefficients {
             arm: a.inertia + p.mass * a.length * a.length + p.inertia_axial,
+            hub: a.inertia,
             swing: com2 + p.inertia_transverse - p.inertia_axial,
             coupling: p.mass * a.length * p.com,
             pendulum: p.inertia + com2,
             weight: p.mass * self.gravity * p.com,
+            lever: p.mass * self.gravity * a.length,
             drive: m.amplifier_gain * electric,
             arm_damping: a.viscous + electric * m.back_emf_constant * m.gear_ratio,
             pendulum_damping: p.viscous,
@@ -274,12 +276,14 @@ impl<S: Scalar> Params<S> {
 
 /// What the equations of motion see of the parameters.
 ///
-/// From (u, theta, alpha) alone only the ratios of these to, say, `weight` can be identified: multiply all eight by one number and
+/// From (u, theta, alpha) alone only the ratios of these to, say, `weight` can be identified: multiply all ten by one number and
 /// every motion stays the same.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Coefficients<S> {
     /// `J_a + m L_r² + I_a`: inertia of the arm's axis with the pendulum upright, kg m².
     pub arm: S,
+    /// `J_a`: the part of it that turns about the motor's axis alone, kg m²; only a drive with play or spring sees it apart.
+    pub hub: S,
     /// `m c² + I_t - I_a`: what `sin²(alpha)` adds to it, kg m².
     pub swing: S,
     /// `m L_r c`: coupling, kg m².
@@ -288,6 +292,8 @@ pub struct Coefficients<S> {
     pub pendulum: S,
     /// `m g c`: weight's moment, N m.
     pub weight: S,
+    /// `m g L_r`: the weight's moment about the motor's axis, N m; only a tilted base sees it.
+    pub lever: S,
     /// Torque on the arm for one volt of command, N m/V.
     pub drive: S,
     /// Viscous friction and back-EMF of the arm's axis together, N m s/rad.
@@ -303,10 +309,12 @@ impl<S: Scalar> Coefficients<S> {
         let f = |x: S| T::from_f64(x.value());
         Coefficients {
             arm: f(self.arm),
+            hub: f(self.hub),
             swing: f(self.swing),
             coupling: f(self.coupling),
             pendulum: f(self.pendulum),
             weight: f(self.weight),
+            lever: f(self.lever),
             drive: f(self.drive),
             arm_damping: f(self.arm_damping),
             pendulum_damping: f(self.pendulum_damping),

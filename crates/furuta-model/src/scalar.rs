@@ -33,6 +33,8 @@ pub trait Scalar:
     /// The plain real number underneath: itself for `f32` and `f64`, the value part's type for dual numbers.
     type Real: Scalar<Real = Self::Real> + PartialOrd;
 
+    /// How many numbers it holds at once: 1, but for [`crate::Lanes`].
+    const LANES: usize = 1;
     /// 0.
     const ZERO: Self;
     /// 1.

@@ -199,8 +199,11 @@ impl Hypothesis {
         };
         let c = nominal.coefficients;
         let pendulum = variable(1);
+        let arm = variable(0);
         let coefficients = Coefficients {
-            arm: variable(0),
+            arm,
+            // The pendulum's share of the arm's inertia is that of the data sheet.
+            hub: arm - Jet::constant(c.arm - c.hub),
             pendulum,
             // m c² is in both: a longer pendulum swings with more inertia about both axes.
             swing: Jet::constant(c.swing) + pendulum - Jet::constant(c.pendulum),
@@ -209,6 +212,7 @@ impl Hypothesis {
             pendulum_damping: variable(4),
             coupling: Jet::constant(c.coupling),
             weight: Jet::constant(c.weight),
+            lever: Jet::constant(c.lever),
         };
         let mut late = if self.delays() {
             Jet::constant(0.0)

@@ -1,6 +1,6 @@
 //! Coulomb friction on the arm: `-torque * sign(theta_dot); at rest it holds up to torque`.
 
-use super::{Acts, Instant, Law, ParameterSpec, Spec};
+use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -23,6 +23,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "torque",
             unit: "N m",
+            kind: Kind::Real,
+            default: None,
             min: 0.0,
             max: 1e3,
             off: 0.0,

@@ -1,6 +1,6 @@
 //! Stribeck friction on the arm: `-(coulomb + (static - coulomb) exp(-(theta_dot/velocity)²)) sign(theta_dot)`.
 
-use super::{Acts, Instant, Law, ParameterSpec, Spec};
+use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -27,6 +27,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "coulomb",
             unit: "N m",
+            kind: Kind::Real,
+            default: None,
             min: 0.0,
             max: 1e3,
             off: 0.0,
@@ -36,6 +38,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "static",
             unit: "N m",
+            kind: Kind::Real,
+            default: None,
             min: 0.0,
             max: 1e3,
             off: 0.0,
@@ -45,6 +49,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "velocity",
             unit: "rad/s",
+            kind: Kind::Real,
+            default: None,
             min: 1e-3,
             max: 1e3,
             off: 0.0,

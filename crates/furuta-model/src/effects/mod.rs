@@ -5,9 +5,10 @@
 //!
 //! Parameters that are all "off" (zero strength) leave the plant exactly as it was.
 
+mod pulse;
 mod spec;
 
-pub use spec::{Acts, EffectError, Instant, Law, ParameterSpec, Spec};
+pub use spec::{Acts, Clock, Drive, EffectError, Instant, Kind, Law, ParameterSpec, Spec};
 
 use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
@@ -86,6 +87,22 @@ macro_rules! catalogue {
                 match self { $(Self::$name(e) => e.voltage(t, volts)),+ }
             }
             #[inline(always)]
+            fn travelled(&self, memory: S, travel: S) -> S {
+                match self { $(Self::$name(e) => e.travelled(memory, travel)),+ }
+            }
+            #[inline(always)]
+            fn jump_after(&self, run: usize, t: S) -> Option<S> {
+                match self { $(Self::$name(e) => e.jump_after(run, t)),+ }
+            }
+            #[inline(always)]
+            fn drive(&self) -> Drive<S> {
+                match self { $(Self::$name(e) => e.drive()),+ }
+            }
+            #[inline(always)]
+            fn sensor_delay(&self) -> S {
+                match self { $(Self::$name(e) => e.sensor_delay()),+ }
+            }
+            #[inline(always)]
             fn delay(&self) -> S {
                 match self { $(Self::$name(e) => e.delay()),+ }
             }
@@ -118,6 +135,10 @@ catalogue! {
     arm_stribeck::ArmStribeck,
     arm_quadratic::ArmQuadratic,
     arm_spring::ArmSpring,
+    arm_cable::ArmCable,
+    arm_presliding::ArmPresliding,
+    arm_cogging::ArmCogging,
+    arm_tilt::ArmTilt,
     motor_deadzone::MotorDeadzone,
     motor_bias::MotorBias,
     motor_saturation::MotorSaturation,
@@ -125,6 +146,8 @@ catalogue! {
     motor_delay::MotorDelay,
     motor_asymmetry::MotorAsymmetry,
     motor_drift::MotorDrift,
+    drive_backlash::DriveBacklash,
+    drive_compliance::DriveCompliance,
     pendulum_coulomb::PendulumCoulomb,
     pendulum_quadratic::PendulumQuadratic,
     pendulum_spring::PendulumSpring,
@@ -133,6 +156,10 @@ catalogue! {
     sensor_alpha_offset::SensorAlphaOffset,
     sensor_alpha_scale::SensorAlphaScale,
     sensor_theta_scale::SensorThetaScale,
+    sensor_delay::SensorDelay,
+    disturbance_vibration::DisturbanceVibration,
+    disturbance_kick::DisturbanceKick,
+    disturbance_arm_kick::DisturbanceArmKick,
 }
 
 /// The catalogue's entry with this id.
@@ -159,27 +186,16 @@ impl<S: Scalar> Effect<S> {
     /// ```
     pub fn new(id: &str, values: &[S]) -> Result<Self, EffectError> {
         let spec = spec(id).ok_or(EffectError::UnknownEffect)?;
-        if values.len() != spec.parameters.len() {
-            return Err(EffectError::WrongCount {
-                effect: spec.id,
-                given: values.len(),
-                expected: spec.parameters.len(),
-            });
-        }
-        for (p, v) in spec.parameters.iter().zip(values) {
-            let value = v.value();
-            if !(value >= p.min && value <= p.max) {
-                return Err(EffectError::OutOfRange {
-                    effect: spec.id,
-                    parameter: p.name,
-                    value,
-                    min: p.min,
-                    max: p.max,
-                    unit: p.unit,
-                });
-            }
-        }
+        check(spec, values)?;
         Self::build(id, values).ok_or(EffectError::UnknownEffect)
+    }
+
+    /// Checks its values against their ranges.
+    ///
+    /// # Errors
+    /// The first value that is not a number, or outside its range.
+    pub fn validate(&self) -> Result<(), EffectError> {
+        check(self.spec(), &self.values())
     }
 
     /// The effect without checking ranges: a fit walks along the edges. `None` for an unknown id.
@@ -217,6 +233,40 @@ impl<S: Scalar> Effect<S> {
             None => unreachable!("an effect of the catalogue is in the catalogue"),
         }
     }
+}
+
+/// Whether `values` may be an effect's: as many as it has parameters, each within its range.
+fn check<S: Scalar>(spec: &'static Spec, values: &[S]) -> Result<(), EffectError> {
+    if values.len() != spec.parameters.len() {
+        return Err(EffectError::WrongCount {
+            effect: spec.id,
+            given: values.len(),
+            expected: spec.parameters.len(),
+        });
+    }
+    // All zero is off, whatever the ranges.
+    let on = values.iter().any(|v| v.value() != 0.0);
+    for (p, v) in spec.parameters.iter().zip(values).filter(|_| on) {
+        let value = v.value();
+        if p.kind != Kind::Real && value != libm::floor(value) {
+            return Err(EffectError::NotWhole {
+                effect: spec.id,
+                parameter: p.name,
+                value,
+            });
+        }
+        if !(value >= p.min && value <= p.max) {
+            return Err(EffectError::OutOfRange {
+                effect: spec.id,
+                parameter: p.name,
+                value,
+                min: p.min,
+                max: p.max,
+                unit: p.unit,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// The torque of a stalled motor at the command's limit, N m: the yardstick for torques on the arm.

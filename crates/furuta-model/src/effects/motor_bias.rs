@@ -1,6 +1,6 @@
 //! Offset of the motor voltage: `u -> u + voltage`.
 
-use super::{Acts, Law, ParameterSpec, Spec};
+use super::{Acts, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -23,6 +23,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "voltage",
             unit: "V",
+            kind: Kind::Real,
+            default: None,
             min: -1e3,
             max: 1e3,
             off: 0.0,

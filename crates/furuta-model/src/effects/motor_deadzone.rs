@@ -1,6 +1,6 @@
 //! Dead zone of the motor: `u -> sign(u) * max(|u| - width, 0)`.
 
-use super::{Acts, Law, ParameterSpec, Spec};
+use super::{Acts, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -23,6 +23,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "width",
             unit: "V",
+            kind: Kind::Real,
+            default: None,
             min: 0.0,
             max: 1e3,
             off: 0.0,

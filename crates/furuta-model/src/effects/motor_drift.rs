@@ -1,6 +1,6 @@
 //! Drift of the motor's gain: `u -> (1 + rate * t) u`.
 
-use super::{Acts, Law, ParameterSpec, Spec};
+use super::{Acts, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -23,6 +23,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "rate",
             unit: "1/s",
+            kind: Kind::Real,
+            default: None,
             min: -1.0,
             max: 1.0,
             off: 0.0,

@@ -1,6 +1,6 @@
 //! First-order lag of the motor voltage: `time_constant * dv/dt = u - v`.
 
-use super::{Acts, Law, ParameterSpec, Spec};
+use super::{Acts, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -23,6 +23,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "time_constant",
             unit: "s",
+            kind: Kind::Real,
+            default: None,
             min: 0.0,
             max: 10.0,
             off: 0.0,

@@ -1,6 +1,6 @@
 //! Saturation of the motor voltage: `|u| <= limit`.
 
-use super::{Acts, Law, ParameterSpec, Spec};
+use super::{Acts, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -23,6 +23,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "limit",
             unit: "V",
+            kind: Kind::Real,
+            default: None,
             min: 0.0,
             max: 1e3,
             off: 0.0,

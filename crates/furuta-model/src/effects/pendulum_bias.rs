@@ -1,6 +1,6 @@
 //! Constant torque on the pendulum: `torque`.
 
-use super::{Acts, Instant, Law, ParameterSpec, Spec};
+use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -23,6 +23,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "torque",
             unit: "N m",
+            kind: Kind::Real,
+            default: None,
             min: -1e3,
             max: 1e3,
             off: 0.0,

@@ -1,6 +1,6 @@
 //! Transverse inertia of the pendulum: `inertia * sin²(alpha) more on the arm's axis`.
 
-use super::{Acts, Law, ParameterSpec, Spec};
+use super::{Acts, Kind, Law, ParameterSpec, Spec};
 use crate::params::Coefficients;
 use crate::scalar::Scalar;
 
@@ -24,6 +24,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "inertia",
             unit: "kg m2",
+            kind: Kind::Real,
+            default: None,
             min: 0.0,
             max: 100.0,
             off: 0.0,

@@ -1,6 +1,6 @@
 //! Air drag of the pendulum: `-coefficient * |alpha_dot| * alpha_dot`.
 
-use super::{Acts, Instant, Law, ParameterSpec, Spec};
+use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -23,6 +23,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "coefficient",
             unit: "N m s2/rad2",
+            kind: Kind::Real,
+            default: None,
             min: 0.0,
             max: 1e3,
             off: 0.0,

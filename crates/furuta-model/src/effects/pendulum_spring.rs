@@ -1,6 +1,6 @@
 //! Spring (encoder cable) on the pendulum: `-stiffness * (alpha - rest)`.
 
-use super::{Acts, Instant, Law, ParameterSpec, Spec};
+use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -25,6 +25,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "stiffness",
             unit: "N m/rad",
+            kind: Kind::Real,
+            default: None,
             min: 0.0,
             max: 1e3,
             off: 0.0,
@@ -34,6 +36,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "rest",
             unit: "rad",
+            kind: Kind::Real,
+            default: Some(core::f64::consts::PI),
             min: -100.0,
             max: 100.0,
             off: core::f64::consts::PI,

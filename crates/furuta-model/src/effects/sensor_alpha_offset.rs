@@ -1,6 +1,6 @@
 //! Offset of the pendulum's encoder: `measured alpha = alpha + angle`.
 
-use super::{Acts, Law, ParameterSpec, Spec};
+use super::{Acts, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -23,6 +23,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "angle",
             unit: "rad",
+            kind: Kind::Real,
+            default: None,
             min: -3.2,
             max: 3.2,
             off: 0.0,

@@ -1,6 +1,6 @@
 //! Scale of the pendulum's encoder: `measured alpha = scale * alpha`.
 
-use super::{Acts, Law, ParameterSpec, Spec};
+use super::{Acts, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -23,6 +23,8 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "scale",
             unit: "-",
+            kind: Kind::Real,
+            default: None,
             min: 0.0,
             max: 10.0,
             off: 1.0,

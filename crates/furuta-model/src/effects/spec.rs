@@ -7,7 +7,7 @@ use crate::state::State;
 
 /// Where an effect acts, so that a plant calls only the hooks that do something.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]
-pub struct Acts(u8);
+pub struct Acts(u16);
 
 impl Acts {
     /// Nowhere.
@@ -15,18 +15,25 @@ impl Acts {
     /// Between command and motor voltage, without memory ([`Law::voltage`]).
     pub const VOLTAGE: Self = Self(1);
     /// Delays the command ([`Law::delay`]).
-    pub const DELAY: Self = Self(2);
+    pub const DELAY: Self = Self(1 << 1);
     /// Low-pass between command and motor ([`Law::lag`]).
-    pub const LAG: Self = Self(4);
+    pub const LAG: Self = Self(1 << 2);
     /// A torque that depends on time and state ([`Law::torque`]).
-    pub const TORQUE: Self = Self(8);
+    pub const TORQUE: Self = Self(1 << 3);
     /// Dry friction, able to hold an axis still ([`Law::dry_friction`]).
-    pub const DRY_FRICTION: Self = Self(16);
+    pub const DRY_FRICTION: Self = Self(1 << 4);
     /// Between true and measured angles ([`Law::reading`]).
-    pub const READING: Self = Self(32);
-
+    pub const READING: Self = Self(1 << 5);
     /// On the coefficients of the equations of motion ([`Law::shape`]).
-    pub const SHAPE: Self = Self(64);
+    pub const SHAPE: Self = Self(1 << 6);
+    /// A torque that depends on where the arm has been ([`Law::travelled`]).
+    pub const MEMORY: Self = Self(1 << 7);
+    /// Jumps at known times ([`Law::jump_after`]).
+    pub const JUMPS: Self = Self(1 << 8);
+    /// Between rotor and arm ([`Law::drive`]).
+    pub const DRIVE: Self = Self(1 << 9);
+    /// Delays the encoders ([`Law::sensor_delay`]).
+    pub const SENSOR_DELAY: Self = Self(1 << 10);
 
     /// Both.
     #[must_use]
@@ -40,6 +47,24 @@ impl Acts {
     pub const fn includes(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
+
+    /// Whether any of `other` is included.
+    #[inline(always)]
+    #[must_use]
+    pub const fn touches(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+}
+
+/// What values a parameter can take.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A real number: a fit varies it.
+    Real,
+    /// A whole number: a search tries one after the other.
+    Whole,
+    /// One of these, by name in rig files and by its place in the list elsewhere.
+    Choice(&'static [&'static str]),
 }
 
 /// One parameter of an effect.
@@ -47,8 +72,12 @@ impl Acts {
 pub struct ParameterSpec {
     /// As in rig files and JSON.
     pub name: &'static str,
-    /// SI unit.
+    /// SI unit (`-`: a pure number).
     pub unit: &'static str,
+    /// Which values it can take within the range.
+    pub kind: Kind,
+    /// The value where a rig file leaves it out; without one it must be given.
+    pub default: Option<f64>,
     /// Lower end of the allowed range.
     pub min: f64,
     /// Upper end of the allowed range.
@@ -59,6 +88,31 @@ pub struct ParameterSpec {
     pub typical: fn(&Params<f64>) -> f64,
     /// Where a search starts, as multiples of `typical` from `off`.
     pub starts: &'static [f64],
+}
+
+impl ParameterSpec {
+    /// The value that `word` stands for, where the parameter is a choice.
+    #[must_use]
+    pub fn choice(&self, word: &str) -> Option<f64> {
+        match self.kind {
+            Kind::Choice(words) => {
+                let place = words.iter().position(|w| *w == word)?;
+                #[allow(clippy::cast_precision_loss)]
+                Some(place as f64)
+            }
+            Kind::Real | Kind::Whole => None,
+        }
+    }
+
+    /// The word for a value, where the parameter is a choice.
+    #[must_use]
+    pub fn word(&self, value: f64) -> Option<&'static str> {
+        match self.kind {
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            Kind::Choice(words) => words.get(value as usize).copied(),
+            Kind::Real | Kind::Whole => None,
+        }
+    }
 }
 
 /// A catalogue entry.
@@ -89,12 +143,67 @@ pub struct Spec {
 /// What an effect may depend on at one moment.
 #[derive(Copy, Clone, Debug)]
 pub struct Instant<'a, S> {
-    /// Time since the run began, s.
-    pub t: S,
+    /// The time.
+    pub clock: Clock<S>,
     /// The true state.
     pub x: &'a State<S>,
     /// Sine and cosine of the pendulum's angle.
     pub angle: Angle<S>,
+    /// What the equations of motion are made of.
+    pub coefficients: &'a Coefficients<S>,
+    /// What [`Law::travelled`] keeps.
+    pub memory: S,
+}
+
+/// A moment of a run.
+#[derive(Copy, Clone, Debug)]
+pub struct Clock<S> {
+    /// Which run it is, from 0.
+    pub run: usize,
+    /// Time since the run began, s.
+    pub t: S,
+    /// A time within the same stretch between jumps ([`Law::jump_after`]): what acts at times only asks this one, since an integrator looks at
+    /// the very edges.
+    pub within: S,
+}
+
+impl<S: Scalar> Clock<S> {
+    /// The moment `t` (s) of the first run.
+    #[inline(always)]
+    #[must_use]
+    pub fn at(t: S) -> Self {
+        Self {
+            run: 0,
+            t,
+            within: t,
+        }
+    }
+}
+
+/// What lies between the motor's rotor and the arm. All zero: they are one body.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Drive<S> {
+    /// Play: rotor and arm are free of each other within `gap/2` either way, rad.
+    pub gap: S,
+    /// Of the coupling, N m/rad; 0: rigid.
+    pub stiffness: S,
+    /// Of the coupling, N m s/rad.
+    pub damping: S,
+    /// The rotor's share of [`Coefficients::hub`], 0 to 1.
+    pub motor_share: S,
+    /// Whether the arm's encoder sits on the rotor.
+    pub encoder_on_motor: bool,
+}
+
+impl<S: Scalar> Drive<S> {
+    /// Rotor and arm are one body.
+    pub const RIGID: Self = Self {
+        gap: S::ZERO,
+        stiffness: S::ZERO,
+        damping: S::ZERO,
+        motor_share: S::ZERO,
+        encoder_on_motor: false,
+    };
 }
 
 /// The hooks by which an effect changes the plant; each does nothing unless implemented (and listed in [`Spec::acts`]).
@@ -138,6 +247,32 @@ pub trait Law<S: Scalar> {
         [S::ZERO; 2]
     }
 
+    /// What is remembered of the arm's way after it has moved by `travel` (rad) without turning back, from what was remembered before.
+    #[inline(always)]
+    fn travelled(&self, memory: S, travel: S) -> S {
+        let _ = travel;
+        memory
+    }
+
+    /// The first time after `t` in this run at which the effect jumps, s.
+    #[inline(always)]
+    fn jump_after(&self, run: usize, t: S) -> Option<S> {
+        let _ = (run, t);
+        None
+    }
+
+    /// What it puts between rotor and arm.
+    #[inline(always)]
+    fn drive(&self) -> Drive<S> {
+        Drive::RIGID
+    }
+
+    /// By how much the encoders are late, s.
+    #[inline(always)]
+    fn sensor_delay(&self) -> S {
+        S::ZERO
+    }
+
     /// Measured `[theta, alpha]` for true ones, rad.
     #[inline(always)]
     fn reading(&self, angles: [S; 2]) -> [S; 2] {
@@ -174,6 +309,15 @@ pub enum EffectError {
         /// Unit.
         unit: &'static str,
     },
+    /// A fraction where a whole number or a place in a list is wanted.
+    NotWhole {
+        /// The effect's id.
+        effect: &'static str,
+        /// The parameter's name.
+        parameter: &'static str,
+        /// What was given.
+        value: f64,
+    },
 }
 
 impl core::fmt::Display for EffectError {
@@ -199,6 +343,11 @@ impl core::fmt::Display for EffectError {
                 f,
                 "{effect}: {parameter} = {value} is outside the allowed range [{min}, {max}] {unit}"
             ),
+            Self::NotWhole {
+                effect,
+                parameter,
+                value,
+            } => write!(f, "{effect}: {parameter} = {value} must be a whole number"),
         }
     }
 }

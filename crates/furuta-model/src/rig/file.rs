@@ -1,7 +1,7 @@
 //! Rig files: TOML in, TOML out, every mistake named with its key.
 
 use super::{Limits, Rig, Sensors};
-use crate::effects::{self, Effect, EffectError, MAX_PARAMETERS};
+use crate::effects::{self, Effect, EffectError, Kind, MAX_PARAMETERS};
 use crate::params::{Arm, Motor, ParamError, Params, Pendulum, RANGES};
 use crate::plant::{MAX_EFFECTS, PlantError};
 use serde::Deserialize;
@@ -67,6 +67,18 @@ pub enum RigError {
         /// What it has.
         known: String,
     },
+    /// A word where an effect wants a number, or another word.
+    #[error("rig file: effect `{id}`: {parameter} = \"{word}\" must be {wanted}")]
+    EffectWord {
+        /// The effect.
+        id: String,
+        /// The parameter.
+        parameter: &'static str,
+        /// What was given.
+        word: String,
+        /// What it can be.
+        wanted: String,
+    },
     /// An effect's value outside its range.
     #[error("rig file: effect {0}")]
     Effect(#[from] EffectError),
@@ -104,7 +116,7 @@ struct FileText {
     sensors: SensorsText,
     environment: EnvironmentText,
     limits: Option<LimitsText>,
-    effects: Option<BTreeMap<String, BTreeMap<String, f64>>>,
+    effects: Option<BTreeMap<String, BTreeMap<String, ValueText>>>,
 }
 
 #[derive(Deserialize)]
@@ -164,6 +176,14 @@ struct LimitsText {
     arm_angle: Option<f64>,
     arm_speed: Option<f64>,
     pendulum_speed: Option<f64>,
+}
+
+/// An effect's value: a number, or one of a few words.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum ValueText {
+    Number(f64),
+    Word(String),
 }
 
 pub(super) fn parse(text: &str) -> Result<Rig, RigError> {
@@ -254,7 +274,7 @@ fn within(key: &'static str, value: f64, min: f64, max: f64) -> Result<f64, RigE
     }
 }
 
-fn effect(id: &str, values: &BTreeMap<String, f64>) -> Result<Effect<f64>, RigError> {
+fn effect(id: &str, values: &BTreeMap<String, ValueText>) -> Result<Effect<f64>, RigError> {
     let spec = effects::spec(id).ok_or_else(|| RigError::UnknownEffect {
         id: id.to_owned(),
         known: effects::CATALOGUE
@@ -283,14 +303,29 @@ fn effect(id: &str, values: &BTreeMap<String, f64>) -> Result<Effect<f64>, RigEr
     let list = spec
         .parameters
         .iter()
-        .map(|p| {
-            values
-                .get(p.name)
-                .copied()
-                .ok_or_else(|| wrong("lacks", p.name))
+        .map(|p| match values.get(p.name) {
+            Some(ValueText::Number(value)) => Ok(*value),
+            Some(ValueText::Word(word)) => p.choice(word).ok_or_else(|| RigError::EffectWord {
+                id: id.to_owned(),
+                parameter: p.name,
+                word: word.clone(),
+                wanted: wanted(p),
+            }),
+            None => p.default.ok_or_else(|| wrong("lacks", p.name)),
         })
         .collect::<Result<arrayvec::ArrayVec<f64, MAX_PARAMETERS>, _>>()?;
     Ok(Effect::new(id, &list)?)
+}
+
+fn wanted(p: &effects::ParameterSpec) -> String {
+    match p.kind {
+        Kind::Choice(words) => words
+            .iter()
+            .map(|w| format!("\"{w}\""))
+            .collect::<Vec<_>>()
+            .join(" or "),
+        Kind::Real | Kind::Whole => "a number".to_owned(),
+    }
 }
 
 fn syntax(text: &str, e: &toml::de::Error) -> RigError {
@@ -351,7 +386,10 @@ pub(super) fn write(rig: &Rig) -> String {
         let spec = e.spec();
         let _ = writeln!(out, "\n[effects.\"{}\"]   # {}", spec.id, spec.name);
         for (p, v) in spec.parameters.iter().zip(e.values()) {
-            let _ = writeln!(out, "{} = {v:?}   # {}", p.name, p.unit);
+            let _ = match p.word(v) {
+                Some(word) => writeln!(out, "{} = \"{word}\"", p.name),
+                None => writeln!(out, "{} = {v:?}   # {}", p.name, p.unit),
+            };
         }
     }
     out
@@ -392,6 +430,20 @@ mod tests {
             "{QUBE}\n[effects.\"arm.spring\"]\nstiffness = 1.0\n"
         ));
         assert!(parameter.contains("lacks `rest`"), "{parameter}");
+        let word = message(&format!(
+            "{QUBE}\n[effects.\"drive.backlash\"]\ngap = 0.05\nmotor_share = 0.4\nencoder = \"gear\"\n"
+        ));
+        assert!(
+            word.contains("encoder = \"gear\" must be \"arm\" or \"motor\""),
+            "{word}"
+        );
+        let whole = message(&format!(
+            "{QUBE}\n[effects.\"arm.cogging\"]\namplitude = 0.05\norder = 2.5\n"
+        ));
+        assert!(
+            whole.contains("order = 2.5 must be a whole number"),
+            "{whole}"
+        );
         let range = message(&format!(
             "{QUBE}\n[effects.\"arm.coulomb\"]\ntorque = -1.0\n"
         ));
@@ -408,6 +460,33 @@ mod tests {
             let rig = Rig::builtin(name).expect("built in");
             assert_eq!(parse(&write(&rig)).expect("readable"), rig);
         }
+    }
+
+    #[test]
+    fn every_effect_is_written_and_read_back() {
+        let plain = parse(QUBE).expect("valid");
+        for spec in effects::CATALOGUE {
+            let values: Vec<f64> = spec
+                .parameters
+                .iter()
+                .map(|p| p.off + (p.typical)(&plain.params))
+                .collect();
+            let mut rig = plain.clone();
+            rig.effects
+                .push(Effect::new(spec.id, &values).expect("valid"));
+            assert_eq!(parse(&write(&rig)).expect("readable"), rig, "{}", spec.id);
+        }
+    }
+
+    #[test]
+    fn words_and_defaults_are_understood() {
+        let text = format!(
+            "{QUBE}\n[effects.\"drive.backlash\"]\ngap = 0.05\nmotor_share = 0.4\nencoder = \"motor\"\n[effects.\"pendulum.spring\"]\nstiffness = 1e-4\n"
+        );
+        let rig = parse(&text).expect("valid");
+        assert_eq!(rig.effects[0].values()[..], [0.05, 0.4, 1.0]);
+        assert_eq!(rig.effects[1].values()[..], [1e-4, std::f64::consts::PI]);
+        assert!(write(&rig).contains("encoder = \"motor\""));
     }
 
     proptest::proptest! {

@@ -1,0 +1,69 @@
+//! Dahl friction on the arm: `-stiffness z`, `dz/dt = theta_dot (1 - stiffness z sign(theta_dot)/torque)`.
+
+use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Dahl friction on the arm: `-stiffness z`, `dz/dt = theta_dot (1 - stiffness z sign(theta_dot)/torque)`.
+    ArmPresliding {
+        /// Friction of a sliding arm, N m.
+        torque,
+        /// Torque per radian before it slides, N m/rad.
+        stiffness,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "arm.presliding",
+    name: "Presliding (Dahl) friction on the arm",
+    law: "-stiffness z, dz/dt = theta_dot (1 - stiffness z sign(theta_dot)/torque)",
+    sentence: "Before the arm slides, its bearings and brushes bend like bristles: a spring at first, Coulomb friction after a short way.",
+    shows: "Small motions feel a spring, large ones friction; after each reversal the friction builds up over a short way.",
+    experiment: "sweeps of several small amplitudes across the same angle: the loop of torque over angle grows with the way",
+    look_alikes: &["arm.coulomb", "arm.spring", "motor.lag"],
+    parameters: &[
+        ParameterSpec {
+            name: "torque",
+            unit: "N m",
+            kind: Kind::Real,
+            default: None,
+            min: 0.0,
+            max: 1e3,
+            off: 0.0,
+            typical: |p| 0.1 * super::stall_torque(p),
+            starts: &[0.5],
+        },
+        ParameterSpec {
+            name: "stiffness",
+            unit: "N m/rad",
+            kind: Kind::Real,
+            default: None,
+            min: 1e-9,
+            max: 1e6,
+            off: 0.0,
+            typical: |p| 2.0 * super::stall_torque(p),
+            starts: &[0.5, 4.0],
+        },
+    ],
+    strengths: 1,
+    acts: Acts::TORQUE.and(Acts::MEMORY),
+};
+
+impl<S: Scalar> Law<S> for ArmPresliding<S> {
+    /// The bristles' bend. Over a way without reversal the law is solved exactly: `z` tends to `±torque/stiffness` as
+    /// `exp(-stiffness travel/torque)`, whatever the speed.
+    #[inline(always)]
+    fn travelled(&self, bend: S, travel: S) -> S {
+        let most = self.torque / self.stiffness;
+        if most.real() <= S::Real::ZERO {
+            return most;
+        }
+        let end = travel.if_less(S::ZERO, -most, most);
+        end + (bend - end) * (-(travel.abs() / most)).exp()
+    }
+
+    #[inline(always)]
+    fn torque(&self, at: &Instant<'_, S>) -> [S; 2] {
+        [-(self.stiffness * at.memory), S::ZERO]
+    }
+}

@@ -1,0 +1,65 @@
+//! Tilted base: gravity leans by `angle` towards the arm direction `theta = direction`.
+
+use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// Tilted base: gravity leans by `angle` towards the arm direction `theta = direction`.
+    ArmTilt {
+        /// By how much the motor's axis leans, rad.
+        angle,
+        /// The arm angle towards which it leans: where the arm points downhill, rad.
+        direction,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "arm.tilt",
+    name: "Tilted base",
+    law: "gravity = g [sin(angle) cos(direction), sin(angle) sin(direction), -cos(angle)] in the base's axes",
+    sentence: "The table is not level: the arm rolls towards its lowest point and the pendulum's upright is not where it seems.",
+    shows: "The arm is pulled towards one direction like a pendulum, and where the pendulum balances depends on where the arm points.",
+    experiment: "the pendulum hanging at rest with the arm in several directions: a level base shows the same angle everywhere",
+    look_alikes: &["motor.bias", "sensor.alpha.offset", "arm.spring"],
+    parameters: &[
+        ParameterSpec {
+            name: "angle",
+            unit: "rad",
+            kind: Kind::Real,
+            default: None,
+            min: 0.0,
+            max: 1.6,
+            off: 0.0,
+            typical: |_| 0.05,
+            starts: &[0.3],
+        },
+        ParameterSpec {
+            name: "direction",
+            unit: "rad",
+            kind: Kind::Real,
+            default: None,
+            min: -100.0,
+            max: 100.0,
+            off: 0.0,
+            typical: |_| 1.0,
+            starts: &[0.0, 2.1, 4.2],
+        },
+    ],
+    strengths: 1,
+    acts: Acts::TORQUE,
+};
+
+impl<S: Scalar> Law<S> for ArmTilt<S> {
+    /// From the potential energy `m g [c cos(alpha) cos(angle) - sin(angle) (L_r cos(e) + c sin(alpha) sin(e))]`, `e = theta - direction`. The
+    /// arm itself is taken as balanced about its axis.
+    #[inline(always)]
+    fn torque(&self, at: &Instant<'_, S>) -> [S; 2] {
+        let (c, a) = (at.coefficients, at.angle);
+        let (lean_sin, lean_cos) = self.angle.sin_cos();
+        let (sin, cos) = (at.x.theta - self.direction).sin_cos();
+        [
+            lean_sin * (c.weight * a.sin * cos - c.lever * sin),
+            c.weight * (lean_sin * a.cos * sin - (S::ONE - lean_cos) * a.sin),
+        ]
+    }
+}

@@ -1,0 +1,89 @@
+//! A kick: `torque` on the arm for `duration` from `time` on, in one run.
+
+use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// A kick: `torque` on the arm for `duration` from `time` on, in one run.
+    DisturbanceArmKick {
+        /// How strong it is, N m.
+        torque,
+        /// When it begins, s.
+        time,
+        /// How long it lasts, s.
+        duration,
+        /// Which run, from 0.
+        run,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "disturbance.arm_kick",
+    name: "Kick of the arm",
+    law: "torque on the arm while time <= t < time + duration, in run `run` alone",
+    sentence: "Somebody or something pushed the arm once.",
+    shows: "One run, one moment: before and after it the model fits, within it the arm jumps.",
+    experiment: "the same run again: a push does not come back at the same moment",
+    look_alikes: &["disturbance.kick"],
+    parameters: &[
+        ParameterSpec {
+            name: "torque",
+            unit: "N m",
+            kind: Kind::Real,
+            default: None,
+            min: -1e3,
+            max: 1e3,
+            off: 0.0,
+            typical: |p| 0.3 * super::stall_torque(p),
+            starts: &[0.5, -0.5],
+        },
+        ParameterSpec {
+            name: "time",
+            unit: "s",
+            kind: Kind::Real,
+            default: None,
+            min: 0.0,
+            max: 1e6,
+            off: 0.0,
+            typical: |_| 1.0,
+            starts: &[1.0],
+        },
+        ParameterSpec {
+            name: "duration",
+            unit: "s",
+            kind: Kind::Real,
+            default: None,
+            min: 0.0,
+            max: 1e6,
+            off: 0.0,
+            typical: |_| 0.05,
+            starts: &[1.0],
+        },
+        ParameterSpec {
+            name: "run",
+            unit: "-",
+            kind: Kind::Whole,
+            default: Some(0.0),
+            min: 0.0,
+            max: 1e6,
+            off: 0.0,
+            typical: |_| 1.0,
+            starts: &[0.0],
+        },
+    ],
+    strengths: 1,
+    acts: Acts::TORQUE.and(Acts::JUMPS),
+};
+
+impl<S: Scalar> Law<S> for DisturbanceArmKick<S> {
+    #[inline(always)]
+    fn jump_after(&self, run: usize, t: S) -> Option<S> {
+        super::pulse::jump_after(self.run, self.time, self.duration, run, t)
+    }
+
+    #[inline(always)]
+    fn torque(&self, at: &Instant<'_, S>) -> [S; 2] {
+        let pulse = super::pulse::torque(self.run, self.time, self.duration, self.torque, &at.clock);
+        [pulse, S::ZERO]
+    }
+}

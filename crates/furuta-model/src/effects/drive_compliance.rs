@@ -1,0 +1,75 @@
+//! A flexible coupling between rotor and arm: `stiffness (rotor - arm) + damping (rotor_dot - arm_dot)`.
+
+use super::{Acts, Drive, Kind, Law, ParameterSpec, Spec};
+use crate::scalar::Scalar;
+
+parameters! {
+    /// A flexible coupling between rotor and arm: `stiffness (rotor - arm) + damping (rotor_dot - arm_dot)`.
+    DriveCompliance {
+        /// Torque per radian of twist, N m/rad; 0 stands for a rigid coupling.
+        stiffness,
+        /// Torque per rad/s of twist, N m s/rad.
+        damping,
+        /// Share of `arm.inertia` on the motor's side, 0 to 1.
+        motor_share,
+    }
+}
+
+pub(super) const SPEC: Spec = Spec {
+    id: "drive.compliance",
+    name: "Flexible coupling in the drive",
+    law: "stiffness (rotor - arm) + damping (rotor_dot - arm_dot) between rotor and arm",
+    sentence: "Shaft, belt or coupling between motor and arm twist like a spring: the arm follows late and rings.",
+    shows: "Fast commands make the arm ring at one frequency; slow ones show nothing.",
+    experiment: "short pulses of the command, or a chirp through the ringing's frequency, recorded at the highest rate",
+    look_alikes: &["motor.lag", "drive.backlash"],
+    parameters: &[
+        ParameterSpec {
+            name: "stiffness",
+            unit: "N m/rad",
+            kind: Kind::Real,
+            default: None,
+            min: 0.0,
+            max: 1e6,
+            off: 0.0,
+            typical: |p| 20.0 * super::stall_torque(p),
+            starts: &[0.3, 1.0, 3.0],
+        },
+        ParameterSpec {
+            name: "damping",
+            unit: "N m s/rad",
+            kind: Kind::Real,
+            default: Some(0.0),
+            min: 0.0,
+            max: 1e3,
+            off: 0.0,
+            typical: |p| 0.02 * super::stall_torque(p),
+            starts: &[0.5],
+        },
+        ParameterSpec {
+            name: "motor_share",
+            unit: "-",
+            kind: Kind::Real,
+            default: None,
+            min: 0.001,
+            max: 0.999,
+            off: 0.0,
+            typical: |_| 0.5,
+            starts: &[1.0],
+        },
+    ],
+    strengths: 1,
+    acts: Acts::DRIVE,
+};
+
+impl<S: Scalar> Law<S> for DriveCompliance<S> {
+    #[inline(always)]
+    fn drive(&self) -> Drive<S> {
+        Drive {
+            stiffness: self.stiffness,
+            damping: self.damping,
+            motor_share: self.motor_share,
+            ..Drive::RIGID
+        }
+    }
+}

@@ -1,0 +1,467 @@
+//! Steps that end where something happens: an axis stops or is torn loose, a drive's play opens or closes.
+//!
+//! Between two events the equations are smooth and RK4 keeps its order. A trial step shows whether an event lies within it; if so, the event is
+//! located by a cubic (or a line, where the equations do not jump), the step is cut there, and what is left goes on after it. The last
+//! bit of the way to the event is a Newton step taken in the plant's own scalar, which gives dual numbers the event's exact derivative.
+
+use super::drive::TwoBody;
+use super::friction::Dry;
+use super::state::Contact;
+use super::step::clocks;
+use super::{Plant, PlantState};
+use crate::effects::{Acts, Clock};
+use crate::integrate::{Fixed, Length, Stage, Variable, rk4};
+use crate::scalar::Scalar;
+use crate::state::State;
+
+/// After so many events the rest of a step goes on without looking for more.
+const MOST_EVENTS: usize = 16;
+
+/// What happens.
+#[derive(Copy, Clone, Debug, PartialEq)]
+enum Event {
+    /// This axis comes to rest (or turns, where friction remembers its way).
+    Stop(usize),
+    /// This axis is torn loose, to slide like this.
+    Loose(usize, Dry),
+    /// The rotor leaves the arm.
+    Apart,
+    /// The rotor meets the arm.
+    Touch(Contact),
+}
+
+/// What the event before has decided for the stretch after it.
+#[derive(Copy, Clone, Debug, Default)]
+struct Decided {
+    loose: [Option<Dry>; 2],
+    apart: bool,
+}
+
+/// What holds until the next event, and how things stand at its start.
+struct Mode<S> {
+    dry: [Dry; 2],
+    acceleration: [S; 2],
+    friction: [S; 2],
+    limit: [S; 2],
+    /// Torque from rotor to arm.
+    passed: S,
+}
+
+/// Voltages and times at a stretch's start, middle and end.
+struct Stages<S> {
+    volts: [S; 3],
+    clocks: [Clock<S>; 3],
+}
+
+impl<S: Scalar> Plant<S> {
+    /// Advances by `h`, from event to event.
+    pub(super) fn flow<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) {
+        let mut decided = Decided::default();
+        let Some(done) = self.until_event(s, u, h, &mut decided, true) else {
+            return;
+        };
+        let mut left = h.of(S::ONE) - done;
+        for n in 2..=MOST_EVENTS {
+            if left.real() <= S::Real::ZERO {
+                return;
+            }
+            let look = n < MOST_EVENTS;
+            match self.until_event(s, u, Variable(left), &mut decided, look) {
+                None => return,
+                Some(done) => left -= done,
+            }
+        }
+    }
+
+    /// Advances by `h`, or to the first event if there is one before (and `look` says to look); then returns the time that took.
+    fn until_event<H: Length<S>>(
+        &self,
+        s: &mut PlantState<S>,
+        u: S,
+        h: H,
+        decided: &mut Decided,
+        look: bool,
+    ) -> Option<S> {
+        let stages = self.stages(s, u, h);
+        let mode = self.mode(s, &stages, core::mem::take(decided));
+        let end = self.trial(s, &mode, &stages, h);
+        let length = h.of(S::ONE);
+        let event = if look {
+            self.first_event(s, &mode, &stages, &end, length.real())
+        } else {
+            None
+        };
+        let Some((event, after)) = event else {
+            self.accept(s, &end, stages.volts[2], length);
+            return None;
+        };
+        let h = Fixed(after);
+        let stages = self.stages(s, u, h);
+        let mut end = self.trial(s, &mode, &stages, h);
+        let late = self.happen(s, event, &mode, &stages, &mut end, length.real(), decided);
+        let done = S::from_real(after) + late;
+        self.accept(s, &end, stages.volts[2], done);
+        if let Event::Touch(side) = event {
+            s.contact = side;
+        }
+        Some(done)
+    }
+
+    fn stages<H: Length<S>>(&self, s: &PlantState<S>, u: S, h: H) -> Stages<S> {
+        Stages {
+            volts: self.voltages(s, u, h),
+            clocks: clocks(s, h),
+        }
+    }
+
+    fn accept(&self, s: &mut PlantState<S>, end: &TwoBody<S>, volts: S, length: S) {
+        if self.acts.includes(Acts::MEMORY) {
+            s.memory = self.travelled(s.memory, end.x.theta - s.x.theta);
+        }
+        s.x = end.x;
+        s.rotor = end.rotor;
+        s.voltage = volts;
+        s.t += length;
+    }
+
+    /// Whether rotor and arm move as one body.
+    #[inline(always)]
+    fn one_body(&self, contact: Contact) -> bool {
+        let d = &self.drive;
+        !self.acts.includes(Acts::DRIVE) || !d.elastic() && (!d.loose() || contact != Contact::Free)
+    }
+
+    /// Accelerations of arm and pendulum, friction, its limits, and the torque from rotor to arm at one stage.
+    fn forces(
+        &self,
+        m: &TwoBody<S>,
+        contact: Contact,
+        (clock, volts, memory): (Clock<S>, S, S),
+        dry: impl FnOnce(&super::Balance<S>) -> [Dry; 2],
+    ) -> Mode<S> {
+        let one = self.one_body(contact);
+        let mut passed = S::ZERO;
+        let balance = if one {
+            self.balance(&self.coefficients, clock, &m.x, volts, memory, None)
+        } else {
+            passed = self.spring_torque(m, contact);
+            self.balance(&self.load(), clock, &m.x, volts, memory, Some(passed))
+        };
+        let dry = dry(&balance);
+        let (acceleration, friction) = balance.solve(dry);
+        if one && self.acts.includes(Acts::DRIVE) {
+            passed = self.flank_torque(volts, m.x.theta_dot, acceleration[0]);
+        }
+        Mode {
+            dry,
+            acceleration,
+            friction,
+            limit: balance.limit,
+            passed,
+        }
+    }
+
+    /// What holds from here on.
+    fn mode(&self, s: &mut PlantState<S>, stages: &Stages<S>, decided: Decided) -> Mode<S> {
+        let here = TwoBody {
+            x: s.x,
+            rotor: s.rotor,
+        };
+        let at = (stages.clocks[0], stages.volts[0], s.memory);
+        let speed = [s.x.theta_dot, s.x.alpha_dot];
+        if decided.apart {
+            s.contact = Contact::Free;
+        }
+        let mode = self.forces(&here, s.contact, at, |b| b.decide(speed, decided.loose));
+        let side = s.contact.side::<S>();
+        let parted = self.drive.loose() && (side * mode.passed).real() < S::Real::ZERO;
+        if !parted {
+            return mode;
+        }
+        s.contact = Contact::Free;
+        self.forces(&here, s.contact, at, |b| b.decide(speed, decided.loose))
+    }
+
+    /// The state after `h`, the mode kept.
+    fn trial<H: Length<S>>(
+        &self,
+        s: &PlantState<S>,
+        mode: &Mode<S>,
+        stages: &Stages<S>,
+        h: H,
+    ) -> TwoBody<S> {
+        let remembers = self.acts.includes(Acts::MEMORY);
+        let memory = |x: &State<S>| {
+            if remembers {
+                self.travelled(s.memory, x.theta - s.x.theta)
+            } else {
+                S::ZERO
+            }
+        };
+        if self.one_body(s.contact) {
+            let x = rk4(s.x, h, |stage: Stage, x: &State<S>| {
+                let i = stage as usize;
+                let (clock, volts) = (stages.clocks[i], stages.volts[i]);
+                let balance = self.balance(&self.coefficients, clock, x, volts, memory(x), None);
+                let (a, _) = balance.solve(mode.dry);
+                State::new(x.theta_dot, x.alpha_dot, a[0], a[1])
+            });
+            let angle = x.theta + s.contact.side::<S>() * self.drive.half_gap();
+            return TwoBody {
+                x,
+                rotor: [angle, x.theta_dot],
+            };
+        }
+        let start = TwoBody {
+            x: s.x,
+            rotor: s.rotor,
+        };
+        let load = self.load();
+        rk4(start, h, |stage: Stage, m: &TwoBody<S>| {
+            let i = stage as usize;
+            let passed = self.spring_torque(m, s.contact);
+            let (clock, volts) = (stages.clocks[i], stages.volts[i]);
+            let balance = self.balance(&load, clock, &m.x, volts, memory(&m.x), Some(passed));
+            let (a, _) = balance.solve(mode.dry);
+            TwoBody {
+                x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),
+                rotor: [m.rotor[1], self.rotor_acceleration(m, volts, passed)],
+            }
+        })
+    }
+
+    #[inline(always)]
+    fn rotor_acceleration(&self, m: &TwoBody<S>, volts: S, passed: S) -> S {
+        (self.shaft_torque(volts, m.rotor[1]) - passed) / self.rotor_inertia()
+    }
+
+    /// The first event of a trial step of `length` seconds, and after how many seconds it comes.
+    fn first_event(
+        &self,
+        s: &PlantState<S>,
+        mode: &Mode<S>,
+        stages: &Stages<S>,
+        end: &TwoBody<S>,
+        length: S::Real,
+    ) -> Option<(Event, S::Real)> {
+        let zero = S::Real::ZERO;
+        let mut first: Option<(Event, S::Real)> = None;
+        let mut found = |event: Event, after: S::Real| {
+            let after = after.clamp(zero, length);
+            if first.as_ref().is_none_or(|(_, t)| after < *t) {
+                first = Some((event, after));
+            }
+        };
+        // How things stand at the trial's end is worth computing only for some.
+        let held = mode.dry.contains(&Dry::Held);
+        let touching = self.drive.loose() && s.contact != Contact::Free;
+        let (before, after) = (
+            [s.x.theta_dot, s.x.alpha_dot],
+            [end.x.theta_dot, end.x.alpha_dot],
+        );
+        let stops = [0, 1].map(|i| {
+            let direction = match mode.dry[i] {
+                Dry::Forward | Dry::Backward => mode.dry[i].direction(),
+                // An arm whose friction remembers its way is followed from turn to turn.
+                Dry::Absent if i == 0 && self.acts.includes(Acts::MEMORY) => before[0],
+                Dry::Absent | Dry::Held => S::ZERO,
+            };
+            (direction.real() * after[i].real() < zero).then_some(direction.real())
+        });
+        if held || touching || stops.iter().any(Option::is_some) {
+            let memory = if self.acts.includes(Acts::MEMORY) {
+                self.travelled(s.memory, end.x.theta - s.x.theta)
+            } else {
+                S::ZERO
+            };
+            let at = (stages.clocks[2], stages.volts[2], memory);
+            let last = self.forces(end, s.contact, at, |_| mode.dry);
+            for i in 0..2 {
+                if let Some(direction) = stops[i] {
+                    let cubic = Cubic {
+                        from: before[i].real() * direction,
+                        to: after[i].real() * direction,
+                        slope_from: mode.acceleration[i].real() * direction * length,
+                        slope_to: last.acceleration[i].real() * direction * length,
+                    };
+                    found(Event::Stop(i), cubic.falls_to_zero() * length);
+                }
+                if mode.dry[i] == Dry::Held {
+                    let load = |m: &Mode<S>| (m.friction[i].abs() - m.limit[i]).real();
+                    let (now, then) = (load(mode), load(&last));
+                    if then > zero {
+                        let way = if last.friction[i].real() > zero {
+                            Dry::Backward
+                        } else {
+                            Dry::Forward
+                        };
+                        found(Event::Loose(i, way), share(-now, then) * length);
+                    }
+                }
+            }
+            if touching {
+                let side = s.contact.side::<S>();
+                let (now, then) = ((side * mode.passed).real(), (side * last.passed).real());
+                if then < zero {
+                    found(Event::Apart, share(now, -then) * length);
+                }
+            }
+        }
+        if self.drive.loose() && s.contact == Contact::Free {
+            for side in [Contact::Negative, Contact::Positive] {
+                let sign = side.side::<S>();
+                let (depth, speed) = self.depth(end, sign);
+                let (depth_before, speed_before) = self.depth(
+                    &TwoBody {
+                        x: s.x,
+                        rotor: s.rotor,
+                    },
+                    sign,
+                );
+                if depth.real() > zero && speed.real() > zero {
+                    let cubic = Cubic {
+                        from: -depth_before.real(),
+                        to: -depth.real(),
+                        slope_from: -(speed_before.real() * length),
+                        slope_to: -(speed.real() * length),
+                    };
+                    found(Event::Touch(side), cubic.falls_to_zero() * length);
+                }
+            }
+        }
+        first
+    }
+
+    /// How far (rad) and how fast (rad/s) the rotor has gone beyond the play's end on the side `sign`.
+    #[inline(always)]
+    fn depth(&self, m: &TwoBody<S>, sign: S) -> (S, S) {
+        (
+            sign * (m.rotor[0] - m.x.theta) - self.drive.half_gap(),
+            sign * (m.rotor[1] - m.x.theta_dot),
+        )
+    }
+
+    /// Lets the event happen at `end`, which lies within rounding of it; returns by how much later (s) it is.
+    #[allow(clippy::too_many_arguments)]
+    fn happen(
+        &self,
+        s: &PlantState<S>,
+        event: Event,
+        mode: &Mode<S>,
+        stages: &Stages<S>,
+        end: &mut TwoBody<S>,
+        length: S::Real,
+        decided: &mut Decided,
+    ) -> S {
+        let distance_and_speed = |end: &TwoBody<S>, a: &[S; 2]| match event {
+            Event::Stop(0) => (end.x.theta_dot, a[0]),
+            Event::Stop(_) => (end.x.alpha_dot, a[1]),
+            Event::Touch(side) => self.depth(end, side.side()),
+            Event::Loose(..) | Event::Apart => (S::ZERO, S::ONE),
+        };
+        let mut late = S::ZERO;
+        match event {
+            // The equations do not jump there: when exactly does not matter in first order.
+            Event::Loose(i, way) => decided.loose[i] = Some(way),
+            Event::Apart => decided.apart = true,
+            Event::Stop(_) | Event::Touch(_) => {
+                let memory = if self.acts.includes(Acts::MEMORY) {
+                    self.travelled(s.memory, end.x.theta - s.x.theta)
+                } else {
+                    S::ZERO
+                };
+                let at = (stages.clocks[2], stages.volts[2], memory);
+                let now = self.forces(end, s.contact, at, |_| mode.dry);
+                let a = now.acceleration;
+                let (distance, speed) = distance_and_speed(end, &a);
+                // Newton's last step, unless it would leave the stretch.
+                if distance.abs().real() < speed.abs().real() * length {
+                    late = -(distance / speed);
+                }
+                let rotor = if self.one_body(s.contact) {
+                    a[0]
+                } else {
+                    self.rotor_acceleration(end, stages.volts[2], now.passed)
+                };
+                let rate = TwoBody {
+                    x: State::new(end.x.theta_dot, end.x.alpha_dot, a[0], a[1]),
+                    rotor: [end.rotor[1], rotor],
+                };
+                *end = TwoBody {
+                    x: end.x + rate.x * late,
+                    rotor: [
+                        end.rotor[0] + rate.rotor[0] * late,
+                        end.rotor[1] + rate.rotor[1] * late,
+                    ],
+                };
+            }
+        }
+        match event {
+            Event::Stop(0) => {
+                end.x.theta_dot = S::ZERO;
+                if self.one_body(s.contact) {
+                    end.rotor[1] = S::ZERO;
+                }
+            }
+            Event::Stop(_) => end.x.alpha_dot = S::ZERO,
+            Event::Touch(side) => self.touch(end, side),
+            Event::Loose(..) | Event::Apart => {}
+        }
+        late
+    }
+
+    /// Rotor and arm meet: rigid flanks do not bounce, rotor and arm go on at the speed that keeps their angular momentum.
+    fn touch(&self, end: &mut TwoBody<S>, side: Contact) {
+        end.rotor[0] = end.x.theta + side.side::<S>() * self.drive.half_gap();
+        if self.drive.elastic() {
+            return;
+        }
+        let angle = crate::dynamics::Angle::of(end.x.alpha);
+        let inverse = crate::dynamics::mass_matrix(&self.load(), angle).inverse();
+        let apart = end.rotor[1] - end.x.theta_dot;
+        let impulse = apart / (S::ONE / self.rotor_inertia() + inverse.arm);
+        end.x.theta_dot += inverse.arm * impulse;
+        end.x.alpha_dot += inverse.coupling * impulse;
+        end.rotor[1] = end.x.theta_dot;
+    }
+}
+
+/// The share of the way at which a line from `-a` to `b` (both not negative) crosses zero.
+fn share<R: Scalar<Real = R> + PartialOrd>(a: R, b: R) -> R {
+    let a = if a > R::ZERO { a } else { R::ZERO };
+    let sum = a + b;
+    if sum > R::ZERO { a / sum } else { R::ONE }
+}
+
+/// The cubic over [0, 1] with these ends and slopes.
+struct Cubic<R> {
+    from: R,
+    to: R,
+    slope_from: R,
+    slope_to: R,
+}
+
+impl<R: Scalar<Real = R> + PartialOrd> Cubic<R> {
+    fn at(&self, t: R) -> R {
+        let rise = self.to - self.from;
+        let square =
+            rise.scale(R::from_f64(3.0)) - self.slope_from - self.slope_from - self.slope_to;
+        let cube = self.slope_from + self.slope_to - rise - rise;
+        self.from + t * (self.slope_from + t * (square + t * cube))
+    }
+
+    /// Where it comes down to zero, by bisection; it starts above (or rising from) zero and ends below.
+    fn falls_to_zero(&self) -> R {
+        let (mut above, mut below) = (R::ZERO, R::ONE);
+        // To a part in 10^12 of the step; Newton's step does the rest.
+        for _ in 0..40 {
+            let middle = (above + below).scale(R::from_f64(0.5));
+            if self.at(middle) > R::ZERO {
+                above = middle;
+            } else {
+                below = middle;
+            }
+        }
+        below
+    }
+}

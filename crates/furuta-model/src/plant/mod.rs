@@ -1,0 +1,355 @@
+//! A rig with its effects, stepped under a held command.
+
+mod drive;
+mod error;
+mod events;
+mod friction;
+mod state;
+mod step;
+
+pub use error::PlantError;
+pub use state::PlantState;
+
+use crate::dynamics::{self, Angle};
+use crate::effects::{Acts, Clock, Drive, Effect, Instant, Law};
+use crate::params::{Coefficients, Params};
+use crate::scalar::Scalar;
+use crate::state::State;
+use arrayvec::ArrayVec;
+use friction::{Balance, softly};
+use state::{Contact, History};
+
+/// The most effects one plant can have.
+pub const MAX_EFFECTS: usize = 8;
+
+/// The most samples by which a command or a reading can be late.
+pub const MAX_DELAY_SAMPLES: usize = 126;
+
+/// The most steps of the integrator within one sample period, which a stiff coupling needs.
+pub const MAX_SUBSTEPS: usize = 64;
+
+/// A rig: parameters and effects, both fixed. What changes lies in [`PlantState`], so one plant serves many rollouts.
+///
+/// [`Plant::step`] advances by one sample period with the classical Runge-Kutta method. Where the equations jump within a period (dry
+/// friction that stops or lets go, a drive's play that opens or closes, a command that arrives late, a kick), the period is cut
+/// at the very moment, so that nothing chatters and the fourth order is kept on either side.
+#[derive(Clone, Debug)]
+pub struct Plant<S> {
+    /// What the equations of motion see of the parameters.
+    pub coefficients: Coefficients<S>,
+    effects: ArrayVec<Effect<S>, MAX_EFFECTS>,
+    acts: Acts,
+    delay: S,
+    lag: S,
+    sensor_delay: S,
+    drive: Drive<S>,
+}
+
+/// What changes within a sample period: at these, [`Plant::step`] cuts it.
+const EVENTS: Acts = Acts::DELAY
+    .and(Acts::JUMPS)
+    .and(Acts::DRY_FRICTION)
+    .and(Acts::MEMORY)
+    .and(Acts::DRIVE);
+
+impl<S: Scalar> Plant<S> {
+    /// A plant with these parameters and effects. Effects that are exactly off are left out.
+    ///
+    /// # Errors
+    /// A parameter or an effect's value outside its range, more than [`MAX_EFFECTS`] effects, or effects with events within a step in a scalar
+    /// of several lanes.
+    ///
+    /// ```
+    /// use furuta_model::{Plant, PlantError, Rig};
+    /// let mut params = Rig::builtin("qube-servo-2").expect("built in").params;
+    /// params.pendulum.mass = -1.0;
+    /// let error = Plant::new(&params, &[]).expect_err("negative mass");
+    /// assert_eq!(error.to_string(), "pendulum.mass = -1 is outside the allowed range (0, 100] kg");
+    /// ```
+    pub fn new(params: &Params<S>, effects: &[Effect<S>]) -> Result<Self, PlantError> {
+        params.validate()?;
+        for effect in effects {
+            effect.validate()?;
+        }
+        Self::from_coefficients(params.coefficients(), effects)
+    }
+
+    /// The same from what the equations of motion see of the parameters: what a fit varies. Ranges are not checked.
+    ///
+    /// # Errors
+    /// More than [`MAX_EFFECTS`] effects, or effects with events within a step in a scalar of several lanes.
+    pub fn from_coefficients(
+        coefficients: Coefficients<S>,
+        effects: &[Effect<S>],
+    ) -> Result<Self, PlantError> {
+        let mut plant = Self {
+            coefficients,
+            effects: ArrayVec::new(),
+            acts: Acts::NOWHERE,
+            delay: S::ZERO,
+            lag: S::ZERO,
+            sensor_delay: S::ZERO,
+            drive: Drive::RIGID,
+        };
+        for effect in effects.iter().filter(|e| !e.is_off()) {
+            plant
+                .effects
+                .try_push(*effect)
+                .map_err(|_| PlantError::TooManyEffects {
+                    given: effects.len(),
+                })?;
+            plant.acts = plant.acts.and(effect.spec().acts);
+            plant.delay += effect.delay();
+            plant.lag += effect.lag();
+            plant.sensor_delay += effect.sensor_delay();
+            plant.coefficients = effect.shape(plant.coefficients);
+            plant.drive = plant.drive.with(effect.drive());
+        }
+        if S::LANES > 1 && plant.acts.touches(EVENTS.and(Acts::SENSOR_DELAY)) {
+            return Err(PlantError::EventsInLanes);
+        }
+        // Whatever order they are given in, effects act in that of the catalogue.
+        plant.effects.sort_unstable_by_key(Effect::rank);
+        Ok(plant)
+    }
+
+    /// The effects that are not off.
+    #[must_use]
+    pub fn effects(&self) -> &[Effect<S>] {
+        &self.effects
+    }
+
+    /// The same plant in another scalar, all parameters constants.
+    #[must_use]
+    pub fn cast<T: Scalar>(&self) -> Plant<T> {
+        let f = |x: S| T::from_f64(x.value());
+        Plant {
+            coefficients: self.coefficients.cast(),
+            effects: self.effects.iter().map(Effect::cast).collect(),
+            acts: self.acts,
+            delay: f(self.delay),
+            lag: f(self.lag),
+            sensor_delay: f(self.sensor_delay),
+            drive: Drive {
+                gap: f(self.drive.gap),
+                stiffness: f(self.drive.stiffness),
+                damping: f(self.drive.damping),
+                motor_share: f(self.drive.motor_share),
+                encoder_on_motor: self.drive.encoder_on_motor,
+            },
+        }
+    }
+
+    /// Whether the plant can be stepped with this sample period.
+    ///
+    /// # Errors
+    /// A period outside (0, 1] s, so short that a delay spans more than [`MAX_DELAY_SAMPLES`] samples, or so long that a flexible coupling
+    /// would need more than [`MAX_SUBSTEPS`] steps.
+    pub fn check_period(&self, period: f64) -> Result<(), PlantError> {
+        if !(period > 0.0 && period <= 1.0) {
+            return Err(PlantError::SamplePeriod { period });
+        }
+        #[allow(clippy::cast_precision_loss)]
+        let longest = period * MAX_DELAY_SAMPLES as f64;
+        for delay in [self.delay.value(), self.sensor_delay.value()] {
+            if delay > longest {
+                return Err(PlantError::DelayTooLong { delay, longest });
+            }
+        }
+        let (frequency, highest) = self.coupling_frequency(period);
+        if frequency > highest {
+            return Err(PlantError::CouplingTooStiff { frequency, highest });
+        }
+        Ok(())
+    }
+
+    /// The plant's state with the mechanical state `x`, after a long time without command.
+    #[must_use]
+    pub fn rest(&self, x: State<S>) -> PlantState<S> {
+        self.rest_under(x, S::ZERO)
+    }
+
+    /// The plant's state with the mechanical state `x`, after a long time under the command `u`.
+    ///
+    /// A drive with play touches on the side on which it then passes torque on (in the middle of its play if none), a flexible one is twisted by
+    /// that torque; friction that remembers has slid in the direction of the arm's speed.
+    #[must_use]
+    pub fn rest_under(&self, x: State<S>, u: S) -> PlantState<S> {
+        let mut s = PlantState {
+            run: 0,
+            t: S::ZERO,
+            x,
+            voltage: self.mapped(S::ZERO, u),
+            rotor: [x.theta, x.theta_dot],
+            contact: Contact::Free,
+            memory: self.slid(x.theta_dot),
+            commands: History::constant(u),
+            readings: History::constant([S::ZERO; 4]),
+            period: S::Real::ONE,
+        };
+        if self.acts.includes(Acts::DRIVE) {
+            self.engage(&mut s);
+        }
+        if self.acts.includes(Acts::SENSOR_DELAY) {
+            let [theta, alpha] = self.prompt_reading(&s);
+            s.readings = History::constant([theta, alpha, S::ZERO, S::ZERO]);
+        }
+        s
+    }
+
+    /// The plant's state with the mechanical state `x` at time `t` (s), after the commands `past` (oldest first, each held for `h` seconds).
+    ///
+    /// What the effects remember comes from the commands alone, so a recording can be entered at any sample.
+    #[must_use]
+    pub fn resume(&self, x: State<S>, t: S::Real, past: &[S::Real], h: S::Real) -> PlantState<S> {
+        let first = past.first().map_or(S::ZERO, |u| S::from_real(*u));
+        let mut s = self.rest_under(x, first);
+        let lagging = self.acts.includes(Acts::LAG);
+        if lagging || self.acts.includes(Acts::DELAY) {
+            #[allow(clippy::cast_precision_loss)]
+            let mut ago = past.len() as f64;
+            let decay = (-(S::from_real(h) / self.lag)).exp();
+            for u in past {
+                let u = S::from_real(*u);
+                s.commands.push(u);
+                if lagging {
+                    let now = S::from_real(t) - S::from_real(h).scale(S::Real::from_f64(ago));
+                    let target = self.mapped(now, self.delayed(&s, u, h));
+                    s.voltage = target + (s.voltage - target) * decay;
+                }
+                ago -= 1.0;
+            }
+        } else if let Some(last) = past.last() {
+            s.voltage = self.mapped(S::from_real(t), S::from_real(*last));
+        }
+        s.t = S::from_real(t);
+        if self.acts.includes(Acts::DRIVE) {
+            self.engage(&mut s);
+        }
+        s
+    }
+
+    /// What the arm's friction remembers after sliding in the direction of `speed` for long.
+    fn slid(&self, speed: S) -> S {
+        if !self.acts.includes(Acts::MEMORY) || speed.real() == S::Real::ZERO {
+            return S::ZERO;
+        }
+        // A way after which any bristle slides: exp(-far) is nothing.
+        let far = speed.if_less(S::ZERO, S::from_f64(-1e6), S::from_f64(1e6));
+        self.travelled(S::ZERO, far)
+    }
+
+    #[inline(always)]
+    fn travelled(&self, memory: S, travel: S) -> S {
+        self.effects
+            .iter()
+            .fold(memory, |m, e| e.travelled(m, travel))
+    }
+
+    /// The motor's voltage for a steady command `u` at the run's start, V.
+    #[must_use]
+    pub fn volts(&self, u: S) -> S {
+        self.mapped(S::ZERO, u)
+    }
+
+    /// The command behind all maps without memory.
+    #[inline(always)]
+    fn mapped(&self, t: S, u: S) -> S {
+        if !self.acts.includes(Acts::VOLTAGE) {
+            return u;
+        }
+        self.effects.iter().fold(u, |u, e| e.voltage(t, u))
+    }
+
+    /// Torques and inertia at one moment, with `c` for the body that the arm belongs to and `coupling` (N m) from a rotor beside it.
+    #[inline(always)]
+    fn balance(
+        &self,
+        c: &Coefficients<S>,
+        clock: Clock<S>,
+        x: &State<S>,
+        volts: S,
+        memory: S,
+        coupling: Option<S>,
+    ) -> Balance<S> {
+        let angle = Angle::of(x.alpha);
+        let (b, g) = (dynamics::bias(c, angle, x), dynamics::gravity(c, angle));
+        let mut torque = dynamics::torque(c, x, volts);
+        if let Some(coupling) = coupling {
+            torque[0] += coupling;
+        }
+        let at = Instant {
+            clock,
+            x,
+            angle,
+            coefficients: c,
+            memory,
+        };
+        if self.acts.includes(Acts::TORQUE) {
+            for e in &self.effects {
+                let extra = e.torque(&at);
+                torque = [torque[0] + extra[0], torque[1] + extra[1]];
+            }
+        }
+        Balance {
+            free: [torque[0] - b[0] - g[0], torque[1] - b[1] - g[1]],
+            inverse: dynamics::mass_matrix(c, angle).inverse(),
+            limit: if self.acts.includes(Acts::DRY_FRICTION) {
+                self.dry_limit(&at)
+            } else {
+                [S::ZERO; 2]
+            },
+        }
+    }
+
+    /// `dx/dt` at time `t` (s) with `volts` (V) at the motor, for integrators that know no events ([`Plant::step`] does).
+    ///
+    /// Dry friction stops an axis that it can hold at the rate `stick_rate` (1/s) instead of at once: RK4 is stable up to 2.78 over the step's
+    /// length. Rotor and arm are taken as one body, friction that remembers as relaxed.
+    #[inline(always)]
+    #[must_use]
+    pub fn rate(&self, t: S, x: &State<S>, volts: S, stick_rate: S::Real) -> State<S> {
+        let balance = self.balance(&self.coefficients, Clock::at(t), x, volts, S::ZERO, None);
+        let acceleration = if self.acts.includes(Acts::DRY_FRICTION) {
+            let stop = [
+                -x.theta_dot.scale(stick_rate),
+                -x.alpha_dot.scale(stick_rate),
+            ];
+            softly(&balance, stop)
+        } else {
+            balance.inverse.times(balance.free)
+        };
+        State::new(x.theta_dot, x.alpha_dot, acceleration[0], acceleration[1])
+    }
+
+    /// What the encoders would read, `[theta, alpha]` in rad, before they are rounded to counts.
+    #[inline(always)]
+    #[must_use]
+    pub fn measure(&self, s: &PlantState<S>) -> [S; 2] {
+        if self.acts.includes(Acts::SENSOR_DELAY) {
+            return self.reading(self.late_reading(s));
+        }
+        self.reading(self.prompt_reading(s))
+    }
+
+    /// The angles at the encoders, now.
+    #[inline(always)]
+    fn prompt_reading(&self, s: &PlantState<S>) -> [S; 2] {
+        let arm = if self.drive.encoder_on_motor {
+            s.rotor[0]
+        } else {
+            s.x.theta
+        };
+        [arm, s.x.alpha]
+    }
+
+    /// What the encoders read for true angles, rad.
+    #[inline(always)]
+    #[must_use]
+    pub fn reading(&self, angles: [S; 2]) -> [S; 2] {
+        if !self.acts.includes(Acts::READING) {
+            return angles;
+        }
+        self.effects.iter().fold(angles, |y, e| e.reading(y))
+    }
+}

@@ -1,0 +1,123 @@
+//! Everything about a plant that changes.
+
+use super::MAX_DELAY_SAMPLES;
+use crate::scalar::Scalar;
+use crate::state::State;
+use arrayvec::ArrayVec;
+
+/// Everything about a plant that changes: time, mechanical state, and the memory of its effects. [`crate::Plant::rest`] makes one.
+#[derive(Clone, Debug)]
+pub struct PlantState<S: Scalar> {
+    /// Which run it is, from 0: some disturbances belong to one run.
+    pub run: usize,
+    /// Time since the run began, s.
+    pub t: S,
+    /// Mechanical state.
+    pub x: State<S>,
+    /// Voltage at the motor behind a lag (equal to the command where there is none), V.
+    pub voltage: S,
+    /// Angle (rad, turns of the arm) and speed (rad/s) of the motor's rotor, where a drive with play or spring sets it apart from the arm.
+    pub(super) rotor: [S; 2],
+    /// Whether and on which side the rotor touches the arm.
+    pub(super) contact: Contact,
+    /// What [`crate::effects::Law::travelled`] keeps.
+    pub(super) memory: S,
+    /// The last commands.
+    pub(super) commands: History<S>,
+    /// The last readings: angles (rad) and how far they move in a period (rad).
+    pub(super) readings: History<[S; 4]>,
+    /// The sample period of the readings, s.
+    pub(super) period: S::Real,
+}
+
+/// Rotor and arm.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) enum Contact {
+    /// Play: no torque between them.
+    Free,
+    /// The rotor pushes the arm in the negative direction, or holds it back.
+    Negative,
+    /// The rotor pushes the arm in the positive direction.
+    Positive,
+}
+
+impl Contact {
+    /// -1, 0 or 1.
+    #[inline(always)]
+    pub(super) fn side<S: Scalar>(self) -> S {
+        match self {
+            Self::Free => S::ZERO,
+            Self::Negative => -S::ONE,
+            Self::Positive => S::ONE,
+        }
+    }
+
+    /// The side on which a torque of this sign is passed from rotor to arm.
+    #[inline(always)]
+    pub(super) fn of<S: Scalar>(torque: S) -> Self {
+        if torque.real() < S::Real::ZERO {
+            Self::Negative
+        } else if torque.real() > S::Real::ZERO {
+            Self::Positive
+        } else {
+            Self::Free
+        }
+    }
+}
+
+/// Room for a whole number of samples, the rest of a sample, and the newest.
+const LENGTH: usize = MAX_DELAY_SAMPLES + 2;
+
+/// The last values of something sampled, by their age; empty until something is late.
+#[derive(Clone, Debug)]
+pub(super) struct History<T> {
+    /// What was before anything that is remembered.
+    before: T,
+    past: ArrayVec<T, LENGTH>,
+    newest: usize,
+}
+
+impl<T: Copy> History<T> {
+    pub(super) fn constant(value: T) -> Self {
+        Self {
+            before: value,
+            past: ArrayVec::new(),
+            newest: 0,
+        }
+    }
+
+    pub(super) fn push(&mut self, value: T) {
+        if self.past.try_push(value).is_ok() {
+            self.newest = self.past.len() - 1;
+        } else {
+            self.newest = (self.newest + 1) % LENGTH;
+            self.past[self.newest] = value;
+        }
+    }
+
+    pub(super) fn ago(&self, samples: usize) -> T {
+        if samples >= self.past.len() {
+            return self.before;
+        }
+        let index = (self.newest + self.past.len() - samples) % self.past.len();
+        self.past[index]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_history_answers_what_was_pushed(values in prop::collection::vec(-5..5_i32, 0..400), ago in 0..LENGTH) {
+            let mut history = History::constant(77);
+            for v in &values {
+                history.push(*v);
+            }
+            let expected = values.iter().rev().nth(ago).copied().unwrap_or(77);
+            prop_assert_eq!(history.ago(ago), expected);
+        }
+    }
+}

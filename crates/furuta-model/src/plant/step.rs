@@ -1,0 +1,177 @@
+//! One sample period: the stretches between times at which something is known to jump, and RK4 over a smooth one.
+
+use super::{EVENTS, Plant, PlantState};
+use crate::effects::{Acts, Clock, Law};
+use crate::integrate::{Fixed, Length, Stage, Variable, rk4};
+use crate::scalar::Scalar;
+use crate::state::State;
+
+/// What makes a stretch between known times more than one smooth step.
+const FLOWS: Acts = Acts::DRY_FRICTION.and(Acts::MEMORY).and(Acts::DRIVE);
+
+impl<S: Scalar> Plant<S> {
+    /// Advances by `h` seconds under the command `u` (V), held meanwhile: one step of the classical Runge-Kutta method, cut where the
+    /// equations jump.
+    #[inline]
+    pub fn step(&self, s: &mut PlantState<S>, u: S, h: S::Real) {
+        if self.acts.touches(EVENTS) {
+            self.step_through_events(s, u, h);
+        } else {
+            self.smooth(s, u, Fixed(h));
+        }
+        if self.acts.includes(Acts::SENSOR_DELAY) {
+            self.remember_reading(s, h);
+        }
+    }
+
+    fn step_through_events(&self, s: &mut PlantState<S>, u: S, h: S::Real) {
+        if !self.acts.includes(Acts::DELAY) {
+            self.stretch(s, u, Fixed(h));
+            return;
+        }
+        s.commands.push(u);
+        // The older command still acts for `first` seconds of this step.
+        let (samples, first) = split(self.delay, h);
+        let (older, newer) = (s.commands.ago(samples + 1), s.commands.ago(samples));
+        if older == newer {
+            self.stretch(s, newer, Fixed(h));
+            return;
+        }
+        if first.real() > S::Real::ZERO {
+            self.stretch(s, older, Variable(first));
+        }
+        self.stretch(s, newer, Variable(S::from_real(h) - first));
+    }
+
+    /// A stretch with one command, cut where an effect jumps at a known time.
+    fn stretch<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) {
+        if !self.acts.includes(Acts::JUMPS) {
+            self.flow_or_smooth(s, u, h);
+            return;
+        }
+        let end = s.t + h.of(S::ONE);
+        let mut cut = false;
+        while let Some(edge) = self.jump_before(s, end) {
+            self.flow_or_smooth(s, u, Variable(edge - s.t));
+            // Exactly there, or rounding would find the same edge again.
+            s.t = edge;
+            cut = true;
+        }
+        if cut {
+            if end.real() > s.t.real() {
+                self.flow_or_smooth(s, u, Variable(end - s.t));
+            }
+        } else {
+            self.flow_or_smooth(s, u, h);
+        }
+    }
+
+    /// The first jump after now and before `end`.
+    fn jump_before(&self, s: &PlantState<S>, end: S) -> Option<S> {
+        self.effects
+            .iter()
+            .filter_map(|e| e.jump_after(s.run, s.t))
+            .filter(|edge| edge.real() < end.real())
+            .reduce(|a, b| if b.real() < a.real() { b } else { a })
+    }
+
+    #[inline(always)]
+    fn flow_or_smooth<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) {
+        if !self.acts.touches(FLOWS) {
+            self.smooth(s, u, h);
+            return;
+        }
+        let parts = self.substeps(h.of(S::ONE).real());
+        let part = h.part(parts);
+        for _ in 0..parts {
+            self.flow(s, u, part);
+        }
+    }
+
+    /// One step without events.
+    #[inline(always)]
+    fn smooth<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) {
+        let volts = self.voltages(s, u, h);
+        let clocks = clocks(s, h);
+        s.x = rk4(s.x, h, |stage, x| {
+            let i = stage as usize;
+            let balance = self.balance(&self.coefficients, clocks[i], x, volts[i], S::ZERO, None);
+            let a = balance.inverse.times(balance.free);
+            State::new(x.theta_dot, x.alpha_dot, a[0], a[1])
+        });
+        s.voltage = volts[Stage::End as usize];
+        s.t += h.of(S::ONE);
+    }
+
+    /// The motor's voltage at the start, middle and end of a stretch.
+    #[inline(always)]
+    pub(super) fn voltages<H: Length<S>>(&self, s: &PlantState<S>, u: S, h: H) -> [S; 3] {
+        let half = h.half().of(S::ONE);
+        let target = self.mapped(s.t + half, u);
+        if !self.acts.includes(Acts::LAG) {
+            return [target; 3];
+        }
+        // Exact for a held command, for any time constant: v = target + (v0 - target) e^(-t / time constant).
+        let decay = (-(half / self.lag)).exp();
+        let middle = (s.voltage - target) * decay;
+        [s.voltage, target + middle, target + middle * decay]
+    }
+
+    /// The command that acts, on average over a step, after the delay.
+    pub(super) fn delayed(&self, s: &PlantState<S>, u: S, h: S::Real) -> S {
+        if !self.acts.includes(Acts::DELAY) {
+            return u;
+        }
+        let (samples, first) = split(self.delay, h);
+        let (older, newer) = (s.commands.ago(samples + 1), s.commands.ago(samples));
+        newer + (older - newer) * first / S::from_real(h)
+    }
+
+    fn remember_reading(&self, s: &mut PlantState<S>, h: S::Real) {
+        let [theta, alpha] = self.prompt_reading(s);
+        let arm_speed = if self.drive.encoder_on_motor {
+            s.rotor[1]
+        } else {
+            s.x.theta_dot
+        };
+        let scale = |speed: S| speed.scale(h);
+        s.readings
+            .push([theta, alpha, scale(arm_speed), scale(s.x.alpha_dot)]);
+        s.period = h;
+    }
+
+    /// The angles that reach the encoders' output now: a cubic between two samples.
+    pub(super) fn late_reading(&self, s: &PlantState<S>) -> [S; 2] {
+        let (samples, rest) = split(self.sensor_delay, s.period);
+        let (old, new) = (s.readings.ago(samples + 1), s.readings.ago(samples));
+        let back = rest / S::from_real(s.period);
+        [0, 1].map(|i| {
+            let (fall, before, after) = (old[i] - new[i], old[i + 2], new[i + 2]);
+            let square = fall.scale(S::Real::from_f64(3.0)) + after + after + before;
+            let cube = -(after + before + fall + fall);
+            new[i] + back * (back * (back * cube + square) - after)
+        })
+    }
+}
+
+/// The times of a stretch's start, middle and end.
+#[inline(always)]
+pub(super) fn clocks<S: Scalar, H: Length<S>>(s: &PlantState<S>, h: H) -> [Clock<S>; 3] {
+    let within = s.t + h.half().of(S::ONE);
+    [s.t, within, s.t + h.of(S::ONE)].map(|t| Clock {
+        run: s.run,
+        t,
+        within,
+    })
+}
+
+/// A delay as whole samples and the seconds left over.
+fn split<S: Scalar>(delay: S, h: S::Real) -> (usize, S) {
+    let whole = libm::floor(delay.value() / h.value());
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let samples = if whole > 0.0 { whole as usize } else { 0 };
+    (
+        samples,
+        delay - S::from_real(h).scale(S::Real::from_f64(whole)),
+    )
+}
