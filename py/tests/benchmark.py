@@ -23,10 +23,11 @@ import time
 
 import numpy as np
 from mujoco_case import write_case
-from mujoco_rig import EFFECTS, FAMILIES, FOREIGN, draw_effect, draw_rig
+from mujoco_effects import EFFECTS, FOREIGN, IMPOSSIBLE, hide
+from mujoco_rig import FAMILIES, draw_rig
 
 # Pairs whose order in the motor matters or which recordings cannot tell from one effect are not asked for.
-UNASKED = ({"motor.deadzone", "motor.lag"}, {"motor.deadzone", "motor.bias"}, {"motor.delay", "motor.lag"})
+UNASKED = ({"motor.deadzone", "motor.lag"}, {"motor.deadzone", "motor.bias"}, {"motor.delay", "motor.lag"}, {"motor.delay", "sensor.delay"}, *IMPOSSIBLE)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,13 +48,13 @@ class Case:
         rig = draw_rig(self.family, rng)
         if self.rate:
             rig = dataclasses.replace(rig, rate=self.rate)
-        effects = {effect: draw_effect(effect, rig, rng, self.size) for effect in self.effects}
+        rig, effects = hide(rig, self.effects, rng, self.size)
         write_case(folder / self.name, rig, effects, seed=self.seed, spread=self.spread, noise=self.noise)
         return self.name
 
 
 def plan(seed: int) -> list[Case]:
-    """45 cases: every effect twice at its usual size, clean ones, pairs, foreign effects, and small effects under rough conditions."""
+    """Every effect twice at its usual size, clean ones, pairs, foreign effects, and small effects under rough conditions."""
     rng = np.random.default_rng(seed)
     families, cases = sorted(FAMILIES), []
 

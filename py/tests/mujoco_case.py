@@ -1,12 +1,21 @@
-"""Recordings of the MuJoCo rig, as an owner would make them: two hanging runs with a rich command and one balanced upright."""
+"""Recordings of the MuJoCo rig, as an owner would make them: two hanging runs with a rich command and one balanced upright.
+
+A case is a folder with a data sheet (``rig.toml``, a few per cent off the truth), recordings (``run-*.csv``) and ``truth.json``.
+
+    python py/tests/mujoco_case.py --out DIR --rig qube-like --effect arm.coulomb --effect motor.delay:delay=0.011 --seed 7
+"""
 
 from __future__ import annotations
 
+import argparse
+import dataclasses
 import json
 import pathlib
 
 import numpy as np
-from mujoco_rig import Effects, Plant, TrueRig, data_sheet, rig_toml
+from mujoco_effects import SECONDS, Effects, hide
+from mujoco_plant import Plant
+from mujoco_rig import FAMILIES, TrueRig, data_sheet, draw_rig, rig_toml
 from scipy.linalg import solve_discrete_are
 from scipy.signal import cont2discrete
 
@@ -42,9 +51,9 @@ def steps(rig: TrueRig, t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return u
 
 
-def hanging(rig: TrueRig, effects: Effects, excitation: np.ndarray, rng: np.random.Generator, noise: float) -> np.ndarray:
+def hanging(rig: TrueRig, effects: Effects, run: int, excitation: np.ndarray, rng: np.random.Generator, noise: float) -> np.ndarray:
     """Rows t, u, theta, alpha of a run from rest; a weak spring in software keeps the arm near the middle of its cable."""
-    plant, rows = Plant(rig, effects, alpha=np.pi), []
+    plant, rows = Plant(rig, effects, alpha=np.pi, run=run), []
     velocity = Velocity(1 / rig.rate, np.array(plant.measure()))
     for k, wanted in enumerate(excitation):
         angles = np.array(plant.measure(rng, noise))
@@ -85,10 +94,10 @@ def dlqr(rig: TrueRig, delay: int, softness: float) -> np.ndarray:
 
 
 def balance(
-    rig: TrueRig, effects: Effects, samples: int, rng: np.random.Generator, noise: float, softness: float, delay: int
+    rig: TrueRig, effects: Effects, run: int, samples: int, rng: np.random.Generator, noise: float, softness: float, delay: int
 ) -> np.ndarray:
     """Rows of a run balanced upright by an LQR on differenced encoders, the arm sent back and forth; ends where it falls."""
-    plant, rows, gain = Plant(rig, effects, alpha=0.02), [], dlqr(rig, delay, softness)
+    plant, rows, gain = Plant(rig, effects, alpha=0.02, run=run), [], dlqr(rig, delay, softness)
     velocity, past = Velocity(1 / rig.rate, np.array(plant.measure())), [0.0] * delay
     t = np.arange(samples) / rig.rate
     reference = 0.25 * np.sign(np.sin(2 * np.pi * 0.23 * t + rng.uniform(0, 2 * np.pi))) * (t > 1.0)
@@ -106,23 +115,24 @@ def balance(
 
 
 def record(
-    rig: TrueRig, effects: Effects, kind: str, rng: np.random.Generator, noise: float, seconds: float
+    rig: TrueRig, effects: Effects, run: int, kind: str, rng: np.random.Generator, noise: float, seconds: float
 ) -> np.ndarray:
-    """One run. Like its owner, tries again with a tamer command or a softer gain when the pendulum goes over, or falls."""
+    """Run number ``run``. Like its owner, tries again with a tamer command or a softer gain when the pendulum goes over, or falls."""
     samples = round(seconds * rig.rate)
     t = np.arange(samples) / rig.rate
     if kind == "balance":
-        delay = effects.get("motor.delay", {}).get("delay", 0.0) + effects.get("motor.lag", {}).get("time_constant", 0.0)
+        late = (("motor.delay", "delay"), ("motor.lag", "time_constant"), ("sensor.delay", "delay"))
+        delay = sum(effects.get(effect, {}).get(name, 0.0) for effect, name in late)
         best = np.empty((0, 4))
         for softness, lead in ((1.0, 0), (1.0, round(delay * rig.rate)), (0.2, 0), (5.0, round(delay * rig.rate)), (0.2, round(delay * rig.rate))):
-            rows = balance(rig, effects, samples, rng, noise, softness, lead)
+            rows = balance(rig, effects, run, samples, rng, noise, softness, lead)
             best = max(best, rows, key=len)
             if len(best) == samples:
                 break
         return best
     excitation = {"multisine": multisine, "steps": steps}[kind](rig, t, rng)
     for _ in range(8):
-        rows = hanging(rig, effects, excitation, rng, noise)
+        rows = hanging(rig, effects, run, excitation, rng, noise)
         if np.abs(rows[:, 3] - np.pi).max() < 2.6:
             break
         excitation = 0.75 * excitation
@@ -131,7 +141,7 @@ def record(
 
 def write_case(
     folder: pathlib.Path, rig: TrueRig, effects: Effects, *, seed: int, spread: float, noise: float = 0.0,
-    seconds: float = 12.0, runs: list[str] = ("multisine", "steps", "balance"),
+    seconds: float = SECONDS, runs: list[str] = ("multisine", "steps", "balance"),
 ) -> None:  # fmt: skip
     """Writes rig.toml (the data sheet, off by ``spread``), run-*.csv and truth.json."""
     rng = np.random.default_rng(10_000 + seed)
@@ -142,10 +152,39 @@ def write_case(
     (folder / "rig.toml").write_text(rig_toml(sheet))
     kept = {}
     for i, kind in enumerate(runs):
-        rows = record(rig, effects, kind, rng, noise, seconds)
+        rows = record(rig, effects, i, kind, rng, noise, seconds)
         kept[kind] = [len(rows) == round(seconds * rig.rate), len(rows)]
         if len(rows) > rig.rate:  # a run of less than a second is not worth keeping
             np.savetxt(folder / f"run-{i}-{kind}.csv", rows, fmt=["%.6f", "%.6f", "%.7f", "%.7f"], delimiter=",", header="t,u,theta,alpha", comments="")
     truth = {"rig": rig.name, "effects": effects, "seed": seed, "spread": spread, "noise_counts": noise, "runs": kept}
     truth["true_rig"] = {k: v for k, v in vars(rig).items() if k != "name"} | {"dt": 1e-4}
     (folder / "truth.json").write_text(json.dumps(truth, indent=1))
+
+
+def main() -> None:
+    a = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    a.add_argument("--out", required=True, type=pathlib.Path, help="folder of the case, made if absent")
+    a.add_argument("--rig", default="qube-like", choices=sorted(FAMILIES))
+    a.add_argument("--effect", action="append", default=[], metavar="ID[:NAME=VALUE,...]", help="hide this; sizes are drawn where not given; none: a clean case")
+    a.add_argument("--size", type=float, default=1.0, help="times the usual size of drawn effects")
+    a.add_argument("--seed", type=int, default=1)
+    a.add_argument("--spread", type=float, default=0.03, help="relative error of the data sheet")
+    a.add_argument("--noise", type=float, default=0.0, help="encoder noise in counts RMS, beside the rounding")
+    a.add_argument("--rate", type=float, help="samples per second (a divisor of 10000)")
+    a.add_argument("--seconds", type=float, default=SECONDS, help="length of each run")
+    a.add_argument("--runs", default="multisine,steps,balance")
+    a = a.parse_args()
+    rng = np.random.default_rng(a.seed)
+    rig = draw_rig(a.rig, rng)
+    if a.rate:
+        rig = dataclasses.replace(rig, rate=a.rate)
+    given = {effect: pairs for effect, _, pairs in (entry.partition(":") for entry in a.effect)}
+    rig, effects = hide(rig, tuple(given), rng, a.size)
+    for effect, pairs in given.items():
+        values = dict(pair.split("=") for pair in pairs.split(",") if pair)
+        effects[effect] |= {name: value if name == "encoder" else float(value) for name, value in values.items()}
+    write_case(a.out, rig, effects, seed=a.seed, spread=a.spread, noise=a.noise, seconds=a.seconds, runs=a.runs.split(","))
+
+
+if __name__ == "__main__":
+    main()

@@ -15,7 +15,8 @@ import pytest
 pytest.importorskip("mujoco")
 
 from mujoco_case import write_case  # noqa: E402
-from mujoco_rig import draw_effect, draw_rig  # noqa: E402
+from mujoco_effects import draw_effect  # noqa: E402
+from mujoco_rig import draw_rig  # noqa: E402
 
 # One effect for each place where one can sit: arm, motor (static, delayed), pendulum, sensor; and none.
 HIDDEN = {

@@ -1,0 +1,219 @@
+"""A Furuta pendulum in MuJoCo, with effects hidden in it.
+
+Nothing here shares code or equations with furuta: the multibody dynamics, dry friction, springs, drags, the drive between rotor and arm, gravity and
+the integrator are MuJoCo's. What MuJoCo has no means for is a torque held for one of its steps (``mujoco_torques.py``) or a change of the command.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from mujoco_effects import Effects, check
+from mujoco_torques import ALPHA, ROTOR, THETA, pulses, torques
+
+if TYPE_CHECKING:
+    from mujoco_rig import TrueRig
+
+STEP = 1e-4  # s, MuJoCo's integration step: 10 to 50 of them per sample
+
+# Least moment of inertia of a body, kg m2. MuJoCo takes no point masses; 1e-12 is 3e-8 of the smallest pendulum here about its hinge, and
+# nothing to one about the arm's axis, where it is taken off the arm.
+LEAST = 1e-12
+
+# MuJoCo's friction acts ahead of the stop by the constraint's time constant: 10 ms by default. One step is the stiffest RK4 carries
+# (rate 2 / constant), and `refsafe` would not allow it.
+FRICTION = f'solreffriction="{STEP} 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
+
+# The ends of the play: so stiff that they yield by less than a tenth of an encoder count, and hardly bouncing (a seventh of the speed).
+STOP = f'solreflimit="{5 * STEP} 1" solimplimit="0.9999 0.9999 0.001 0.5 2"'
+
+
+def principal(rig: TrueRig, extra: float) -> tuple[float, tuple[float, float, float], float]:
+    """Arm inertia, the pendulum's principal inertias and the armature of its hinge: a body that exists, and the same motion.
+
+    A body has no principal inertia above the sum of the others; rig files may (points, planar models). A constant on both axes across the hinge
+    is one on the arm's axis (sin² + cos² = 1), where it is taken away; what the hinge has beyond the sum of the others is armature, which counts
+    on the hinge's axis alone.
+    """
+    transverse = (rig.pend_inertia if rig.pend_transverse is None else rig.pend_transverse) + extra
+    lift = max(LEAST - min(transverse, rig.pend_axial), 0.0)
+    transverse, axial = transverse + lift, rig.pend_axial + lift
+    hinge = max(min(rig.pend_inertia, transverse + axial), LEAST)
+    if hinge + axial < transverse:
+        raise ValueError(f"no body has the inertias {rig.pend_inertia} (hinge), {transverse} (transverse) and {axial} kg m2 (axial)")
+    return rig.arm_inertia - lift, (hinge, transverse, axial), max(rig.pend_inertia - hinge, 0.0)
+
+
+class Plant:
+    """The rig in MuJoCo. ``advance`` is one sample: command in; ``measure`` reads the encoders. ``run`` is the recording's number, from 0."""
+
+    def __init__(self, rig: TrueRig, effects: Effects, alpha: float, theta: float = 0.0, run: int = 0):
+        check(effects)
+        self.rig, self.effects = rig, effects
+        self.drive = next((effects[id] for id in ("drive.backlash", "drive.compliance") if id in effects), None)
+        self.model = mujoco.MjModel.from_xml_string(self._xml())
+        self.data = mujoco.MjData(self.model)
+        self.data.qpos[:] = (theta, alpha, theta) if self.drive else (theta, alpha)
+        self.motor = ROTOR if self.drive else THETA
+        self.reads = [ROTOR if self.drive and self.drive.get("encoder") == "motor" else THETA, ALPHA]
+        self.substeps = round(1 / (rig.rate * STEP))
+        if abs(self.substeps * STEP * rig.rate - 1) > 1e-9:
+            raise ValueError(f"rate {rig.rate} does not divide into steps of {STEP} s")
+        self.laws = torques(effects, self.motor, STEP)
+        self.pulses = pulses(effects, run)
+        self.samples = 0
+        self.lagged = 0.0  # state of motor.lag, V
+        self.queue: list[float] = []  # past commands, newest first, for motor.delay
+        self.past: list[np.ndarray] = []  # past readings and their rates, newest first, for sensor.delay
+
+    def _parameter(self, effect: str, name: str) -> float:
+        return self.effects.get(effect, {}).get(name, 0.0)
+
+    def _xml(self) -> str:
+        rig, p = self.rig, self._parameter
+        lean, towards = p("arm.tilt", "angle"), p("arm.tilt", "direction")
+        gravity = rig.g * np.array([np.sin(lean) * np.cos(towards), np.sin(lean) * np.sin(towards), -np.cos(lean)])
+        cable = "arm.cable" if "arm.cable" in self.effects else "arm.spring"  # stiffness of x, x², x³
+        spring = f'stiffness="{p(cable, "stiffness")!s} {p(cable, "asymmetry")!s} {p(cable, "cubic")!s}" springref="{p(cable, "rest")!s}"'
+        friction = p("arm.coulomb", "torque") + p("arm.stribeck", "static")  # the latter follows the speed in `advance`
+        # damping of w and of |w| w
+        motor = f'damping="{rig.arm_damping!s} {p("arm.quadratic", "coefficient")!s} 0" frictionloss="{friction!s}" {FRICTION}'
+        arm, (hinge, transverse, axial), armature = principal(rig, p("pendulum.inertia_transverse", "inertia"))
+        rotor = tendon = ""
+        if self.drive:
+            share = float(self.drive["motor_share"]) * rig.arm_inertia
+            arm -= share
+            rotor = f"""<body name="rotor">
+      <joint name="rotor" type="hinge" axis="0 0 1" {motor}/>
+      <inertial pos="0 0 0" mass="1" diaginertia="{share!s} {share!s} {share!s}"/>
+    </body>"""
+            motor, gap = "", p("drive.backlash", "gap")
+            coupling = f'limited="true" range="{-gap / 2!s} {gap / 2!s}" {STOP}' if gap else (
+                f'stiffness="{p("drive.compliance", "stiffness")!s}" damping="{p("drive.compliance", "damping")!s}" springlength="0"'
+            )  # fmt: skip
+            tendon = f'<tendon><fixed name="drive" {coupling}><joint joint="rotor" coef="1"/><joint joint="theta" coef="-1"/></fixed></tendon>'
+        return f"""<mujoco>
+  <compiler angle="radian"/>
+  <option timestep="{STEP}" gravity="{gravity[0]!s} {gravity[1]!s} {gravity[2]!s}" integrator="RK4" cone="elliptic" tolerance="1e-10">
+    <flag contact="disable" refsafe="disable"/>
+  </option>
+  <worldbody>
+    <body name="arm">
+      <joint name="theta" type="hinge" axis="0 0 1" {spring} {motor}/>
+      <inertial pos="0 0 0" mass="1" diaginertia="{arm!s} {arm!s} {arm!s}"/>
+      <body name="pendulum" pos="{rig.arm_length!s} 0 0">
+        <joint name="alpha" type="hinge" axis="1 0 0" armature="{armature!s}" damping="{rig.pend_viscous!s} {p("pendulum.quadratic", "coefficient")!s} 0"
+               stiffness="{p("pendulum.spring", "stiffness")!s}" springref="{p("pendulum.spring", "rest")!s}"
+               frictionloss="{p("pendulum.coulomb", "torque")!s}" {FRICTION}/>
+        <inertial pos="0 0 {rig.pend_com!s}" mass="{rig.pend_mass!s}" diaginertia="{hinge!s} {transverse!s} {axial!s}"/>
+      </body>
+    </body>
+    {rotor}
+  </worldbody>
+  {tendon}
+</mujoco>"""
+
+    @property
+    def state(self) -> np.ndarray:
+        """[theta, alpha, theta_dot, alpha_dot] of arm and pendulum, true, not measured."""
+        return np.concatenate([self.data.qpos[:2], self.data.qvel[:2]])
+
+    @property
+    def rotor(self) -> np.ndarray:
+        """[angle, speed] of the rotor; the arm's without a drive between them."""
+        return np.array([self.data.qpos[self.motor], self.data.qvel[self.motor]])
+
+    def _shown(self) -> np.ndarray:
+        """What the encoders see now, and how fast it changes: [[theta, alpha], [theta_dot, alpha_dot]]."""
+        return np.array([self.data.qpos[self.reads], self.data.qvel[self.reads]])
+
+    def _seen(self) -> np.ndarray:
+        """True angles behind the encoders, late by the sensors' delay: the cubic through the samples on either side."""
+        late = self._parameter("sensor.delay", "delay") * self.rig.rate
+        if late == 0.0:
+            return self._shown()[0]
+        track = [self._shown(), *self.past]
+        whole = int(late)
+        if whole + 1 >= len(track):  # before the run: it stood where it began
+            return track[-1][0]
+        (y1, v1), (y0, v0) = track[whole], track[whole + 1]
+        s, h = 1 - (late - whole), 1 / self.rig.rate
+        return y0 + s * h * v0 + s * s * (3 * (y1 - y0) - h * (2 * v0 + v1)) + s**3 * (h * (v0 + v1) - 2 * (y1 - y0))
+
+    def measure(self, rng: np.random.Generator | None = None, noise: float = 0.0) -> tuple[float, float]:
+        """Encoder angles: late, with offset and scale, noise of ``noise`` counts RMS, rounded to whole counts."""
+        angles = self._seen() + [0.0, self._parameter("sensor.alpha.offset", "angle")]
+        angles = angles * [self.effects.get(f"sensor.{axis}.scale", {}).get("scale", 1.0) for axis in ("theta", "alpha")]
+        per_rad = np.array([self.rig.arm_counts, self.rig.pend_counts]) / (2 * np.pi)
+        counts = angles * per_rad + (noise * rng.standard_normal(2) if rng is not None and noise else 0.0)
+        theta, alpha = np.round(counts) / per_rad + 0.0  # no negative zeros in the files
+        return float(theta), float(alpha)
+
+    def _delayed(self, u: float) -> np.ndarray:
+        """Command at the motor in each substep: a transport delay of any real length, the substep of the edge averaged."""
+        delay = self._parameter("motor.delay", "delay") / STEP  # in substeps
+        whole = int(np.ceil(delay / self.substeps))
+        self.queue = ([u] + self.queue)[: whole + 1]
+        held = self.queue + [0.0] * (whole + 1 - len(self.queue))
+        start = np.arange(self.substeps)
+        # average over [start, start + 1] of the command given `delay` substeps earlier
+        out = np.zeros(self.substeps)
+        for age, value in enumerate(held):  # held during [-age, -age + 1] samples, seen `delay` later
+            begin = -age * self.substeps + delay
+            end = begin + self.substeps
+            out += value * np.clip(np.minimum(start + 1, end) - np.maximum(start, begin), 0.0, 1.0)
+        return out
+
+    def _voltage(self, u: float, middles: np.ndarray) -> np.ndarray:
+        """What reaches the winding in each substep, in command units."""
+        p = self._parameter
+        volts = self._delayed(u)
+        volts = np.sign(volts) * np.maximum(np.abs(volts) - p("motor.deadzone", "width"), 0.0) + p("motor.bias", "voltage")
+        limit = self.effects.get("motor.saturation", {}).get("limit", np.inf)
+        volts = np.clip(volts, -limit, limit)
+        volts = np.where(volts < 0, self.effects.get("motor.asymmetry", {}).get("negative_gain", 1.0), 1.0) * volts
+        volts = volts * (1 + p("motor.drift", "rate") * middles)
+        constant = p("motor.lag", "time_constant")
+        if constant > 0.0:
+            keep = np.exp(-STEP / constant)
+            for i, target in enumerate(volts):  # exact for a held input; the mean over the substep is what turns the arm
+                start, self.lagged = self.lagged, target + (self.lagged - target) * keep
+                volts[i] = target + (start - target) * (1 - keep) * constant / STEP
+        return volts
+
+    def advance(self, u: float) -> None:
+        """Holds the command ``u`` for one sample."""
+        rig, data, motor = self.rig, self.data, self.motor
+        if "sensor.delay" in self.effects:
+            self.past.insert(0, self._shown())
+            del self.past[int(self._parameter("sensor.delay", "delay") * rig.rate) + 1 :]
+        begin = self.samples / rig.rate
+        self.samples += 1
+        edges = begin + STEP * np.arange(self.substeps + 1)
+        middles = edges[:-1] + STEP / 2
+        planned = np.zeros((self.substeps, self.model.nv))  # what does not depend on the motion
+        planned[:, motor] = self._voltage(float(np.clip(u, -rig.vmax, rig.vmax)), middles) * rig.torque_per_volt
+        planned[:, ALPHA] += self._parameter("pendulum.bias", "torque")
+        for axis, start, end, torque in self.pulses:
+            planned[:, axis] += torque * np.clip(np.minimum(edges[1:], end) - np.maximum(edges[:-1], start), 0.0, STEP) / STEP
+        stribeck = self.effects.get("arm.stribeck")
+        if not (self.laws or stribeck):  # constant within stretches: MuJoCo's own loop is faster
+            for torque, stretch in itertools.groupby(planned.tolist()):
+                data.qfrc_applied[:] = torque
+                mujoco.mj_step(self.model, data, nstep=len(list(stretch)))
+            return
+        for t, torque in zip(middles, planned):
+            # torques are held for the step: taken at its middle, extrapolated, they are right to second order
+            speed = data.qvel + 0.5 * STEP * data.qacc
+            angle = data.qpos + 0.5 * STEP * (data.qvel + 0.25 * STEP * data.qacc)
+            driving = torque[motor]
+            for axis, law in self.laws:
+                torque[axis] += law(t, angle, speed, driving)
+            if stribeck:
+                more = (stribeck["static"] - stribeck["coulomb"]) * np.exp(-((speed[motor] / stribeck["velocity"]) ** 2))
+                self.model.dof_frictionloss[motor] = self._parameter("arm.coulomb", "torque") + stribeck["coulomb"] + more
+            data.qfrc_applied[:] = torque
+            mujoco.mj_step(self.model, data)

@@ -1,0 +1,115 @@
+"""The model's motion against MuJoCo's: every rig, every effect of the catalogue, by MuJoCo's own means where it has them."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import furuta
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+
+from mujoco_effects import EFFECTS, Effects, hide  # noqa: E402
+from mujoco_plant import Plant  # noqa: E402
+from mujoco_rig import FAMILIES, TrueRig, rig_toml  # noqa: E402
+
+# Largest difference of the angles over one second from the same state, rad; an encoder count is 1.5e-3 to 3e-3. The model takes four Runge-Kutta steps
+# to a sample of 2 ms, MuJoCo twenty; where the torque is smooth within a sample they agree to 1e-8 and better, the points of two rigs being bodies of
+# 1e-12 kg m2 in MuJoCo included.
+SMOOTH = 5e-8
+TOLERANCE = {
+    # The plant holds applied torques and voltages for a step of 0.1 ms, and takes the mean over one where a command or a kick begins.
+    "motor.delay": 2e-6,
+    "motor.lag": 2e-6,
+    "arm.cogging": 2e-6,
+    "arm.presliding": 1e-4,  # and the model finds the reversal of its way to a step
+    "disturbance.vibration": 2e-6,
+    "disturbance.kick": 1e-5,
+    "disturbance.arm_kick": 1e-5,
+    # The model's dry friction acts within one of its steps (0.5 ms) of the stop, MuJoCo's within 0.1 ms; static friction doubles the difference.
+    "arm.coulomb": 2e-3,
+    "arm.stribeck": 4e-3,
+    "pendulum.coulomb": 2e-3,
+    # MuJoCo's ends of the play bounce a little, and each bounce changes when the next one comes.
+    "drive.backlash": 1e-2,
+}
+
+START = {"hanging": (0.1, np.pi - 0.5, 0.0, 0.0), "falling": (0.0, 0.05, 0.0, 0.0)}
+
+
+def as_truth(rig: furuta.Rig) -> TrueRig:
+    """The rig file's numbers under the plant's names."""
+    p, s = rig.parameters, rig.sensors
+    return TrueRig(
+        rig.name, p["arm.length"], p["arm.inertia"], p["arm.viscous"], p["pendulum.mass"], p["pendulum.com"], p["pendulum.inertia"], p["pendulum.viscous"],
+        p["motor.resistance"], p["motor.torque_constant"], p["motor.back_emf_constant"], p["motor.gear_ratio"], p["motor.efficiency"],
+        p["motor.amplifier_gain"], p["motor.command_limit"], int(s["arm_counts_per_rev"]), int(s["pendulum_counts_per_rev"]), 500,
+        p["environment.gravity"], p["pendulum.inertia_transverse"], p["pendulum.inertia_axial"],
+    )  # fmt: skip
+
+
+RIGS = FAMILIES | {name: as_truth(furuta.Rig.load(name)) for name in furuta.Rig.BUILTIN}
+
+
+def as_file(rig: TrueRig, effects: Effects) -> furuta.Rig:
+    tables = (f'[effects."{id}"]\n' + "".join(f"{name} = {value!r}\n" for name, value in p.items()) for id, p in effects.items())
+    return furuta.Rig.from_toml(rig_toml(rig) + "\n" + "\n".join(tables))
+
+
+def commands(rig: TrueRig) -> np.ndarray:
+    return rig.vmax * 0.5 * np.repeat(np.random.default_rng(3).uniform(-1, 1, 10), round(rig.rate / 10))
+
+
+def both(rig: TrueRig, effects: Effects, start: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """States of the model, of MuJoCo, and what MuJoCo's encoders show."""
+    u = commands(rig)
+    plant = Plant(rig, effects, alpha=start[1], theta=start[0])
+    states, shown = [plant.state], [plant.measure()]
+    for volts in u:
+        plant.advance(volts)
+        states.append(plant.state)
+        shown.append(plant.measure())
+    return furuta.simulate(as_file(rig, effects), start, u, 1 / rig.rate, substeps=4), np.array(states), np.array(shown)
+
+
+def compare(name: str, effect: str, start: str) -> None:
+    if effect != "nothing" and effect not in furuta.catalogue():
+        pytest.skip(f"{effect} is not in the catalogue")
+    if effect == "pendulum.inertia_transverse" and RIGS[name].pend_inertia == 0.0:
+        pytest.skip("a point has no inertia")
+    rig, effects = hide(RIGS[name], () if effect == "nothing" else (effect,), np.random.default_rng(8))
+    if effect.endswith("kick"):
+        effects[effect] |= {"run": 0.0, "time": 0.31234}
+    x, expected, shown = both(rig, effects, START[start])
+    worst = np.abs(x - expected)[:, :2].max()
+    print(f"{name} {effect} {start} {worst:.2e} rad")
+    assert worst < TOLERANCE.get(effect, SMOOTH)
+    if effect in ("sensor.alpha.offset", "sensor.alpha.scale", "sensor.theta.scale"):
+        count = 2 * np.pi / min(rig.arm_counts, rig.pend_counts)
+        assert np.abs(furuta.measure(as_file(rig, effects), x) - shown).max() < 1.01 * count + worst
+
+
+@pytest.mark.parametrize("name", RIGS)
+@pytest.mark.parametrize("effect", ["nothing", *EFFECTS])
+def test_hanging(effect, name):
+    compare(name, effect, "hanging")
+
+
+@pytest.mark.parametrize("name", RIGS)
+@pytest.mark.parametrize("effect", ["nothing", "arm.tilt", "pendulum.inertia_transverse"])
+def test_falling(effect, name):
+    compare(name, effect, "falling")
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_without_any_damping(name):
+    rig = dataclasses.replace(RIGS[name], arm_viscous=0.0, kb=0.0, pend_viscous=0.0)
+    x, expected, _ = both(rig, {}, START["hanging"])
+    worst = np.abs(x - expected)[:, :2].max()
+    print(f"{name} without damping {worst:.2e} rad")
+    assert worst < SMOOTH
+
+
+def test_the_catalogue_holds_nothing_that_is_not_compared():
+    assert set(furuta.catalogue()) <= set(EFFECTS)
