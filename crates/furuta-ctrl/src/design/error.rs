@@ -8,6 +8,8 @@ pub enum Entry {
     A,
     /// The input matrix `B`.
     B,
+    /// The output matrix `C`.
+    C,
     /// The weight of the state, `Q`.
     Q,
     /// The weight of the input, `R`.
@@ -21,6 +23,7 @@ impl core::fmt::Display for Entry {
         f.write_str(match self {
             Entry::A => "A",
             Entry::B => "B",
+            Entry::C => "C",
             Entry::Q => "Q",
             Entry::R => "R",
             Entry::N => "N",

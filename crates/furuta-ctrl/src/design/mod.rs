@@ -5,9 +5,11 @@
 //! | algebraic Riccati equations | [`riccati::discrete`], [`riccati::continuous`] |
 //! | linear-quadratic regulators | [`dlqr`], [`lqr`] |
 //! | a rig's standard balance gain | [`balance`] |
+//! | what the input reaches, what the output shows | [`controllability()`], [`observability`], [`controllability_matrix`] |
 //! | poles, stability | [`poles`], [`spectral_radius`], [`is_schur`], [`is_hurwitz`] |
 
 mod balance;
+pub mod controllability;
 mod elimination;
 mod error;
 mod lqr;
@@ -15,6 +17,9 @@ pub mod riccati;
 mod stability;
 
 pub use balance::{balance, balance_weights};
+pub use controllability::{
+    Controllability, controllability, controllability_matrix, observability,
+};
 pub use error::{DesignError, Entry};
 pub use lqr::{Regulator, Weights, dlqr, lqr};
 pub use stability::{is_hurwitz, is_schur, poles, spectral_radius};
