@@ -27,6 +27,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(linear::zero_order_hold, m)?)?;
     m.add_function(wrap_pyfunction!(design::lqr, m)?)?;
     m.add_function(wrap_pyfunction!(design::dlqr, m)?)?;
+    m.add_function(wrap_pyfunction!(design::controllability, m)?)?;
     m.add_class::<diagnosis::PyDiagnosis>()?;
     m.add_function(wrap_pyfunction!(diagnosis::diagnose, m)?)?;
     Ok(())

@@ -18,6 +18,7 @@ __all__ = [
     "SimulationError",
     "__version__",
     "catalogue",
+    "controllability",
     "diagnose",
     "dlqr",
     "linearize",
@@ -83,6 +84,7 @@ def lqr(
 def dlqr(
     A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128]]: ...
+def controllability(A: ArrayLike, B: ArrayLike) -> tuple[NDArray[np.float64], int, float]: ...
 
 _Path: TypeAlias = str | os.PathLike[str]
 _Recording: TypeAlias = _Path | dict[str, ArrayLike]
