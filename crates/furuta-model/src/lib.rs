@@ -6,12 +6,13 @@
 //!
 //! | Module | What it holds |
 //! |---|---|
-//! | [`scalar`], [`jet`], [`trig`] | the numbers the model is generic in |
+//! | [`scalar`], [`jet`], [`lanes`], [`trig`] | the numbers the model is generic in |
 //! | [`state`], [`params`] | `x = [theta, alpha, theta_dot, alpha_dot]`, physical parameters and their ranges |
 //! | [`dynamics`], [`energy`] | manipulator form `M(q) q'' + bias + gravity = torque`, kinetic and potential energy |
 //! | [`effects`] | what the equations leave out: friction, springs, dead zones, delays, ... one file each |
 //! | [`plant`], [`integrate`] | a rig with its effects, stepped by RK4 under a held command |
 //! | [`mod@linearize`], [`discretize`] | exact Jacobians; zero-order-hold discretisation |
+//! | `simulate` (feature `std`) | whole trajectories, and thousands of them at once |
 //! | `rig` (feature `std`) | rig files (TOML) and the built-in rigs |
 //!
 //! ```
@@ -34,17 +35,21 @@ pub mod effects;
 pub mod energy;
 pub mod integrate;
 pub mod jet;
+pub mod lanes;
 pub mod linearize;
 pub mod params;
 pub mod plant;
 #[cfg(feature = "std")]
 pub mod rig;
 pub mod scalar;
+#[cfg(feature = "std")]
+pub mod simulate;
 pub mod state;
 pub mod trig;
 
 pub use effects::{CATALOGUE, Effect, EffectError, Spec};
 pub use jet::Jet;
+pub use lanes::Lanes;
 pub use linearize::{Linear, linearize};
 pub use params::{Arm, Motor, ParamError, Params, Pendulum};
 pub use plant::{Plant, PlantError, PlantState};

@@ -48,7 +48,7 @@ impl<S: Copy> State<S> {
     }
 
     /// Every component through `f`.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn map<T>(self, f: impl Fn(S) -> T) -> State<T> {
         State {

@@ -16,16 +16,31 @@ const ROUND_F32: f32 = 12_582_912.0;
 /// ```
 #[inline]
 #[must_use]
-#[allow(clippy::excessive_precision, clippy::cast_possible_truncation)]
 pub fn sin_cos_f64(x: f64) -> (f64, f64) {
-    if !(x > -1e5 && x < 1e5) {
-        return libm::sincos(x);
+    if near_f64(x) {
+        reduced_f64(x)
+    } else {
+        libm::sincos(x)
     }
+}
+
+/// Whether [`reduced_f64`] is right for `x`.
+#[inline(always)]
+pub(crate) fn near_f64(x: f64) -> bool {
+    x > -1e5 && x < 1e5
+}
+
+/// [`sin_cos_f64`] without a branch, so that lanes of it become vector instructions.
+#[inline(always)]
+#[allow(clippy::excessive_precision)]
+pub(crate) fn reduced_f64(x: f64) -> (f64, f64) {
     // pi/2 in three parts; k has at most 17 bits, the first two parts 33 bits each: k * part is exact.
     const P1: f64 = 1.570_796_326_734_125_614_17e0;
     const P2: f64 = 6.077_100_506_303_965_976_60e-11;
     const P3: f64 = 2.022_266_248_795_950_631_54e-21;
-    let k = (x * core::f64::consts::FRAC_2_PI + ROUND_F64) - ROUND_F64;
+    // The quadrant stands in the low bits of the rounded sum.
+    let rounded = x * core::f64::consts::FRAC_2_PI + ROUND_F64;
+    let k = rounded - ROUND_F64;
     let r = ((x - k * P1) - k * P2) - k * P3;
     let z = r * r;
     let s = r + r
@@ -44,7 +59,12 @@ pub fn sin_cos_f64(x: f64) -> (f64, f64) {
                         + z * (-2.755_731_435_139_066_330_35e-07
                             + z * (2.087_572_321_298_174_827_90e-09
                                 - z * 1.135_964_755_778_819_482_65e-11)))));
-    quadrant(k as i64, s, c)
+    let q = rounded.to_bits();
+    let (sin, cos) = if q & 1 == 0 { (s, c) } else { (c, s) };
+    (
+        f64::from_bits(sin.to_bits() ^ ((q & 2) << 62)),
+        f64::from_bits(cos.to_bits() ^ ((q.wrapping_add(1) & 2) << 62)),
+    )
 }
 
 /// Sine and cosine of `x` radians in single precision.
@@ -55,15 +75,29 @@ pub fn sin_cos_f64(x: f64) -> (f64, f64) {
 /// ```
 #[inline]
 #[must_use]
-#[allow(clippy::excessive_precision, clippy::cast_possible_truncation)]
 pub fn sin_cos_f32(x: f32) -> (f32, f32) {
-    if !(x > -1e4 && x < 1e4) {
-        return libm::sincosf(x);
+    if near_f32(x) {
+        reduced_f32(x)
+    } else {
+        libm::sincosf(x)
     }
+}
+
+/// Whether [`reduced_f32`] is right for `x`.
+#[inline(always)]
+pub(crate) fn near_f32(x: f32) -> bool {
+    x > -1e4 && x < 1e4
+}
+
+/// [`sin_cos_f32`] without a branch.
+#[inline(always)]
+#[allow(clippy::excessive_precision)]
+pub(crate) fn reduced_f32(x: f32) -> (f32, f32) {
     const P1: f32 = 1.570_312_5;
     const P2: f32 = 4.837_512_969_970_703e-4;
     const P3: f32 = 7.549_789_948_768_648e-8;
-    let k = (x * core::f32::consts::FRAC_2_PI + ROUND_F32) - ROUND_F32;
+    let rounded = x * core::f32::consts::FRAC_2_PI + ROUND_F32;
+    let k = rounded - ROUND_F32;
     let r = ((x - k * P1) - k * P2) - k * P3;
     let z = r * r;
     let s = r + r * z * (-1.666_665_461_1e-1 + z * (8.332_160_873_6e-3 - z * 1.951_529_589_1e-4));
@@ -71,15 +105,11 @@ pub fn sin_cos_f32(x: f32) -> (f32, f32) {
         + z * z
             * (4.166_664_568_298_827e-2
                 + z * (-1.388_731_625_493_765e-3 + z * 2.443_315_711_809_948e-5));
-    quadrant(i64::from(k as i32), s, c)
-}
-
-#[inline(always)]
-fn quadrant<T: Copy + core::ops::Neg<Output = T>>(k: i64, s: T, c: T) -> (T, T) {
-    let (sin, cos) = if k & 1 == 0 { (s, c) } else { (c, s) };
+    let q = rounded.to_bits();
+    let (sin, cos) = if q & 1 == 0 { (s, c) } else { (c, s) };
     (
-        if k & 2 == 0 { sin } else { -sin },
-        if (k + 1) & 2 == 0 { cos } else { -cos },
+        f32::from_bits(sin.to_bits() ^ ((q & 2) << 30)),
+        f32::from_bits(cos.to_bits() ^ ((q.wrapping_add(1) & 2) << 30)),
     )
 }
 

@@ -199,7 +199,7 @@ impl<S: Scalar> Plant<S> {
             }
         };
         if self.one_body(s.contact) {
-            let x = rk4(s.x, h, |stage: Stage, x: &State<S>| {
+            let x = rk4(s.x, h, &|stage: Stage, x: &State<S>| {
                 let i = stage as usize;
                 let (clock, volts) = (stages.clocks[i], stages.volts[i]);
                 let balance = self.balance(&self.coefficients, clock, x, volts, memory(x), None);
@@ -217,7 +217,7 @@ impl<S: Scalar> Plant<S> {
             rotor: s.rotor,
         };
         let load = self.load();
-        rk4(start, h, |stage: Stage, m: &TwoBody<S>| {
+        rk4(start, h, &|stage: Stage, m: &TwoBody<S>| {
             let i = stage as usize;
             let passed = self.spring_torque(m, s.contact);
             let (clock, volts) = (stages.clocks[i], stages.volts[i]);

@@ -2,7 +2,7 @@
 
 use super::{EVENTS, Plant, PlantState};
 use crate::effects::{Acts, Clock, Law};
-use crate::integrate::{Fixed, Length, Stage, Variable, rk4};
+use crate::integrate::{Field, Fixed, Length, Stage, Variable, rk4};
 use crate::scalar::Scalar;
 use crate::state::State;
 
@@ -12,18 +12,20 @@ const FLOWS: Acts = Acts::DRY_FRICTION.and(Acts::MEMORY).and(Acts::DRIVE);
 impl<S: Scalar> Plant<S> {
     /// Advances by `h` seconds under the command `u` (V), held meanwhile: one step of the classical Runge-Kutta method, cut where the
     /// equations jump.
-    #[inline]
+    #[inline(always)]
     pub fn step(&self, s: &mut PlantState<S>, u: S, h: S::Real) {
-        if self.acts.touches(EVENTS) {
+        // In lanes there are none: `Plant::new` sees to it.
+        if S::LANES == 1 && self.acts.touches(EVENTS) {
             self.step_through_events(s, u, h);
         } else {
             self.smooth(s, u, Fixed(h));
         }
-        if self.acts.includes(Acts::SENSOR_DELAY) {
+        if S::LANES == 1 && self.acts.includes(Acts::SENSOR_DELAY) {
             self.remember_reading(s, h);
         }
     }
 
+    #[inline(never)]
     fn step_through_events(&self, s: &mut PlantState<S>, u: S, h: S::Real) {
         if !self.acts.includes(Acts::DELAY) {
             self.stretch(s, u, Fixed(h));
@@ -93,12 +95,12 @@ impl<S: Scalar> Plant<S> {
     fn smooth<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) {
         let volts = self.voltages(s, u, h);
         let clocks = clocks(s, h);
-        s.x = rk4(s.x, h, |stage, x| {
-            let i = stage as usize;
-            let balance = self.balance(&self.coefficients, clocks[i], x, volts[i], S::ZERO, None);
-            let a = balance.inverse.times(balance.free);
-            State::new(x.theta_dot, x.alpha_dot, a[0], a[1])
-        });
+        let field = Smooth {
+            plant: self,
+            volts,
+            clocks,
+        };
+        s.x = rk4(s.x, h, &field);
         s.voltage = volts[Stage::End as usize];
         s.t += h.of(S::ONE);
     }
@@ -151,6 +153,30 @@ impl<S: Scalar> Plant<S> {
             let cube = -(after + before + fall + fall);
             new[i] + back * (back * (back * cube + square) - after)
         })
+    }
+}
+
+/// The equations of motion without events.
+struct Smooth<'a, S> {
+    plant: &'a Plant<S>,
+    volts: [S; 3],
+    clocks: [Clock<S>; 3],
+}
+
+impl<S: Scalar> Field<State<S>> for Smooth<'_, S> {
+    #[inline(always)]
+    fn slope(&self, stage: Stage, x: &State<S>) -> State<S> {
+        let (i, p) = (stage as usize, self.plant);
+        let balance = p.balance(
+            &p.coefficients,
+            self.clocks[i],
+            x,
+            self.volts[i],
+            S::ZERO,
+            None,
+        );
+        let a = balance.inverse.times(balance.free);
+        State::new(x.theta_dot, x.alpha_dot, a[0], a[1])
     }
 }
 

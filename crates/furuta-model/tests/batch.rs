@@ -1,0 +1,159 @@
+//! Many rollouts at once against one at a time.
+
+use furuta_model::simulate::{
+    Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError, batch, trajectory,
+};
+use furuta_model::{CATALOGUE, Effect, Rig, State};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+fn rollouts(effects: &[Effect<f64>], count: usize) -> Vec<Rollout> {
+    let rig = Rig::builtin("shahzad2022-srv02").expect("built in");
+    (0..count)
+        .map(|i| {
+            let mut params = rig.params;
+            let x = i as f64 / count as f64;
+            params.pendulum.mass *= 0.8 + 0.4 * x;
+            params.arm.inertia *= 1.2 - 0.4 * x;
+            Rollout {
+                params,
+                effects: effects.to_vec(),
+                start: State::new(x, 3.0 - x, 2.0 * x, -x),
+            }
+        })
+        .collect()
+}
+
+/// Every effect of the catalogue, in lanes or not: to the bit what a rollout alone gives, also where lanes are left over.
+#[test]
+fn a_batch_is_to_the_bit_what_its_rollouts_are_alone() {
+    let params = Rig::builtin("shahzad2022-srv02").expect("built in").params;
+    let commands: Vec<f64> = (0..400)
+        .map(|k| 3.0 * (f64::from(k) * 0.03).sin())
+        .collect();
+    let mut sets = vec![vec![]];
+    sets.extend(CATALOGUE.iter().map(|spec| {
+        let values: Vec<f64> = spec
+            .parameters
+            .iter()
+            .map(|p| p.off + (p.typical)(&params))
+            .collect();
+        vec![Effect::new(spec.id, &values).expect("valid")]
+    }));
+    for effects in sets {
+        let rollouts = rollouts(&effects, 13);
+        let run = Run {
+            period: 2e-3,
+            samples: 400,
+            keep: Keep::Every(100),
+        };
+        let together = batch(&rollouts, &OpenLoop(&commands), run, &|_| ()).expect("valid");
+        for (i, r) in rollouts.iter().enumerate() {
+            let plant = furuta_model::Plant::new(&r.params, &r.effects).expect("valid");
+            let alone = trajectory(&plant, plant.rest(r.start), &commands, 2e-3, 1, |_| true)
+                .expect("valid");
+            let kept: Vec<_> = alone.iter().step_by(100).copied().collect();
+            assert_eq!(together.rollout(i), kept, "{effects:?}, rollout {i}");
+        }
+    }
+}
+
+#[test]
+fn mixed_batches_run_as_well() {
+    let spring = Effect::new("arm.spring", &[0.1, 0.0]).expect("valid");
+    let friction = Effect::new("arm.coulomb", &[0.01]).expect("valid");
+    let mut mixed = rollouts(&[], 5);
+    mixed.extend(rollouts(&[spring], 5));
+    mixed.extend(rollouts(&[friction], 5));
+    let run = Run {
+        period: 1e-3,
+        samples: 200,
+        keep: Keep::Last,
+    };
+    let done = AtomicUsize::new(0);
+    let policy = Feedback {
+        gain: [-1.0, 27.0, -2.0, 3.5],
+        reference: State::upright(),
+        limit: 10.0,
+    };
+    let together = batch(&mixed, &policy, run, &|n| {
+        done.fetch_max(n, Ordering::Relaxed);
+    })
+    .expect("valid");
+    assert_eq!(done.into_inner(), 15);
+    for (i, r) in mixed.iter().enumerate() {
+        let plant = furuta_model::Plant::new(&r.params, &r.effects).expect("valid");
+        let mut s = plant.rest(r.start);
+        for k in 0..200 {
+            let u = policy.command(k, &s.x);
+            plant.step(&mut s, u, 1e-3);
+        }
+        assert_eq!(together.rollout(i), [s.x]);
+    }
+}
+
+#[test]
+fn what_cannot_be_run_is_named() {
+    let message = |rollouts: &[Rollout], run: Run| {
+        batch(rollouts, &OpenLoop(&[]), run, &|_| ())
+            .expect_err("must be refused")
+            .to_string()
+    };
+    let run = Run {
+        period: 1e-3,
+        samples: 10,
+        keep: Keep::Last,
+    };
+    let mut bad = rollouts(&[], 3);
+    bad[2].params.pendulum.mass = -0.1;
+    let text = message(&bad, run);
+    assert!(
+        text.contains("rollout 2: pendulum.mass = -0.1") && text.contains("(0, 100] kg"),
+        "{text}"
+    );
+    let mut bad = rollouts(&[], 3);
+    bad[1].start.alpha_dot = f64::NAN;
+    assert!(message(&bad, run).contains("alpha_dot = NaN"));
+    for period in [0.0, -1.0, 1e9, f64::NAN, f64::INFINITY] {
+        let text = message(&rollouts(&[], 1), Run { period, ..run });
+        assert!(text.contains("(0, 1] s"), "{text}");
+    }
+    let nothing = Run {
+        keep: Keep::Every(0),
+        ..run
+    };
+    assert!(message(&rollouts(&[], 1), nothing).contains("every 0th"));
+    assert_eq!(
+        batch(&[], &OpenLoop(&[]), run, &|_| ())
+            .expect("empty is fine")
+            .states(),
+        []
+    );
+
+    let plant = Rig::builtin("qube-servo-2").expect("built in").plant();
+    let one = |commands: &[f64], substeps| {
+        trajectory(
+            &plant,
+            plant.rest(State::hanging()),
+            commands,
+            1e-3,
+            substeps,
+            |_| true,
+        )
+    };
+    assert_eq!(one(&[0.0], 0), Err(SimulationError::Substeps));
+    let text = one(&[0.0, f64::INFINITY], 1)
+        .expect_err("not finite")
+        .to_string();
+    assert!(text.contains("sample 1, inf V"), "{text}");
+    let text = one(&[1e300; 50], 1).expect_err("diverges").to_string();
+    assert!(text.contains("no longer finite after sample"), "{text}");
+    let stopped = trajectory(
+        &plant,
+        plant.rest(State::hanging()),
+        &[0.0; 20_000],
+        1e-3,
+        1,
+        |_| false,
+    );
+    assert_eq!(stopped, Err(SimulationError::Stopped { sample: 16_384 }));
+}
