@@ -50,6 +50,22 @@ def equations() -> Callable[..., tuple[float, float, float, float, float]]:
     return sp.lambdify((*angles, *rates, *values), outputs, modules="math", cse=True)
 
 
+def constants(parameters: dict[str, float]) -> dict[str, float]:
+    """Values of ``ARGUMENTS`` from a rig file's numbers."""
+    keys = {
+        "J": "arm.inertia", "m": "pendulum.mass", "L": "arm.length", "c": "pendulum.com", "I": "pendulum.inertia",
+        "It": "pendulum.inertia_transverse", "Ia": "pendulum.inertia_axial", "g": "environment.gravity",
+    }  # fmt: skip
+    return {symbol: parameters[key] for symbol, key in keys.items()}
+
+
+def motor(parameters: dict[str, float]) -> tuple[float, float]:
+    """Torque per volt and damping of the arm, N m/V and N m s/rad, from a rig file's numbers."""
+    p = {key.split(".")[1]: value for key, value in parameters.items() if key.startswith("motor")}
+    shaft = p["torque_constant"] * p["gear_ratio"] * p["efficiency"] / p["resistance"]
+    return p["amplifier_gain"] * shaft, shaft * p["back_emf_constant"] * p["gear_ratio"] + parameters["arm.viscous"]
+
+
 def accelerations(values: dict[str, float], x: np.ndarray, torque: tuple[float, float]) -> tuple[float, float]:
     """[theta'', alpha''] of [theta, alpha, theta_dot, alpha_dot] under generalized torques."""
     m11, m12, m22, r1, r2 = equations()(*x, *(values.get(name, 0.0) for name in ARGUMENTS))

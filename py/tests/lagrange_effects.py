@@ -111,7 +111,7 @@ class Motion:
 
         pendulum = -rig.pend_viscous * alpha_dot - p("pendulum.quadratic", "coefficient") * abs(alpha_dot) * alpha_dot
         pendulum += self.friction("pendulum.coulomb", alpha_dot) + p("pendulum.bias", "torque") + self.kick("disturbance.kick", t)
-        pendulum -= p("pendulum.spring", "stiffness") * (alpha - p("pendulum.spring", "rest"))
+        pendulum -= p("pendulum.spring", "stiffness") * (alpha - p("pendulum.spring", "rest", np.pi))
 
         if self.drive:
             through = self.transmitted(angle - theta, speed - theta_dot, alpha)

@@ -106,7 +106,7 @@ class Plant:
       <inertial pos="0 0 0" mass="1" diaginertia="{arm!s} {arm!s} {arm!s}"/>
       <body name="pendulum" pos="{rig.arm_length!s} 0 0">
         <joint name="alpha" type="hinge" axis="1 0 0" armature="{armature!s}" damping="{rig.pend_viscous!s} {p("pendulum.quadratic", "coefficient")!s} 0"
-               stiffness="{p("pendulum.spring", "stiffness")!s}" springref="{p("pendulum.spring", "rest")!s}"
+               stiffness="{p("pendulum.spring", "stiffness")!s}" springref="{self.effects.get("pendulum.spring", {}).get("rest", np.pi)!s}"
                frictionloss="{p("pendulum.coulomb", "torque")!s}" {FRICTION}/>
         <inertial pos="0 0 {rig.pend_com!s}" mass="{rig.pend_mass!s}" diaginertia="{hinge!s} {transverse!s} {axial!s}"/>
       </body>

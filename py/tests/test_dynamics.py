@@ -9,31 +9,15 @@ import pytest
 from scipy.signal import cont2discrete
 
 
-def constants(rig):
-    p = rig.parameters
-    keys = {
-        "J": "arm.inertia", "m": "pendulum.mass", "L": "arm.length", "c": "pendulum.com", "I": "pendulum.inertia",
-        "It": "pendulum.inertia_transverse", "Ia": "pendulum.inertia_axial", "g": "environment.gravity",
-    }  # fmt: skip
-    return {symbol: p[key] for symbol, key in keys.items()}
-
-
-def motor(rig):
-    """Torque per volt and damping of the arm, N m/V and N m s/rad, from the rig file's formula."""
-    p = {key.split(".")[1]: value for key, value in rig.parameters.items() if key.startswith("motor")}
-    shaft = p["torque_constant"] * p["gear_ratio"] * p["efficiency"] / p["resistance"]
-    return p["amplifier_gain"] * shaft, shaft * p["back_emf_constant"] * p["gear_ratio"] + rig.parameters["arm.viscous"]
-
-
 def reference(rig, x0, u, dt):
-    per_volt, damping = motor(rig)
+    per_volt, damping = lagrange.motor(rig.parameters)
     viscous = rig.parameters["pendulum.viscous"]
 
     def torque(t, x):
         k = min(int(np.floor(t / dt + 1e-9)), len(u) - 1)
         return per_volt * u[k] - damping * x[2], -viscous * x[3]
 
-    return lagrange.integrate(constants(rig), torque, x0, dt * np.arange(len(u) + 1))
+    return lagrange.integrate(lagrange.constants(rig.parameters), torque, x0, dt * np.arange(len(u) + 1))
 
 
 ROD = furuta.Rig.load("qube-servo-2").with_parameters({"pendulum.inertia_transverse": 2.1e-5, "pendulum.inertia_axial": 4e-6})
@@ -54,12 +38,12 @@ def test_trajectory(rig, start):
 @pytest.mark.parametrize("rig", RIGS, ids=lambda rig: rig.name)
 def test_jacobians(rig):
     """Central differences of the derived equations: 1e-6 relative is what a step of 1e-5 leaves."""
-    per_volt, damping = motor(rig)
+    per_volt, damping = lagrange.motor(rig.parameters)
 
     def rate(z):
         x, u = z[:4], z[4]
         torque = (per_volt * u - damping * x[2], -rig.parameters["pendulum.viscous"] * x[3])
-        return np.concatenate([x[2:], lagrange.accelerations(constants(rig), x, torque)])
+        return np.concatenate([x[2:], lagrange.accelerations(lagrange.constants(rig.parameters), x, torque)])
 
     for point in ([0.0, 0.0, 0.0, 0.0, 0.0], [0.4, np.pi, 0.0, 0.0, 0.0], [-1.0, 0.7, 2.0, -3.0, 0.5]):
         step = 1e-5
