@@ -100,6 +100,9 @@ pub fn trajectory<F: Float>(
             .map_err(|_| "too many effects")?;
     }
     let plant = Plant::new(&params.cast(), &effects).map_err(|_| "no such plant")?;
+    plant
+        .check_period(PERIOD)
+        .map_err(|_| "no such plant at this period")?;
 
     let number = F::from_f64;
     let period = number(PERIOD);
