@@ -71,6 +71,38 @@ def test_motion_follows_the_energies(effect, start):
     assert difference < DIFFERENCES.get(effect, 1e-6) * (4 if start[1] < 1 else 1)
 
 
+TOGETHER = (
+    ("motor.deadzone", "motor.bias", "motor.saturation"),
+    ("motor.asymmetry", "motor.drift", "motor.lag"),
+    ("arm.cable", "arm.cogging", "disturbance.vibration"),
+    ("pendulum.inertia_transverse", "pendulum.spring", "arm.quadratic"),
+    ("drive.compliance", "arm.tilt", "arm.spring"),
+    ("drive.compliance", "arm.presliding", "motor.delay"),
+    ("drive.compliance", "arm.coulomb", "arm.cogging"),
+    ("arm.stribeck", "pendulum.coulomb", "pendulum.bias"),
+)
+
+
+@pytest.mark.parametrize("ids", TOGETHER, ids=lambda ids: "+".join(ids))
+def test_effects_together(ids):
+    """Three at once: each acts on what the others leave, in the order and on the side that is written down."""
+    rig, effects = hide(RIG, ids, np.random.default_rng(6))
+    u, start = commands(400), [0.1, np.pi - 0.4, 1.0, -2.0]
+    expected = Motion(rig, effects, u).at(np.arange(401) / rig.rate, start)
+    got, _ = mujoco_states(rig, effects, u, np.array(start))
+    difference = np.abs(got - expected[:, :4])[:, :2].max()
+    print(ids, difference)
+    assert difference < sum(DIFFERENCES.get(effect, 1e-6) for effect in ids)
+
+
+def test_what_cannot_be_hidden_is_named():
+    for ids, message in ((("drive.backlash", "drive.compliance"), "room for one"), (("arm.magic",), "no effect called 'arm.magic'")):
+        with pytest.raises(ValueError, match=message):
+            hide(RIG, ids, np.random.default_rng(0))
+    with pytest.raises(ValueError, match="has no arm.magic"):
+        Plant(RIG, {"arm.magic": {}}, alpha=0.0)
+
+
 @pytest.mark.parametrize("effect", [id for id in EFFECTS if id.startswith("sensor")])
 def test_what_the_encoders_read(effect):
     rig, effects = hidden(effect)
