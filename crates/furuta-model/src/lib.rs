@@ -11,7 +11,8 @@
 //! | [`dynamics`], [`energy`] | manipulator form `M(q) q'' + bias + gravity = torque`, kinetic and potential energy |
 //! | [`effects`] | what the equations leave out: friction, springs, dead zones, delays, ... one file each |
 //! | [`plant`], [`integrate`] | a rig with its effects, stepped by RK4 under a held command |
-//! | [`mod@linearize`], [`discretize`] | exact Jacobians; zero-order-hold discretisation |
+//! | [`mod@linearize`], [`discretize`], [`transfer`] | exact Jacobians; zero-order-hold discretisation; transfer functions |
+//! | [`zero_dynamics`] | the arm's motion under a pendulum that follows a prescribed one |
 //! | `simulate` (feature `std`) | whole trajectories, and thousands of them at once |
 //! | `rig` (feature `std`) | rig files (TOML) and the built-in rigs |
 //!
@@ -45,7 +46,9 @@ pub mod scalar;
 #[cfg(feature = "std")]
 pub mod simulate;
 pub mod state;
+pub mod transfer;
 pub mod trig;
+pub mod zero_dynamics;
 
 pub use effects::{CATALOGUE, Effect, EffectError, Spec};
 pub use jet::Jet;

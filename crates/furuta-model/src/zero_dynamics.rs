@@ -1,0 +1,37 @@
+//! What the arm must do while the pendulum follows a prescribed motion: the zero dynamics of the output `alpha`.
+//!
+//! The pendulum's equation of motion holds no command. Once `alpha(t)` is prescribed, it is an equation for the arm alone:
+//!
+//! ```text
+//! theta'' = (M22 alpha'' + b_p alpha' - weight sin(alpha) - k sin(alpha) cos(alpha) theta'²) / (m L_r c cos(alpha))
+//! ```
+//!
+//! with the terms of [`crate::dynamics`]. For `alpha = 0` it reads `theta'' = 0`: the arm drifts on at its speed. The two poles at the
+//! origin mean that the arm's motion neither settles nor runs away by itself, so the arm's part of an output regulator has to be found by
+//! solving this equation (paper: Ramos-Velasco, Ruiz-Leon, Celikovsky, eq. (28), (30)).
+
+use crate::dynamics::Angle;
+use crate::params::Coefficients;
+use crate::scalar::Scalar;
+use crate::state::State;
+
+/// The arm's acceleration, rad/s², at which the pendulum in state `x` accelerates by `alpha_ddot` (rad/s²).
+///
+/// Not finite where the pendulum is horizontal: there the arm does not act on it.
+///
+/// ```
+/// use furuta_model::{Rig, State, dynamics::acceleration, zero_dynamics::arm_acceleration};
+/// let c = Rig::builtin("qube-servo-2").expect("built in").params.coefficients();
+/// let x = State::new(0.3, 0.2, -4.0, 1.5);
+/// // Whatever the command, the two accelerations of the model satisfy it.
+/// let [theta_ddot, alpha_ddot] = acceleration(&c, &x, 2.5);
+/// assert!((arm_acceleration(&c, &x, alpha_ddot) - theta_ddot).abs() < 1e-9 * theta_ddot.abs());
+/// ```
+#[must_use]
+pub fn arm_acceleration<S: Scalar>(c: &Coefficients<S>, x: &State<S>, alpha_ddot: S) -> S {
+    let a = Angle::of(x.alpha);
+    let centrifugal = c.swing * (a.sin * a.cos) * (x.theta_dot * x.theta_dot);
+    let moment =
+        c.pendulum * alpha_ddot + c.pendulum_damping * x.alpha_dot - c.weight * a.sin - centrifugal;
+    moment / (c.coupling * a.cos)
+}
