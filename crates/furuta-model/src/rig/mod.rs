@@ -2,6 +2,7 @@
 
 mod builtin;
 mod file;
+pub mod published;
 
 pub use file::RigError;
 
