@@ -76,6 +76,8 @@ pub struct Erratum {
 pub struct Paper {
     /// The built-in rig with its parameters.
     pub rig: &'static str,
+    /// How its figures are to be read.
+    pub note: &'static str,
     /// Its figures in the paper's order.
     pub figures: &'static [Figure],
     /// Its mistakes in the paper's order.

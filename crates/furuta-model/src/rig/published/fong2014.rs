@@ -12,6 +12,7 @@ const FITTED: &str = "fitted to measurements, not derived: shows what (28) is mi
 
 pub(super) const PAPER: Paper = Paper {
     rig: "fong2014-emecs",
+    note: "Ours beside (29) is (28), alpha(s) / u(s) hanging: its numbers are not in the text we have, they follow from Table 1.",
     figures: &FIGURES,
     errata: &[Erratum {
         place: "Table 1",

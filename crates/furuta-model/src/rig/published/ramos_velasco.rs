@@ -12,6 +12,7 @@ const SIGN: &str = "that damping, and a sign lost at w2^3";
 
 pub(super) const PAPER: Paper = Paper {
     rig: "ramos-velasco",
+    note: "The paper's alpha is our theta, its beta our -alpha. Its model is planar, without the sin2 inertia m_2 l_2^2 that the rig has: ours of sec. 4 are of the planar model, lambda = 1.",
     figures: &FIGURES,
     errata: &[
         Erratum {
@@ -36,7 +37,7 @@ pub(super) const PAPER: Paper = Paper {
             place: "sec. 4.2",
             printed: "f_41 = -((T_2 + c_12) beta' + d_11 g_2) / p",
             corrected: "f_41 = (d_11 g_2 - d_12 (T_2 + c_12) beta') / p",
-            reason: "(38) solved for beta''; (39) has the sign of d_11 g_2 right; with that of sec. 4.2 gravity would pull the upright pendulum up",
+            reason: "(38) solved for beta''; (39) has the sign of d_11 g_2 right; with that of sec. 4.2 gravity would right a leaning pendulum",
         },
         Erratum {
             place: "sec. 4.1, control law",
@@ -54,7 +55,7 @@ pub(super) const PAPER: Paper = Paper {
             place: "sec. 4.2, pi_eta",
             printed: "530.92 w1 - 147.97 w1^3 + 73.80 w1^2 w2 - 221.95 w1 w2^2 + 58.55 w2^3 beside -81.23 w2",
             corrected: "-81.23 w2 - 18.69 w1^2 w2 - 21.81 w2^3",
-            reason: "even powers of the damping come from (39) as printed, which 530.92, -147.97 and -221.95 solve exactly; 73.80 and 58.55 solve it with the sign of the right-hand side's w2^3 turned round (else 36.42 and 14.93)",
+            reason: "530.92, -147.97 and -221.95 solve the zero dynamics of (39) as printed, whose damping lacks d_12 and d_22; 73.80 and 58.55 do so with the sign of its w2^3 term turned round (with the right one, 36.42 and 14.93); without that damping none of them remains",
         },
     ],
 };

@@ -10,6 +10,7 @@ const WEIGHTS: &str = "weights not printed; Q = I, R = 1 gives every digit";
 
 pub(super) const PAPER: Paper = Paper {
     rig: "shahzad2022-srv02",
+    note: "The paper orders its state theta, theta_dot, alpha, alpha_dot; entries are named here, so the order does not matter.",
     figures: &FIGURES,
     errata: &[
         Erratum {
