@@ -13,6 +13,7 @@
 //! | [`plant`], [`integrate`] | a rig with its effects, stepped by RK4 under a held command |
 //! | [`mod@linearize`], [`discretize`], [`transfer`] | exact Jacobians; zero-order-hold discretisation; transfer functions |
 //! | [`zero_dynamics`] | the arm's motion under a pendulum that follows a prescribed one |
+//! | [`signals`] | test signals: steps, chirp, multisine, PRBS, noise, ... |
 //! | `simulate` (feature `std`) | whole trajectories, and thousands of them at once |
 //! | `rig` (feature `std`) | rig files (TOML) and the built-in rigs |
 //!
@@ -43,6 +44,7 @@ pub mod plant;
 #[cfg(feature = "std")]
 pub mod rig;
 pub mod scalar;
+pub mod signals;
 #[cfg(feature = "std")]
 pub mod simulate;
 pub mod state;
