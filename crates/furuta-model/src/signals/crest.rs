@@ -231,18 +231,23 @@ mod tests {
         for (a, b) in signal.lines().iter().zip(optimised.lines()) {
             assert_eq!(a.harmonic, b.harmonic);
         }
-        println!("{harmonics:?} {phases:?} {crest:?}");
         crest
     }
 
+    /// 31 sines of equal amplitude in a row: about 1.4 is the best known; Schroeder's phases give 1.78, random ones 2.2 to 3.5.
+    /// Sines spaced by factors cannot be packed as tightly. The bounds leave some percent above what was found.
     #[test]
     fn lower_than_schroeders() {
-        for harmonics in [Harmonics::All, Harmonics::Odd, Harmonics::Logarithmic(12)] {
+        for (harmonics, bound) in [
+            (Harmonics::All, 1.53),
+            (Harmonics::Odd, 1.56),
+            (Harmonics::Logarithmic(12), 1.72),
+        ] {
             let found = crest(harmonics, Phases::Schroeder);
-            assert!(found.after < found.before);
+            assert!(found.after < bound && found.before > bound);
             for seed in 0..5 {
                 let found = crest(harmonics, Phases::Random(seed));
-                assert!(found.after < found.before);
+                assert!(found.after < bound && found.before > bound);
             }
         }
     }

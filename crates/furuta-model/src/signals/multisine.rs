@@ -29,7 +29,7 @@ pub enum Harmonics {
     All,
     /// The odd ones: what shows at an even one in the response is a nonlinearity that is even.
     Odd,
-    /// So many, spaced as evenly in their logarithm as whole numbers can be.
+    /// So many (or all, if there are no more), spaced as evenly in their logarithm as whole numbers can be.
     Logarithmic(usize),
 }
 
@@ -73,7 +73,7 @@ impl Multisine {
     ///
     /// # Errors
     /// An RMS outside [0, 1000] V; a fundamental outside [1e-4, 1e5] Hz; a band that is not `0 <= low <= high <= 2048
-    /// fundamental`, holds no multiple of the fundamental, or more than [`MAX_LINES`]; fewer multiples than lines asked for.
+    /// fundamental`, holds no multiple of the fundamental, or more than [`MAX_LINES`].
     pub fn new(
         rms: f64,
         fundamental: f64,
@@ -93,30 +93,12 @@ impl Multisine {
             libm::ceil(low / fundamental - 1e-9).max(1.0) as u32,
             libm::floor(high / fundamental + 1e-9) as u32,
         ];
-        let mut lines = ArrayVec::new();
-        let too_many = |lines, most| SignalError::TooManyLines { lines, most };
-        let mut push = |harmonic| {
-            lines
-                .try_push(Line {
-                    harmonic,
-                    phase: 0.0,
-                })
-                .map_err(|_| too_many((last - first) as usize + 1, MAX_LINES))
+        let all = first..last + 1;
+        let lines = match harmonics {
+            Harmonics::All => lines(all)?,
+            Harmonics::Odd => lines(all.filter(|k| k % 2 == 1))?,
+            Harmonics::Logarithmic(most) => lines(spaced(first, last, most.min(all.len())))?,
         };
-        match harmonics {
-            Harmonics::All => (first..=last).try_for_each(&mut push)?,
-            Harmonics::Odd => (first..=last)
-                .filter(|k| k % 2 == 1)
-                .try_for_each(&mut push)?,
-            Harmonics::Logarithmic(wanted) => {
-                let there = (last + 1).saturating_sub(first) as usize;
-                let most = there.min(MAX_LINES);
-                if wanted > most && most > 0 {
-                    return Err(too_many(wanted, most));
-                }
-                spaced(first, last, wanted.min(most)).try_for_each(&mut push)?;
-            }
-        }
         if lines.is_empty() {
             return Err(SignalError::NoHarmonic {
                 fundamental,
@@ -124,18 +106,23 @@ impl Multisine {
                 high,
             });
         }
-        let n = lines.len() as f64;
-        for (i, line) in lines.iter_mut().enumerate() {
+        let mut signal = Self {
+            rms,
+            fundamental,
+            lines,
+        };
+        signal.set_phases(phases);
+        Ok(signal)
+    }
+
+    fn set_phases(&mut self, phases: Phases) {
+        let n = self.lines.len() as f64;
+        for (i, line) in self.lines.iter_mut().enumerate() {
             line.phase = match phases {
                 Phases::Schroeder => -PI * (i * (i + 1)) as f64 / n,
                 Phases::Random(seed) => TAU * uniform(seed, i as u64),
             };
         }
-        Ok(Self {
-            rms,
-            fundamental,
-            lines,
-        })
     }
 
     /// Voltage (V) at time `t` (s).
@@ -222,6 +209,27 @@ impl Multisine {
     }
 }
 
+/// Sines at these harmonics, phase 0.
+fn lines(harmonics: impl Iterator<Item = u32>) -> Result<ArrayVec<Line, MAX_LINES>, SignalError> {
+    let mut lines = ArrayVec::new();
+    let mut count = 0;
+    for harmonic in harmonics {
+        // One too many is counted and dropped.
+        let _ = lines.try_push(Line {
+            harmonic,
+            phase: 0.0,
+        });
+        count += 1;
+    }
+    if count > MAX_LINES {
+        return Err(SignalError::TooManyLines {
+            lines: count,
+            most: MAX_LINES,
+        });
+    }
+    Ok(lines)
+}
+
 /// So many different whole numbers from `first` to `last`, spaced as evenly in their logarithm as they can be; both ends
 /// are among them where there are at least two.
 fn spaced(first: u32, last: u32, count: usize) -> impl Iterator<Item = u32> {
@@ -273,6 +281,8 @@ mod tests {
         assert_eq!(harmonics(&signal(Harmonics::Odd, Phases::Schroeder)), odd);
         let few = harmonics(&signal(Harmonics::Logarithmic(6), Phases::Schroeder));
         assert_eq!(few, [1, 2, 4, 8, 16, 32]);
+        let more = harmonics(&signal(Harmonics::Logarithmic(100), Phases::Schroeder));
+        assert_eq!(more, (1..=32).collect::<Vec<_>>());
         let one = Multisine::new(
             1.0,
             1.0,
@@ -337,8 +347,8 @@ mod tests {
             new(0.01, 0.0, 8.0, Harmonics::All).contains("800 sines are too many (at most 128)")
         );
         assert!(
-            new(1.0, 2.0, 5.0, Harmonics::Logarithmic(9))
-                .contains("9 sines are too many (at most 4)")
+            new(0.01, 0.1, 8.0, Harmonics::Logarithmic(200))
+                .contains("200 sines are too many (at most 128)")
         );
         assert!(
             new(1.0, 6.0, 5.0, Harmonics::All)

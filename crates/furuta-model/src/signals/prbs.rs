@@ -185,7 +185,7 @@ mod tests {
             let mut steps = 0_u32;
             loop {
                 // Reading a bit off the power agrees with stepping the register.
-                if steps < 1000 || steps % 1009 == 0 {
+                if steps < 1000 || steps.is_multiple_of(1009) {
                     assert_eq!(prbs(order).bit(u64::from(steps)), state >> (order - 1) == 1);
                 }
                 state = shifted(state, polynomial, order);
