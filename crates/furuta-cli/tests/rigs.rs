@@ -212,3 +212,68 @@ fn a_simulation_is_a_recording() {
         .expect("a number");
     assert!(last.abs() < 1e-3, "{last}");
 }
+
+#[test]
+fn every_test_signal_drives_a_simulation() {
+    for (input, described) in [
+        ("zero", "free decay"),
+        ("step", "step of 1 V"),
+        ("steps", "steps of up to 1 V"),
+        ("ramp", "ramp from 0 to 1 V"),
+        ("chirp", "chirp of 1 V from 8 to 0 Hz"),
+        ("multisine", "12 sines from 0.2 to 6 Hz, 1 V RMS"),
+        ("prbs", "127 bits of 0.05 s"),
+        ("noise", "noise from 0.2 to 6 Hz, 1 V RMS"),
+    ] {
+        let run = json(&[
+            "simulate",
+            "--rig",
+            "qube-servo-2",
+            "--input",
+            input,
+            "--json",
+        ]);
+        let said = run["input"].as_str().expect("a sentence");
+        assert!(said.contains(described), "{said}");
+        let u = run["columns"]["u"].as_array().expect("a column");
+        let moves = u.iter().any(|u| u.as_f64() != Some(0.0));
+        assert_eq!(moves, input != "zero", "{input}");
+    }
+    // The same seed is the same signal; another one is not.
+    let noise = |seed| {
+        let args = [
+            "--input",
+            "noise",
+            "--duration",
+            "1",
+            "--seed",
+            seed,
+            "--json",
+        ];
+        json(&[&["simulate", "--rig", "qube-servo-2"][..], &args].concat())
+    };
+    assert_eq!(noise("1"), noise("1"));
+    assert_ne!(noise("1")["columns"]["u"], noise("2")["columns"]["u"]);
+}
+
+#[test]
+fn test_signals_that_cannot_be() {
+    let cases: [(&[&str], &str); 6] = [
+        (
+            &["--input", "chirp", "--band", "0,300"],
+            "half the sample rate, 250 Hz",
+        ),
+        (&["--input", "prbs", "--order", "21"], "[2, 20]"),
+        (&["--input", "prbs", "--hold", "0.001"], "sample period"),
+        (&["--input", "noise", "--band", "0.01,8"], "low = 0.01"),
+        (
+            &["--input", "multisine", "--band", "0.01,0.02"],
+            "no multiple",
+        ),
+        (&["--input", "step", "--fade", "9"], "fade-out = 9"),
+    ];
+    for (args, named) in cases {
+        let line = failure(&[&["simulate", "--rig", "qube-servo-2"][..], args].concat());
+        assert!(line.contains(named), "{line}");
+    }
+}

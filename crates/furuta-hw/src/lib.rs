@@ -13,7 +13,6 @@
 pub mod control_loop;
 mod delay;
 pub mod emulate;
-pub mod excitation;
 pub mod link;
 pub mod pilot;
 pub mod recorder;
@@ -22,7 +21,7 @@ pub mod transport;
 
 pub use control_loop::{End, LoopSettings, ModeChange, RunError, Summary, run};
 pub use emulate::{EmulatedRig, Emulation, EmulationError, Pace, PtyError, PtyRig};
-pub use excitation::{Chirp, Excitation, Multisine, Steps};
+pub use furuta_model::signals::Excitation;
 pub use link::{Link, LinkError};
 pub use pilot::{Decision, Measurement, OpenLoop, Pilot, Reference, SwingUpBalance, rehearse};
 pub use recorder::{RecordSender, Recorded, Recorder};

@@ -8,19 +8,21 @@ use std::time::{Duration, Instant};
 
 use furuta_hw::emulate::hidden_effect;
 use furuta_hw::{
-    EmulatedRig, Emulation, End, Excitation, LoopSettings, Multisine, OpenLoop, Pace, Pilot,
-    PtyRig, Reference, SerialTransport, Session, Steps, Summary, SwingUpBalance,
+    EmulatedRig, Emulation, End, Excitation, LoopSettings, OpenLoop, Pace, Pilot, PtyRig,
+    Reference, SerialTransport, Session, Summary, SwingUpBalance,
 };
 use furuta_ident::diagnose::result::{Diagnosis, significant};
 use furuta_ident::diagnose::{Outcome, Request};
 use furuta_ident::recording::Recording;
 use furuta_ident::report;
 use furuta_log::{Mode, Record};
+use furuta_model::signals::{Harmonics, Multisine, Phases, Signal, Steps};
 use furuta_model::{Effect, Rig};
 use serde_json::json;
 
 use super::diagnose::search;
 use super::run::metadata;
+use super::signal::RESTARTS;
 use crate::failure::Failure;
 use crate::interrupt;
 
@@ -95,26 +97,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     ));
 
     bench.say("\n1. Test signals, in real time, the pendulum hanging");
-    let multisine = bench.test(
-        &sheet,
-        "multisine",
-        MULTISINE,
-        Excitation::Multisine(Multisine {
-            rms: 1.2,
-            low: 0.2,
-            high: 6.0,
-            lines: 12,
-        }),
+    let sines = Multisine::new(
+        1.2,
+        0.1,
+        0.2,
+        6.0,
+        Harmonics::Logarithmic(12),
+        Phases::Schroeder,
     )?;
-    let steps = bench.test(
-        &sheet,
-        "steps",
-        STEPS,
-        Excitation::Steps(Steps {
-            amplitude: 2.0,
-            hold: 0.5,
-        }),
-    )?;
+    let (sines, _) = sines.optimised(RESTARTS);
+    let multisine = bench.test(&sheet, "multisine", MULTISINE, sines.into())?;
+    let steps = bench.test(&sheet, "steps", STEPS, Steps::new(2.0, 0.5)?.into())?;
 
     bench.say("\n2. Swing-up and balance with a controller designed by the data sheet");
     let (balance, before) = bench.balance(&sheet, "balance")?;
@@ -218,10 +211,11 @@ impl Bench<'_> {
         sheet: &Rig,
         name: &str,
         seconds: f64,
-        excitation: Excitation,
+        signal: Signal,
     ) -> Result<PathBuf, Failure> {
+        self.begin(&format!("{seconds:.0} s of {signal}"));
+        let excitation = Excitation::new(signal, seconds)?;
         let pilot = OpenLoop::new(sheet, self.session.period(), excitation);
-        self.begin(&format!("{seconds:.0} s of {excitation}"));
         let (path, summary) = self.fly(&pilot, pilot.describe(), sheet, (name, seconds))?;
         self.say(&format!(" -> {}\n   {}", path.display(), counted(&summary)));
         Ok(path)

@@ -8,6 +8,7 @@ mod emulate;
 mod foresight;
 mod rigs;
 mod run;
+mod signal;
 mod simulate;
 
 use crate::failure::Failure;

@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
 use furuta_hw::{
-    Chirp, EmulatedRig, Emulation, End, Excitation, LoopSettings, Multisine, OpenLoop, Pace,
-    PtyRig, Recorded, Reference, SerialTransport, Session, Steps, Summary, SwingUpBalance,
+    EmulatedRig, Emulation, End, LoopSettings, OpenLoop, Pace, PtyRig, Recorded, Reference,
+    SerialTransport, Session, Summary, SwingUpBalance,
 };
 use furuta_log::Metadata;
 use furuta_model::Rig;
@@ -13,6 +15,7 @@ use serde_json::json;
 
 use super::emulate::{EmulationArgs, positive};
 use super::foresight::Foresight;
+use super::signal::{Built, Kind, SignalArgs};
 use crate::failure::Failure;
 use crate::interrupt;
 
@@ -36,10 +39,8 @@ pub(crate) struct Args {
     /// Length of the run.
     #[arg(long, value_name = "SECONDS", default_value_t = 20.0, value_parser = positive)]
     duration: f64,
-    /// Strength of a test signal: RMS of the multisine, largest step, amplitude of the chirp. A fifth of the command
-    /// limit if not given.
-    #[arg(long, value_name = "VOLTS", value_parser = positive)]
-    amplitude: Option<f64>,
+    #[command(flatten)]
+    signal: SignalArgs,
     /// While balancing, step the arm between plus and minus this angle; 0 keeps it at its middle.
     #[arg(long, value_name = "RAD", default_value_t = 0.2, value_parser = angle)]
     arm_steps: f64,
@@ -55,42 +56,39 @@ pub(crate) struct Args {
 }
 
 /// What to do with the rig.
-#[derive(clap::ValueEnum, Copy, Clone, Debug, PartialEq, Eq)]
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Task {
     /// Swing up and balance.
     Balance,
-    /// Drive the hanging pendulum with a sum of sines.
-    Multisine,
-    /// Drive the hanging pendulum with steps.
-    Steps,
-    /// Drive the hanging pendulum with a falling frequency.
-    Chirp,
+    /// Drive the hanging pendulum with a test signal.
+    Test(Kind),
 }
 
-impl Task {
-    /// The test signal for this task; `None` for balancing.
-    fn excitation(self, amplitude: f64, duration: f64) -> Option<Excitation> {
+impl ValueEnum for Task {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[
+            Self::Balance,
+            Self::Test(Kind::Zero),
+            Self::Test(Kind::Step),
+            Self::Test(Kind::Steps),
+            Self::Test(Kind::Ramp),
+            Self::Test(Kind::Chirp),
+            Self::Test(Kind::Multisine),
+            Self::Test(Kind::Prbs),
+            Self::Test(Kind::Noise),
+        ]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
         match self {
-            Self::Balance => None,
-            Self::Multisine => Some(Excitation::Multisine(Multisine {
-                rms: amplitude,
-                low: 0.2,
-                high: 6.0,
-                lines: 12,
-            })),
-            Self::Steps => Some(Excitation::Steps(Steps {
-                amplitude,
-                hold: 0.7,
-            })),
-            Self::Chirp => Some(Excitation::Chirp(Chirp {
-                amplitude,
-                from: 8.0,
-                to: 0.0,
-                duration,
-            })),
+            Self::Balance => Some(PossibleValue::new("balance").help("Swing up and balance")),
+            Self::Test(kind) => kind.to_possible_value(),
         }
     }
 }
+
+/// Amplitude of a test signal, as a part of the command limit, if none is given.
+const AMPLITUDE: f64 = 0.2;
 
 fn angle(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -132,9 +130,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         );
     }
 
-    let amplitude = args
-        .amplitude
-        .unwrap_or(0.2 * rig.params.motor.command_limit);
     let settings = LoopSettings {
         duration: Duration::from_secs_f64(args.duration),
         limits: rig.limits,
@@ -142,8 +137,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         stop: Some(interrupt::flag()),
     };
     let mut foresight = None;
-    let (summary, recorded) = match args.task.excitation(amplitude, args.duration) {
-        Some(excitation) => {
+    let (summary, recorded) = match args.task {
+        Task::Test(kind) => {
+            let limit = rig.params.motor.command_limit;
+            let Built { excitation, notes } =
+                args.signal.build(kind, args.duration, limit, AMPLITUDE)?;
+            excitation.check_sample_period(session.period())?;
+            if !args.json {
+                for note in notes {
+                    eprintln!("{note}");
+                }
+            }
             let pilot = OpenLoop::new(&rig, session.period(), excitation);
             let metadata = metadata(&rig, pilot.describe(), &session);
             session.run(
@@ -152,7 +156,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
                 args.log.as_deref().map(|path| (path, &metadata)),
             )?
         }
-        None => {
+        Task::Balance => {
             let reference = match args.arm_steps {
                 0.0 => Reference::Constant(0.0),
                 amplitude => Reference::Steps {

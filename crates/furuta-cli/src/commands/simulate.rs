@@ -3,16 +3,19 @@
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
 use furuta_ctrl::controllers::{Controller, StateFeedback};
 use furuta_ctrl::design::balance_weights;
 use furuta_ctrl::wrap;
-use furuta_hw::Chirp;
+use furuta_hw::Excitation;
 use furuta_hw::emulate::hidden_effect;
 use furuta_model::{Rig, State};
 use serde_json::json;
 
 use super::design::{four, regulator};
 use super::emulate::positive;
+use super::signal::{Built, Kind, SignalArgs};
 use crate::failure::Failure;
 
 /// Simulate a rig and write a recording: what sensors without error or steps would see, with the true speeds beside it.
@@ -34,11 +37,10 @@ pub(crate) struct Args {
     )]
     start: Option<[f64; 4]>,
     /// Motor command.
-    #[arg(long, value_enum, default_value_t = Input::Zero)]
+    #[arg(long, value_enum, default_value_t = Input::Test(Kind::Zero))]
     input: Input,
-    /// Size of a step or chirp. A tenth of the command limit if not given.
-    #[arg(long, value_name = "VOLTS", allow_hyphen_values = true)]
-    amplitude: Option<f64>,
+    #[command(flatten)]
+    signal: SignalArgs,
     /// Length of the run.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = positive)]
     duration: f64,
@@ -54,30 +56,52 @@ pub(crate) struct Args {
 }
 
 /// Motor command during a simulation.
-#[derive(clap::ValueEnum, Copy, Clone, Debug, PartialEq, Eq)]
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
 enum Input {
-    /// None: the pendulum swings freely.
-    Zero,
-    /// A step at the start.
-    Step,
-    /// A sine whose frequency falls from 8 Hz to 0.
-    Chirp,
+    /// A test signal.
+    Test(Kind),
     /// State feedback from the true state, with the gain `furuta design lqr` gives.
     Lqr,
 }
 
+impl ValueEnum for Input {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[
+            Self::Test(Kind::Zero),
+            Self::Test(Kind::Step),
+            Self::Test(Kind::Steps),
+            Self::Test(Kind::Ramp),
+            Self::Test(Kind::Chirp),
+            Self::Test(Kind::Multisine),
+            Self::Test(Kind::Prbs),
+            Self::Test(Kind::Noise),
+            Self::Lqr,
+        ]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        match self {
+            Self::Test(kind) => kind.to_possible_value(),
+            Self::Lqr => Some(PossibleValue::new("lqr").help(
+                "State feedback from the true state, with the gain `furuta design lqr` gives",
+            )),
+        }
+    }
+}
+
+/// Amplitude of a test signal, as a part of the command limit, if none is given.
+const AMPLITUDE: f64 = 0.1;
+
 /// Where the command comes from.
 enum Source {
-    Constant(f64),
-    Chirp(Chirp),
+    Open(Excitation),
     Feedback(StateFeedback<f64>),
 }
 
 impl Source {
     fn command(&self, t: f64, x: &State<f64>, h: f64) -> f64 {
         match self {
-            Self::Constant(u) => *u,
-            Self::Chirp(signal) => signal.volts(t),
+            Self::Open(signal) => signal.volts(t),
             Self::Feedback(c) => {
                 let x = State {
                     alpha: wrap(x.alpha),
@@ -85,6 +109,15 @@ impl Source {
                 };
                 c.update(&mut (), &x, &State::upright(), h)
             }
+        }
+    }
+}
+
+impl std::fmt::Display for Source {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Open(signal) => signal.fmt(f),
+            Self::Feedback(_) => f.write_str("state feedback (LQR)"),
         }
     }
 }
@@ -103,7 +136,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     for text in &args.hide {
         rig.effects.push(hidden_effect(text, &rig.params)?);
     }
-    let rows = simulate(&rig, args)?;
+    let (input, rows) = simulate(&rig, args)?;
     if args.json {
         let columns: serde_json::Map<_, _> = COLUMNS
             .iter()
@@ -116,16 +149,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         writeln!(
             std::io::stdout().lock(),
             "{}",
-            json!({"rig": rig.name, "columns": columns})
+            json!({"rig": rig.name, "input": input, "columns": columns})
         )?;
         return Ok(());
     }
     match &args.output {
-        None => write_csv(std::io::stdout().lock(), &rig, &rows)?,
+        None => write_csv(std::io::stdout().lock(), &rig, &input, &rows)?,
         Some(path) => {
             let text = |e: std::io::Error| Failure::new(format!("{}: {e}", path.display()));
             let file = std::fs::File::create(path).map_err(text)?;
-            write_csv(file, &rig, &rows).map_err(text)?;
+            write_csv(file, &rig, &input, &rows).map_err(text)?;
             eprintln!(
                 "{}: {} samples, {:.3} s",
                 path.display(),
@@ -137,7 +170,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-fn simulate(rig: &Rig, args: &Args) -> Result<Vec<Row>, Failure> {
+/// What the command was, in words, and the rows.
+fn simulate(rig: &Rig, args: &Args) -> Result<(String, Vec<Row>), Failure> {
     let h = 1.0 / args.rate;
     let plant = rig.try_plant::<f64>()?;
     plant.check_period(h)?;
@@ -153,21 +187,16 @@ fn simulate(rig: &Rig, args: &Args) -> Result<Vec<Row>, Failure> {
         None => State::hanging(),
     };
     let limit = rig.params.motor.command_limit;
-    let amplitude = args.amplitude.unwrap_or(0.1 * limit);
-    if amplitude.is_nan() || amplitude.abs() > limit {
-        return Err(Failure::new(format!(
-            "--amplitude {amplitude} V is beyond the rig's command limit of {limit} V"
-        )));
-    }
     let source = match args.input {
-        Input::Zero => Source::Constant(0.0),
-        Input::Step => Source::Constant(amplitude),
-        Input::Chirp => Source::Chirp(Chirp {
-            amplitude,
-            from: 8.0,
-            to: 0.0,
-            duration: args.duration,
-        }),
+        Input::Test(kind) => {
+            let Built { excitation, notes } =
+                args.signal.build(kind, args.duration, limit, AMPLITUDE)?;
+            excitation.check_sample_period(h)?;
+            for note in notes {
+                eprintln!("{note}");
+            }
+            Source::Open(excitation)
+        }
         Input::Lqr => {
             let gain = regulator(rig, &balance_weights(&rig.params), Some(args.rate))?;
             Source::Feedback(StateFeedback::new(&gain, limit))
@@ -187,12 +216,12 @@ fn simulate(rig: &Rig, args: &Args) -> Result<Vec<Row>, Failure> {
             )));
         }
     }
-    Ok(rows)
+    Ok((source.to_string(), rows))
 }
 
-fn write_csv(out: impl Write, rig: &Rig, rows: &[Row]) -> std::io::Result<()> {
+fn write_csv(out: impl Write, rig: &Rig, input: &str, rows: &[Row]) -> std::io::Result<()> {
     let mut out = BufWriter::new(out);
-    writeln!(out, "# simulated: {}", rig.name)?;
+    writeln!(out, "# simulated: {}, {input}", rig.name)?;
     writeln!(out, "{}", COLUMNS.join(","))?;
     for [t, u, theta, alpha, theta_dot, alpha_dot] in rows {
         writeln!(out, "{t:.6},{u},{theta},{alpha},{theta_dot},{alpha_dot}")?;

@@ -2,10 +2,10 @@
 
 use furuta_log::Mode;
 use furuta_model::Rig;
+use furuta_model::signals::Excitation;
 
 use super::observer::{Belief, Observer};
 use super::{Decision, Measurement, Pilot};
-use crate::excitation::Excitation;
 
 /// Bandwidth of the observer behind the logged speeds (rad/s): fast against the mechanics, slow against the counts.
 const BANDWIDTH: f64 = 120.0;

@@ -17,7 +17,7 @@ use core::fmt;
 /// use furuta_model::signals::Prbs;
 /// let signal = Prbs::new(1.0, 3, 0.1, 0)?;
 /// let bits = [0, 1, 2, 3, 4, 5, 6].map(|k| signal.bit(k));
-/// assert_eq!(bits, [false, false, true, false, true, true, true]);
+/// assert_eq!(bits, [false, false, true, true, true, false, true]);
 /// assert_eq!(signal.volts(0.25), 1.0);
 /// assert_eq!(signal.to_string(), "PRBS of 1 V, 7 bits of 0.1 s");
 /// # Ok::<(), furuta_model::signals::SignalError>(())

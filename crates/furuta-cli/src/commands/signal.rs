@@ -1,0 +1,159 @@
+//! Test signals as asked for on a command line: what `furuta simulate` and `furuta run` share.
+
+use furuta_model::signals::{
+    Chirp, CrestFactors, Excitation, FreeDecay, Harmonics, Multisine, Noise, Phases, Prbs, Ramp,
+    Signal, Step, Steps, Sweep,
+};
+
+use crate::failure::Failure;
+
+/// A test signal.
+#[derive(clap::ValueEnum, Copy, Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// No command: the pendulum swings freely.
+    Zero,
+    /// A step at the start.
+    Step,
+    /// Steps of changing height and both signs.
+    Steps,
+    /// From 0 V to the amplitude in a straight line over the whole run.
+    Ramp,
+    /// A sine whose frequency falls through the band.
+    Chirp,
+    /// A sum of sines in the band, phases chosen for a low peak.
+    Multisine,
+    /// A pseudo-random binary sequence.
+    Prbs,
+    /// Band-limited white noise.
+    Noise,
+}
+
+/// What shapes a test signal. What a signal has no use for is ignored.
+#[derive(clap::Args, Debug)]
+pub(crate) struct SignalArgs {
+    /// Size of a test signal: height of a step, largest of the steps, end of the ramp, amplitude of chirp and PRBS, RMS of
+    /// multisine and noise. A part of the rig's command limit if not given.
+    #[arg(long, value_name = "VOLTS", allow_hyphen_values = true)]
+    amplitude: Option<f64>,
+    /// Frequencies of chirp (which falls; 0,8 if not given), multisine and noise (0.2,6), Hz.
+    #[arg(long, value_name = "LOW,HIGH", value_parser = band)]
+    band: Option<[f64; 2]>,
+    /// How long `steps` (0.7) and `prbs` (0.05) hold a voltage.
+    #[arg(long, value_name = "SECONDS")]
+    hold: Option<f64>,
+    /// How the chirp's frequency falls.
+    #[arg(long, value_enum, default_value_t = By::Linear)]
+    sweep: By,
+    /// Number of sines in the multisine, spaced evenly in their logarithm.
+    #[arg(long, value_name = "N", default_value_t = 12)]
+    lines: usize,
+    /// The PRBS repeats after 2^N - 1 holds, N from 2 to 20.
+    #[arg(long, value_name = "N", default_value_t = 7)]
+    order: u32,
+    /// Another noise, another place in the PRBS.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Ramp a test signal in and out over so long.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    fade: f64,
+}
+
+/// How the chirp's frequency falls.
+#[derive(clap::ValueEnum, Copy, Clone, Debug, PartialEq, Eq)]
+enum By {
+    /// By the same number of hertz each second.
+    Linear,
+    /// By the same factor each second.
+    Logarithmic,
+}
+
+/// The longest period of a multisine (s): longer runs hold several.
+const LONGEST_PERIOD: f64 = 20.0;
+
+/// Random phases that the search for a low peak begins from, apart from Schroeder's.
+pub(crate) const RESTARTS: u32 = 8;
+
+/// A test signal, and what there is to say about it.
+#[derive(Debug)]
+pub(crate) struct Built {
+    pub(crate) excitation: Excitation,
+    /// Worth knowing; one line each.
+    pub(crate) notes: Vec<String>,
+}
+
+impl SignalArgs {
+    /// The signal for a run of `duration` seconds, clipped at the rig's command limit (V). Its amplitude is `part` of that
+    /// limit if none was asked for.
+    pub(crate) fn build(
+        &self,
+        kind: Kind,
+        duration: f64,
+        limit: f64,
+        part: f64,
+    ) -> Result<Built, Failure> {
+        let amplitude = self.amplitude.unwrap_or(part * limit);
+        if amplitude.is_nan() || amplitude.abs() > limit {
+            return Err(Failure::new(format!(
+                "--amplitude {amplitude} V is beyond the rig's command limit of {limit} V"
+            )));
+        }
+        let [low, high] = self.band.unwrap_or(match (kind, self.sweep) {
+            (Kind::Chirp, By::Linear) => [0.0, 8.0],
+            (Kind::Chirp, By::Logarithmic) => [0.1, 8.0],
+            _ => [0.2, 6.0],
+        });
+        let mut notes = Vec::new();
+        let signal: Signal = match kind {
+            Kind::Zero => FreeDecay.into(),
+            Kind::Step => Step::new(amplitude, 0.0)?.into(),
+            Kind::Steps => Steps::new(amplitude, self.hold.unwrap_or(0.7))?.into(),
+            Kind::Ramp => Ramp::new(0.0, amplitude, duration)?.into(),
+            Kind::Chirp => {
+                let sweep = match self.sweep {
+                    By::Linear => Sweep::Linear,
+                    By::Logarithmic => Sweep::Logarithmic,
+                };
+                Chirp::new(amplitude, high, low, duration, sweep)?.into()
+            }
+            Kind::Multisine => {
+                // Whole periods in the run, so that its spectrum has no leakage.
+                let fundamental = (duration / LONGEST_PERIOD).ceil() / duration;
+                let lines = Harmonics::Logarithmic(self.lines);
+                let start =
+                    Multisine::new(amplitude, fundamental, low, high, lines, Phases::Schroeder)?;
+                let (signal, CrestFactors { before, after }) = start.optimised(RESTARTS);
+                notes.push(format!(
+                    "{signal}, repeating after {:.6} s: crest factor {after:.2} (with Schroeder's phases {before:.2})",
+                    signal.period()
+                ));
+                let peak = after * amplitude;
+                if peak > limit {
+                    notes.push(format!(
+                        "note: its peak of {peak:.2} V is clipped at the rig's {limit} V: give a lower --amplitude"
+                    ));
+                }
+                signal.into()
+            }
+            Kind::Prbs => {
+                Prbs::new(amplitude, self.order, self.hold.unwrap_or(0.05), self.seed)?.into()
+            }
+            Kind::Noise => Noise::new(amplitude, low, high, self.seed)?.into(),
+        };
+        let excitation = Excitation::new(signal, duration)?
+            .faded(self.fade, self.fade)?
+            .limited(limit)?;
+        Ok(Built { excitation, notes })
+    }
+}
+
+fn band(text: &str) -> Result<[f64; 2], String> {
+    let numbers = text
+        .split_once(',')
+        .and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
+    match numbers {
+        Some([low, high]) if 0.0 <= low && low <= high && high < f64::INFINITY => Ok([low, high]),
+        _ => Err(
+            "must be two frequencies, the lower one first, with a comma between them".to_owned(),
+        ),
+    }
+}
