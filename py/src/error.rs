@@ -24,6 +24,12 @@ create_exception!(
 );
 create_exception!(
     furuta,
+    SignalError,
+    FurutaError,
+    "A test signal that cannot be: which parameter, which range."
+);
+create_exception!(
+    furuta,
     RecordingError,
     FurutaError,
     "A recording that cannot be used: which, where, why."
@@ -47,6 +53,7 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("FurutaError", py.get_type::<FurutaError>())?;
     m.add("RigError", py.get_type::<RigError>())?;
     m.add("SimulationError", py.get_type::<SimulationError>())?;
+    m.add("SignalError", py.get_type::<SignalError>())?;
     m.add("RecordingError", py.get_type::<RecordingError>())?;
     m.add("DiagnoseError", py.get_type::<DiagnoseError>())?;
     m.add("DesignError", py.get_type::<DesignError>())
@@ -60,6 +67,11 @@ pub(crate) fn rig(e: impl std::fmt::Display) -> PyErr {
 /// A simulation that cannot be as Python's error.
 pub(crate) fn simulation(e: impl std::fmt::Display) -> PyErr {
     SimulationError::new_err(e.to_string())
+}
+
+/// A signal's error as Python's.
+pub(crate) fn signal(e: impl std::fmt::Display) -> PyErr {
+    SignalError::new_err(e.to_string())
 }
 
 /// A design error as Python's.

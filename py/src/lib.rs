@@ -10,6 +10,7 @@ mod linear;
 mod matrix;
 mod recording;
 mod rig;
+mod signals;
 mod simulate;
 
 use pyo3::prelude::*;
@@ -23,6 +24,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(rig::catalogue, m)?)?;
     m.add_function(wrap_pyfunction!(simulate::simulate, m)?)?;
     m.add_function(wrap_pyfunction!(simulate::measure, m)?)?;
+    m.add_function(wrap_pyfunction!(signals::signal, m)?)?;
     m.add_function(wrap_pyfunction!(linear::linearize, m)?)?;
     m.add_function(wrap_pyfunction!(linear::zero_order_hold, m)?)?;
     m.add_function(wrap_pyfunction!(design::lqr, m)?)?;

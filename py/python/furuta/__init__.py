@@ -19,6 +19,7 @@ from furuta._furuta import (
     RecordingError,
     Rig,
     RigError,
+    SignalError,
     SimulationError,
     __version__,
     catalogue,
@@ -28,6 +29,7 @@ from furuta._furuta import (
     linearize,
     lqr,
     measure,
+    signal,
     simulate,
     zero_order_hold,
 )
@@ -40,6 +42,7 @@ __all__ = [
     "RecordingError",
     "Rig",
     "RigError",
+    "SignalError",
     "SimulationError",
     "__version__",
     "catalogue",
@@ -49,6 +52,7 @@ __all__ = [
     "linearize",
     "lqr",
     "measure",
+    "signal",
     "simulate",
     "zero_order_hold",
 ]

@@ -94,7 +94,7 @@ const AMPLITUDE: f64 = 0.1;
 
 /// Where the command comes from.
 enum Source {
-    Open(Excitation),
+    Open(Box<Excitation>),
     Feedback(StateFeedback<f64>),
 }
 
@@ -195,7 +195,7 @@ fn simulate(rig: &Rig, args: &Args) -> Result<(String, Vec<Row>), Failure> {
             for note in notes {
                 eprintln!("{note}");
             }
-            Source::Open(excitation)
+            Source::Open(Box::new(excitation))
         }
         Input::Lqr => {
             let gain = regulator(rig, &balance_weights(&rig.params), Some(args.rate))?;

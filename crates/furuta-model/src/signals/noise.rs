@@ -13,7 +13,7 @@ use core::fmt;
 /// `u(t) = g sum_j w_j h(t - j T)`, `h(x) = (sin(2 pi high x) - sin(2 pi low x)) / (pi x)` under a Hann window, `g` such that
 /// the mean square over all seeds is `rms^2`. The numbers come from seed and `j` alone ([`super::random`]), so the noise is
 /// a function of time: it never repeats, and sampled twice as fast it is the same noise. The edges of the band are the
-/// points of half the voltage, from which it falls to nothing within half of `low`, and a tenth of `high`.
+/// points of half the voltage, around which it falls to nothing within half of `low` and a tenth of `high` on either side.
 ///
 /// Peaks of four times the RMS happen; [`super::Excitation::limited`] clips them.
 ///

@@ -1,0 +1,273 @@
+//! Test signals: motor commands that make a rig show what it is.
+
+use crate::error;
+use furuta_model::signals::{
+    Chirp, Excitation, FreeDecay, Harmonics, Multisine, Noise, Phases, Prbs, Ramp, Signal, Step,
+    Steps, Sweep,
+};
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Samples that fit into memory without a second thought.
+const MOST_SAMPLES: f64 = 2e7;
+
+/// Samples between two looks at Ctrl-C: some ten milliseconds of work.
+const SAMPLES_PER_CHECK: usize = 10_000;
+
+/// Random phases that the search for a low peak begins from, apart from Schroeder's.
+const RESTARTS: u32 = 8;
+
+/// A test signal, sampled.
+///
+/// Parameters
+/// ----------
+/// kind : str
+///     One of the kinds below.
+/// duration : float
+///     Length in s.
+/// dt : float
+///     Sample period in s.
+/// **parameters
+///     What shapes the signal, by name; voltages in V, frequencies in Hz, times in s. Any kind takes `fade_in`, `fade_out` (ramps
+///     of half a cosine, 0) and `limit` (clips, none). The others, and what they are if not given:
+///
+///     - zero: no command, free decay
+///     - step: amplitude (1), start (0)
+///     - steps: amplitude (1) of the largest, hold (0.5)
+///     - ramp: begin (0), end (1), over the whole duration
+///     - chirp: amplitude (1), f0 (0.1) at the start, f1 (8) at the end, sweep ("linear" or "logarithmic")
+///     - multisine: rms (1), fundamental (1 / duration), low (0.2), high (6), harmonics ("logarithmic", "all", "odd"), lines (12) of
+///       logarithmic harmonics, phases ("optimised" for a low peak, "schroeder", "random"), seed (0) of random phases
+///     - prbs: amplitude (1), order (7) for 2^order - 1 bits, clock (0.05), seed (0)
+///     - noise: rms (1), low (0.2), high (6), seed (0)
+///
+/// Returns
+/// -------
+/// numpy.ndarray, shape (N,)
+///     Voltages at t = 0, dt, 2 dt, ..., N = duration / dt rounded.
+///
+/// Raises
+/// ------
+/// SignalError
+///     A value out of its range, an unknown kind or parameter, a frequency above half the sample rate.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, furuta
+/// >>> u = furuta.signal("multisine", 10, 0.002, rms=2, fundamental=0.5, low=0.5, high=8, harmonics="all")
+/// >>> u.shape, round(float(np.sqrt(np.mean(u**2))), 6)
+/// ((5000,), 2.0)
+/// >>> bool(np.abs(u).max() < 1.6 * 2)  # random phases make it about 2.5 times the RMS
+/// True
+/// >>> x = furuta.simulate(furuta.Rig.load("qube-servo-2"), [0, np.pi, 0, 0], u, dt=0.002)
+#[pyfunction]
+#[pyo3(signature = (kind, duration, dt, **parameters), text_signature = "(kind, duration, dt, **parameters)")]
+pub(crate) fn signal<'py>(
+    py: Python<'py>,
+    kind: &str,
+    duration: f64,
+    dt: f64,
+    parameters: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let mut given = Parameters {
+        kind,
+        given: parameters,
+        known: Vec::new(),
+    };
+    let signal = build(py, &mut given, duration)?;
+    let (fade_in, fade_out) = (
+        given.number("fade_in", 0.0)?,
+        given.number("fade_out", 0.0)?,
+    );
+    let limit = given.optional("limit")?;
+    given.nothing_else()?;
+    let mut excitation = Excitation::new(signal, duration)
+        .and_then(|e| e.faded(fade_in, fade_out))
+        .map_err(error::signal)?;
+    if let Some(limit) = limit {
+        excitation = excitation.limited(limit).map_err(error::signal)?;
+    }
+    excitation.check_sample_period(dt).map_err(error::signal)?;
+    let samples = (duration / dt).round();
+    if samples > MOST_SAMPLES {
+        return Err(error::signal(format!(
+            "{kind}: {samples} samples are too many (at most {MOST_SAMPLES}): give a shorter duration or a longer dt"
+        )));
+    }
+    // At most MOST_SAMPLES: the cast keeps the number.
+    let samples = samples as usize;
+    let mut out = Vec::with_capacity(samples);
+    while out.len() < samples {
+        let end = samples.min(out.len() + SAMPLES_PER_CHECK);
+        py.detach(|| out.extend((out.len()..end).map(|k| excitation.volts(k as f64 * dt))));
+        py.check_signals()?;
+    }
+    Ok(out.into_pyarray(py))
+}
+
+const KINDS: [&str; 8] = [
+    FreeDecay::NAME,
+    Step::NAME,
+    Steps::NAME,
+    Ramp::NAME,
+    Chirp::NAME,
+    Multisine::NAME,
+    Prbs::NAME,
+    Noise::NAME,
+];
+
+fn build(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyResult<Signal> {
+    let signal = match p.kind {
+        FreeDecay::NAME => Ok(FreeDecay.into()),
+        Step::NAME => {
+            let (amplitude, start) = (p.number("amplitude", 1.0)?, p.number("start", 0.0)?);
+            Step::new(amplitude, start).map(Signal::from)
+        }
+        Steps::NAME => {
+            let (amplitude, hold) = (p.number("amplitude", 1.0)?, p.number("hold", 0.5)?);
+            Steps::new(amplitude, hold).map(Signal::from)
+        }
+        Ramp::NAME => {
+            let (begin, end) = (p.number("begin", 0.0)?, p.number("end", 1.0)?);
+            Ramp::new(begin, end, duration).map(Signal::from)
+        }
+        Chirp::NAME => {
+            let amplitude = p.number("amplitude", 1.0)?;
+            let (f0, f1) = (p.number("f0", 0.1)?, p.number("f1", 8.0)?);
+            let sweep = p.choice(
+                "sweep",
+                &[
+                    ("linear", Sweep::Linear),
+                    ("logarithmic", Sweep::Logarithmic),
+                ],
+            )?;
+            Chirp::new(amplitude, f0, f1, duration, sweep).map(Signal::from)
+        }
+        Multisine::NAME => return multisine(py, p, duration),
+        Prbs::NAME => {
+            let (amplitude, order) = (p.number("amplitude", 1.0)?, p.whole("order", 7)?);
+            let (clock, seed) = (p.number("clock", 0.05)?, p.whole("seed", 0)?);
+            let order = u32::try_from(order).unwrap_or(u32::MAX); // out of its range either way
+            Prbs::new(amplitude, order, clock, seed).map(Signal::from)
+        }
+        Noise::NAME => {
+            let (rms, low) = (p.number("rms", 1.0)?, p.number("low", 0.2)?);
+            let (high, seed) = (p.number("high", 6.0)?, p.whole("seed", 0)?);
+            Noise::new(rms, low, high, seed).map(Signal::from)
+        }
+        kind => {
+            return Err(error::signal(format!(
+                "no signal {kind:?}: give one of {}",
+                KINDS.join(", ")
+            )));
+        }
+    };
+    signal.map_err(error::signal)
+}
+
+fn multisine(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyResult<Signal> {
+    let rms = p.number("rms", 1.0)?;
+    let fundamental = p.number("fundamental", 1.0 / duration)?;
+    let (low, high) = (p.number("low", 0.2)?, p.number("high", 6.0)?);
+    let lines = p.whole("lines", 12)?;
+    let lines = usize::try_from(lines).unwrap_or(usize::MAX); // too many either way
+    let harmonics = p.choice(
+        "harmonics",
+        &[
+            ("logarithmic", Harmonics::Logarithmic(lines)),
+            ("all", Harmonics::All),
+            ("odd", Harmonics::Odd),
+        ],
+    )?;
+    let seed = p.whole("seed", 0)?;
+    let (phases, restarts) = p.choice(
+        "phases",
+        &[
+            ("optimised", (Phases::Schroeder, Some(RESTARTS))),
+            ("schroeder", (Phases::Schroeder, None)),
+            ("random", (Phases::Random(seed), None)),
+        ],
+    )?;
+    let signal =
+        Multisine::new(rms, fundamental, low, high, harmonics, phases).map_err(error::signal)?;
+    Ok(match restarts {
+        Some(restarts) => py.detach(|| signal.optimised(restarts).0).into(),
+        None => signal.into(),
+    })
+}
+
+/// Keyword arguments, and which ones this kind of signal has asked for.
+struct Parameters<'a, 'py> {
+    kind: &'a str,
+    given: Option<&'a Bound<'py, PyDict>>,
+    known: Vec<&'static str>,
+}
+
+impl<'py> Parameters<'_, 'py> {
+    fn value(&mut self, name: &'static str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.known.push(name);
+        match self.given {
+            Some(given) => given.get_item(name),
+            None => Ok(None),
+        }
+    }
+
+    fn wrong(&self, name: &str, value: &Bound<'_, PyAny>, wanted: &str) -> PyErr {
+        error::signal(format!("{}: {name} = {value} is not {wanted}", self.kind))
+    }
+
+    fn optional(&mut self, name: &'static str) -> PyResult<Option<f64>> {
+        match self.value(name)? {
+            None => Ok(None),
+            Some(value) => match value.extract() {
+                Ok(number) => Ok(Some(number)),
+                Err(_) => Err(self.wrong(name, &value, "a number")),
+            },
+        }
+    }
+
+    fn number(&mut self, name: &'static str, default: f64) -> PyResult<f64> {
+        Ok(self.optional(name)?.unwrap_or(default))
+    }
+
+    fn whole(&mut self, name: &'static str, default: u64) -> PyResult<u64> {
+        match self.value(name)? {
+            None => Ok(default),
+            Some(value) => value
+                .extract()
+                .map_err(|_| self.wrong(name, &value, "a whole number from 0 to 2^64 - 1")),
+        }
+    }
+
+    /// One of these; the first if nothing is said.
+    fn choice<T: Copy>(&mut self, name: &'static str, choices: &[(&str, T)]) -> PyResult<T> {
+        let Some(value) = self.value(name)? else {
+            return Ok(choices[0].1);
+        };
+        let text: String = value.extract().unwrap_or_default();
+        match choices.iter().find(|(choice, _)| *choice == text) {
+            Some((_, chosen)) => Ok(*chosen),
+            None => {
+                let names: Vec<&str> = choices.iter().map(|(choice, _)| *choice).collect();
+                let wanted = format!("one of {}", names.join(", "));
+                Err(self.wrong(name, &value, &wanted))
+            }
+        }
+    }
+
+    /// Refuses what no one has asked for: a misspelt name must not be overlooked.
+    fn nothing_else(&self) -> PyResult<()> {
+        for (name, _) in self.given.iter().flat_map(|given| given.iter()) {
+            let name: String = name.extract()?;
+            if !self.known.contains(&name.as_str()) {
+                return Err(error::signal(format!(
+                    "{} has no parameter {name:?}: it has {}",
+                    self.kind,
+                    self.known.join(", ")
+                )));
+            }
+        }
+        Ok(())
+    }
+}
