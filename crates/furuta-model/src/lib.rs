@@ -8,6 +8,7 @@
 //! |---|---|
 //! | [`scalar`], [`jet`], [`lanes`], [`trig`] | the numbers the model is generic in |
 //! | [`state`], [`params`] | `x = [theta, alpha, theta_dot, alpha_dot]`, physical parameters and their ranges |
+//! | [`derivation`] | a page to read: the equations from the picture, where effects act, how a step meets events, how to add an effect |
 //! | [`dynamics`], [`energy`] | manipulator form `M(q) q'' + bias + gravity = torque`, kinetic and potential energy |
 //! | [`effects`] | what the equations leave out: friction, springs, dead zones, delays, ... one file each |
 //! | [`plant`], [`integrate`] | a rig with its effects, stepped by RK4 under a held command |
@@ -31,6 +32,8 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
 
+#[doc = include_str!("derivation.md")]
+pub mod derivation {}
 pub mod discretize;
 pub mod dynamics;
 pub mod effects;
