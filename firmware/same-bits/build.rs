@@ -9,9 +9,12 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     let mut source = String::from("&[\n");
     for name in Rig::BUILTIN {
         let rig = Rig::builtin(name).ok_or_else(|| format!("{name} is not a built-in rig"))?;
-        // `{:?}` of an f64 is the shortest decimal that reads back as the same bits.
-        let values = rig.params.to_array();
-        writeln!(source, "    ({name:?}, Params::from_array({values:?})),")?;
+        writeln!(source, "    ({name:?}, Params::from_array([")?;
+        for value in rig.params.to_array() {
+            let bits = value.to_bits();
+            writeln!(source, "        f64::from_bits({bits:#018x}), // {value:?}")?;
+        }
+        source.push_str("    ])),\n");
     }
     source.push_str("]\n");
     let out = PathBuf::from(env::var("OUT_DIR")?);
