@@ -10,18 +10,16 @@ fn qube() -> Params<f64> {
     Rig::builtin("qube-servo-2").expect("built in").params
 }
 
-/// A value within a parameter's range, not zero where that is possible.
-fn valid(p: &ParameterSpec) -> f64 {
-    let value = (p.off + (p.typical)(&qube())).clamp(p.min, p.max);
-    if p.kind == Kind::Real {
-        value
-    } else {
-        value.floor()
-    }
-}
-
+/// Values within their ranges, not zero where that is possible.
 fn valid_values(spec: &Spec) -> Vec<f64> {
-    spec.parameters.iter().map(valid).collect()
+    let value = |p: &ParameterSpec| (p.off + (p.typical)(&qube())).clamp(p.min, p.max);
+    let mut values: Vec<f64> = spec.parameters.iter().map(value).collect();
+    while let Err(EffectError::NotWhole { parameter, .. }) = Effect::new(spec.id, &values) {
+        let i = spec.parameters.iter().position(|p| p.name == parameter);
+        let value = &mut values[i.expect("its own parameter")];
+        *value = value.floor();
+    }
+    values
 }
 
 #[test]
@@ -88,7 +86,7 @@ fn every_parameter_of_every_effect_refuses_what_is_outside_its_range() {
                     matches!(error, PlantError::Effect(_)) && error.to_string().contains(p.name)
                 );
             }
-            if p.kind != Kind::Real {
+            if matches!(p.kind, Kind::Whole | Kind::Choice(_)) {
                 let error = with(p.min + 0.5).expect_err("a fraction");
                 assert!(
                     matches!(error, EffectError::NotWhole { effect, parameter, .. } if effect == spec.id && parameter == p.name)
@@ -288,7 +286,13 @@ proptest! {
         periods in prop::array::uniform4(any_length()), edge in 0..3_usize,
     ) {
         for spec in CATALOGUE {
-            let values: Vec<f64> = spec.parameters.iter().map(|p| [valid(p), p.min, p.max][edge]).collect();
+            let typical = valid_values(spec);
+            let values: Vec<f64> = spec
+                .parameters
+                .iter()
+                .zip(typical)
+                .map(|(p, v)| [v, p.min, p.max][edge])
+                .collect();
             let plant = Plant::new(&qube(), &[Effect::new(spec.id, &values).expect("valid")]).expect("one");
             step_around(&plant, x, &commands, &periods);
         }

@@ -1,7 +1,7 @@
 //! Plants that these tests look at.
 
-use furuta_model::effects::{Kind, Spec};
-use furuta_model::{Effect, Params, Plant, Rig, State};
+use furuta_model::effects::{ParameterSpec, Spec};
+use furuta_model::{Effect, EffectError, Params, Plant, Rig, State};
 use proptest::prelude::*;
 
 pub(crate) fn rigs() -> impl Iterator<Item = Rig> {
@@ -20,16 +20,18 @@ pub(crate) fn frictionless(rig: &Rig, effects: &[Effect<f64>]) -> Plant<f64> {
 
 /// The values of an effect that is `size` times as strong as would just be noticed on a rig; shapes are as typical. Kicks belong to run 0.
 pub(crate) fn typical(spec: &Spec, params: &Params<f64>, size: f64) -> Vec<f64> {
-    let value = |(i, p): (usize, &furuta_model::effects::ParameterSpec)| {
+    let value = |(i, p): (usize, &ParameterSpec)| {
         let size = if i < spec.strengths { size } else { 1.0 };
         let value = (p.off + size * (p.typical)(params)).clamp(p.min, p.max);
-        match (p.kind, p.name) {
-            (_, "run") => 0.0,
-            (Kind::Real, _) => value,
-            (Kind::Whole | Kind::Choice(_), _) => value.floor(),
-        }
+        if p.name == "run" { 0.0 } else { value }
     };
-    spec.parameters.iter().enumerate().map(value).collect()
+    let mut values: Vec<f64> = spec.parameters.iter().enumerate().map(value).collect();
+    while let Err(EffectError::NotWhole { parameter, .. }) = Effect::new(spec.id, &values) {
+        let i = spec.parameters.iter().position(|p| p.name == parameter);
+        let value = &mut values[i.expect("its own parameter")];
+        *value = value.floor();
+    }
+    values
 }
 
 pub(crate) fn effect(spec: &Spec, params: &Params<f64>, size: f64) -> Effect<f64> {
