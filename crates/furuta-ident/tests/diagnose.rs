@@ -74,9 +74,13 @@ fn qube() -> Rig {
 
 /// A size at which the effect would be noticed on the rig, all parameters away from "off".
 fn typical(spec: &Spec, rig: &Rig) -> Vec<f64> {
-    if spec.id == "motor.saturation" {
+    match spec.id {
         // The typical one lies above the voltages used here.
-        return vec![1.5];
+        "motor.saturation" => return vec![1.5],
+        // An order and a frequency that nothing else has.
+        "arm.cogging" => return vec![5e-3, 5.0, 1.0],
+        "disturbance.vibration" => return vec![5e-3, 7.0, 1.0],
+        _ => {}
     }
     spec.parameters
         .iter()
@@ -89,7 +93,7 @@ fn typical(spec: &Spec, rig: &Rig) -> Vec<f64> {
 #[test]
 fn every_effect_is_named() {
     let rig = qube();
-    for spec in furuta_model::CATALOGUE {
+    for spec in furuta_ident::diagnose::candidates() {
         let values = typical(spec, &rig);
         let outcome = run(
             &rig,

@@ -74,7 +74,7 @@ impl<'a> Problem<'a> {
 
     /// Solves for the initial states alone, the parameters held.
     pub(super) fn settle(&self, h: &Hypothesis, z: &[f64], known: Option<&[State<f64>]>) -> Fit {
-        let inner = Inner::new(h, z, self.nominal);
+        let inner = Inner::<4>::new(h, z, self.nominal);
         let (states, costs): (Vec<_>, Vec<_>) = self
             .windows
             .iter()
@@ -99,7 +99,7 @@ impl<'a> Problem<'a> {
         states: &[State<f64>],
         effort: Effort,
     ) -> Fit {
-        let bounds = h.bounds(self.nominal);
+        let bounds = h.bounds(self.nominal, &z);
         let z = z
             .iter()
             .zip(&bounds)
@@ -157,7 +157,7 @@ impl<'a> Problem<'a> {
 
     /// Brings every window's initial state to its optimum.
     fn polish(&self, f: &mut Fit, iterations: usize) {
-        let inner = Inner::new(&f.hypothesis, &f.z, self.nominal);
+        let inner = Inner::<4>::new(&f.hypothesis, &f.z, self.nominal);
         f.costs.clear();
         for (w, x) in self.windows.iter().zip(&mut f.states) {
             let (state, cost) = inner.solve(self.data, w, *x, iterations);
@@ -225,7 +225,7 @@ impl<'a> Problem<'a> {
         let moved = trial.states.clone();
         self.polish(&mut trial, 2);
         // A window that the step threw far off is tried from where it was as well.
-        let inner = Inner::new(&trial.hypothesis, &trial.z, self.nominal);
+        let inner = Inner::<4>::new(&trial.hypothesis, &trial.z, self.nominal);
         for (i, w) in self.windows.iter().enumerate() {
             if trial.costs[i] > 2.0 * here.costs[i] + 20.0 && moved[i] != here.states[i] {
                 let (state, cost) = inner.solve(self.data, w, here.states[i], 4);
@@ -250,7 +250,7 @@ impl<'a> Problem<'a> {
         if sorted[sorted.len() - 1] <= bad {
             return;
         }
-        let inner = &Inner::new(&f.hypothesis, &f.z, self.nominal);
+        let inner = &Inner::<4>::new(&f.hypothesis, &f.z, self.nominal);
         for i in 0..self.windows.len() {
             if f.costs[i] <= bad {
                 continue;

@@ -59,6 +59,11 @@ impl Nominal {
     }
 }
 
+/// Whether the effect is a delay, of the command or of the encoders: the same on recorded input and output.
+pub(super) fn is_late(spec: &Spec) -> bool {
+    spec.acts.touches(Acts::DELAY.and(Acts::SENSOR_DELAY))
+}
+
 /// A set of effects to be fitted beside the base parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
@@ -95,7 +100,7 @@ impl Hypothesis {
 
     /// Whether a delay is among the effects: then the timing nuisance, which is a delay as well, rests at zero.
     pub(super) fn delays(&self) -> bool {
-        self.effects.iter().any(|e| e.acts.includes(Acts::DELAY))
+        self.effects.iter().any(|e| is_late(e))
     }
 
     /// Length of the parameter vector.
@@ -110,7 +115,18 @@ impl Hypothesis {
 
     /// How many of them are free.
     pub(super) fn free(&self) -> usize {
-        self.len() - usize::from(self.delays())
+        let fixed = self
+            .effects
+            .iter()
+            .flat_map(|e| e.parameters)
+            .filter(|p| !p.kind.is_continuous())
+            .count();
+        self.len() - usize::from(self.delays()) - fixed
+    }
+
+    /// Whether one of the effects is local in time, as a kick is.
+    pub(super) fn jumps(&self) -> bool {
+        self.effects.iter().any(|e| e.acts.includes(Acts::JUMPS))
     }
 
     /// Where the parameters of the `index`-th effect begin.
@@ -155,8 +171,8 @@ impl Hypothesis {
     }
 
     /// Where each component may lie: positive inertias and gains within a factor of the data sheet's, friction that does not drive,
-    /// effects within their ranges.
-    pub(super) fn bounds(&self, nominal: &Nominal) -> Vec<(f64, f64)> {
+    /// effects within their ranges; whole numbers and choices stay as they are.
+    pub(super) fn bounds(&self, nominal: &Nominal, z: &[f64]) -> Vec<(f64, f64)> {
         let (base, scale) = (nominal.base(), nominal.scale);
         let mut bounds: Vec<(f64, f64)> = (0..BASE)
             .map(|i| {
@@ -174,7 +190,10 @@ impl Hypothesis {
             (-MOST_TIMING, MOST_TIMING)
         });
         let parameters = self.effects.iter().flat_map(|e| e.parameters);
-        bounds.extend(parameters.map(|p| {
+        bounds.extend(parameters.zip(&z[FIRST_EFFECT..]).map(|(p, z)| {
+            if !p.kind.is_continuous() {
+                return (*z, *z);
+            }
             let scale = (p.typical)(&nominal.params);
             ((p.min - p.off) / scale, (p.max - p.off) / scale)
         }));
@@ -222,7 +241,7 @@ impl Hypothesis {
         let mut effects = Vec::new();
         for e in &nominal.present {
             let e: Effect<Jet<f64, N>> = e.cast();
-            if e.spec().acts.includes(Acts::DELAY) {
+            if is_late(e.spec()) {
                 late += e.values()[0];
             } else {
                 effects.push(e);
@@ -235,7 +254,7 @@ impl Hypothesis {
                     .map(|k| variable(i + k))
                     .collect();
             i += spec.parameters.len();
-            if spec.acts.includes(Acts::DELAY) {
+            if is_late(spec) {
                 late += values[0];
             } else if let Some(e) = Effect::unchecked(spec.id, &values) {
                 effects.push(e);

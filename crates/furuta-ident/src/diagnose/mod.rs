@@ -16,6 +16,7 @@ mod location;
 mod predict;
 mod repair;
 pub mod result;
+mod scout;
 mod search;
 mod shooting;
 mod verify;
@@ -26,6 +27,7 @@ use furuta_model::{Rig, effects};
 
 pub use error::DiagnoseError;
 pub use result::{Channel, Channels, Curves, Diagnosis, Verdict};
+pub use search::candidates;
 
 use crate::recording::Recording;
 use data::Data;
@@ -302,7 +304,13 @@ fn name(
             parameters: repair::effect_parameters(nominal, named_fit, i),
             delta_bic: short.evidence(&rival.without, named).delta_bic,
             held_out_gain: held_out::gain(data, nominal, folds, &rival.without, named),
-            confusable_with: rival.near.iter().map(|t| t.spec.id.to_owned()).collect(),
+            confusable_with: rival
+                .near
+                .iter()
+                .map(|t| t.spec)
+                .chain(search::same_class(rival.spec))
+                .map(|s| s.id.to_owned())
+                .collect(),
         })
         .collect();
     effects.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));

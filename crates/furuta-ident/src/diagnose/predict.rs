@@ -39,7 +39,7 @@ pub(super) fn of_each<T: Send>(
 /// Predictions over the problem's windows, each from its own best initial state.
 pub(super) fn windowed(problem: &Problem<'_>, model: Model<'_>) -> Vec<Vec<[f64; 2]>> {
     let settled = problem.settle(model.hypothesis, model.z, None);
-    let inner = Inner::new(model.hypothesis, model.z, problem.nominal);
+    let inner = Inner::<4>::new(model.hypothesis, model.z, problem.nominal);
     problem
         .windows
         .iter()
@@ -116,7 +116,7 @@ pub(super) fn whole(data: &Data, run: usize, model: Model<'_>, nominal: &Nominal
         start: 0,
         len: ((FIRST / r.h).round() as usize).clamp(1, last),
     };
-    let inner = Inner::new(model.hypothesis, model.z, nominal);
+    let inner = Inner::<4>::new(model.hypothesis, model.z, nominal);
     let (x0, _) = inner.search(data, &first, None);
     let all = Window {
         run,

@@ -1,10 +1,12 @@
 //! Which effects are missing: forward selection with evidence, backward elimination, and what is confusable.
 
+use furuta_model::effects::Acts;
 use furuta_model::{CATALOGUE, Spec};
 use rayon::prelude::*;
 
 use super::fit::{Effort, Fit, Problem};
-use super::hypothesis::{FIRST_EFFECT, Hypothesis};
+use super::hypothesis::{FIRST_EFFECT, Hypothesis, is_late};
+use super::scout::{self, Scout};
 
 /// The most effects that are looked for together.
 pub(super) const MOST_EFFECTS: usize = 4;
@@ -22,6 +24,10 @@ const LEAST_FACTOR: f64 = 1.25;
 const FLOOR_UNCERTAINTY: f64 = 0.08;
 /// Full fits go to so many of the candidates.
 const SHORT_LIST: usize = 4;
+/// The same for an effect that is local in time: thousands of places are looked at, and any one spoilt window must not pass for it.
+const LEAST_LOCAL_GAIN: f64 = 100.0;
+/// So many candidates are fitted, the most promising by a score test.
+const FOLLOWED: usize = 10;
 /// A rival whose excess is within this share is confusable.
 const CONFUSABLE: f64 = 0.10;
 
@@ -52,6 +58,8 @@ pub(super) struct Evidence {
     pub(super) windows: f64,
     /// How many there must be.
     pub(super) windows_needed: f64,
+    /// The least fall of the cost.
+    pub(super) least: f64,
     /// Factor by which the excess over the noise falls.
     pub(super) factor: f64,
     /// Fall of the Bayesian information criterion.
@@ -66,8 +74,25 @@ impl Evidence {
 
     /// Whether the larger hypothesis is better, and not in one place alone.
     pub(super) fn helps(&self) -> bool {
-        self.elsewhere > LEAST_GAIN && self.windows > self.windows_needed
+        self.elsewhere > self.least && self.windows > self.windows_needed
     }
+}
+
+/// The catalogue's entries that are looked for. Late encoders are the same as a late command on recorded input and output, which stands
+/// for both.
+pub fn candidates() -> impl Iterator<Item = &'static Spec> {
+    CATALOGUE
+        .iter()
+        .copied()
+        .filter(|s| !s.acts.includes(Acts::SENSOR_DELAY))
+}
+
+/// The entries that no recording of input and output tells apart from `spec`.
+pub(super) fn same_class(spec: &'static Spec) -> impl Iterator<Item = &'static Spec> {
+    CATALOGUE
+        .iter()
+        .copied()
+        .filter(move |s| s.id != spec.id && is_late(s) && is_late(spec))
 }
 
 impl Problem<'_> {
@@ -99,7 +124,18 @@ impl Problem<'_> {
         let excess = |f: &Fit| (f.cost - floor).max(FLOOR_UNCERTAINTY * floor);
         let parameters = larger.hypothesis.free() as f64 - smaller.hypothesis.free() as f64;
         let significant = (smaller.cost - floor) > FLOOR_UNCERTAINTY * floor;
+        if larger.hypothesis.jumps() && !smaller.hypothesis.jumps() {
+            return Evidence {
+                elsewhere: gain,
+                windows: 1.0,
+                windows_needed: 0.0,
+                least: LEAST_LOCAL_GAIN,
+                factor: f64::INFINITY,
+                delta_bic: gain - parameters * self.samples().ln(),
+            };
+        }
         Evidence {
+            least: LEAST_GAIN,
             elsewhere: gain - gains.iter().fold(0.0, |a: f64, b| a.max(*b)),
             windows: gain * gain.abs() / squares.max(1e-300),
             windows_needed: LEAST_WINDOWS.min(gains.len() as f64 / 8.0),
@@ -114,7 +150,7 @@ impl Problem<'_> {
     }
 
     /// Where to start a fit with `spec` added to `from`.
-    fn starts(&self, from: &Fit, spec: &'static Spec) -> Vec<Vec<f64>> {
+    fn starts(&self, from: &Fit, spec: &'static Spec, scout: &Scout) -> Vec<Vec<f64>> {
         // A recalibration without the effect may be far off: where the gap is large, the data sheet is a better start.
         let far = self.chi(from) > 5.0 && from.hypothesis.effects.is_empty();
         let mut starts = Vec::new();
@@ -127,6 +163,25 @@ impl Problem<'_> {
                 z[..FIRST_EFFECT].fill(0.0);
             }
             starts.push(z);
+        }
+        if scout::wanted(spec) {
+            let typical: Vec<f64> = spec
+                .parameters
+                .iter()
+                .map(|p| (p.typical)(&self.nominal.params))
+                .collect();
+            let places = scout.starts(spec, &typical);
+            return starts
+                .iter()
+                .flat_map(|z| {
+                    places.iter().map(|place| {
+                        let mut z = z.clone();
+                        let values = place.iter().zip(spec.parameters).zip(&typical);
+                        z.extend(values.map(|((v, p), scale)| (v - p.off) / scale));
+                        z
+                    })
+                })
+                .collect();
         }
         // Every combination of the parameters' starts.
         for p in spec.parameters {
@@ -146,19 +201,49 @@ impl Problem<'_> {
 
     /// Fits every candidate added to `from`, the best first; `report` hears of each.
     pub(super) fn candidates(&self, from: &Fit, report: &(dyn Fn(&str) + Sync)) -> Vec<Trial> {
-        let specs: Vec<&'static Spec> = CATALOGUE
-            .iter()
-            .copied()
+        let specs: Vec<&'static Spec> = candidates()
             .filter(|s| !from.hypothesis.has(s.id))
-            .filter(|s| self.nominal.present.iter().all(|e| e.spec().id != s.id))
+            .filter(|s| {
+                let present = &self.nominal.present;
+                present
+                    .iter()
+                    .map(|e| e.spec())
+                    .all(|e| e.id != s.id && !(is_late(e) && is_late(s)))
+            })
             .collect();
+        let scout = Scout::new(self, from);
         let jobs: Vec<(&'static Spec, Vec<f64>)> = specs
             .iter()
-            .flat_map(|s| self.starts(from, s).into_iter().map(move |z| (*s, z)))
+            .flat_map(|s| {
+                self.starts(from, s, &scout)
+                    .into_iter()
+                    .map(move |z| (*s, z))
+            })
             .collect();
-        let quick: Vec<(&'static Spec, Fit)> = jobs
+        // A score test for each, with one simulation: only the most promising are fitted.
+        let mut promising: Vec<(f64, &'static Spec, Vec<f64>)> = jobs
             .into_par_iter()
             .map(|(spec, z)| {
+                let h = from.hypothesis.with(spec);
+                let mut here = from.z.clone();
+                here.extend(&z[from.z.len()..]);
+                let one_way = spec.parameters[0].min >= spec.parameters[0].off;
+                let promise = scout.promise(self, from, &h, &here, one_way);
+                report(spec.id);
+                (promise, spec, z)
+            })
+            .collect();
+        promising.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut followed: Vec<&'static str> = Vec::new();
+        promising.retain(|(_, spec, _)| {
+            if !followed.contains(&spec.id) && followed.len() < FOLLOWED {
+                followed.push(spec.id);
+            }
+            followed.contains(&spec.id)
+        });
+        let quick: Vec<(&'static Spec, Fit)> = promising
+            .into_par_iter()
+            .map(|(_, spec, z)| {
                 let h = from.hypothesis.with(spec);
                 let fit = self.fit(&h, z, &from.states, Effort::QUICK);
                 report(spec.id);

@@ -34,6 +34,7 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
     let t = run.t0 + w.start as f64 * h;
     let past = run.past(w.start, samples, PAST);
     let mut s = plant.resume(x0, t, &past, h);
+    s.run = run.recording;
     for k in w.start..w.start + w.len {
         let before = s.x;
         plant.step(&mut s, S::from_f64(run.command(k, samples)), h);
@@ -132,21 +133,77 @@ pub(super) fn cost(plant: &Plant<f64>, late: f64, data: &Data, w: &Window, x0: S
     }
 }
 
-/// A plant in the two scalars that the inner problem needs.
-pub(super) struct Inner {
-    plant: Plant<Jet<f64, 4>>,
-    late: Jet<f64, 4>,
+/// A plant in the two scalars that the inner problem needs. With more than four derivatives those beyond the initial state's are of the
+/// parameters.
+pub(super) struct Inner<const N: usize = 4> {
+    plant: Plant<Jet<f64, N>>,
+    late: Jet<f64, N>,
     plain: Plant<f64>,
 }
 
-impl Inner {
+impl<const N: usize> Inner<N> {
     pub(super) fn new(h: &Hypothesis, z: &[f64], nominal: &Nominal) -> Self {
-        // Offset beyond the four variables: the parameters are constants.
-        let (plant, late) = h.plant::<4>(z, nominal, 4);
+        let (plant, late) = h.plant::<N>(z, nominal, 4);
         let plain = plant.cast();
         Self { plant, late, plain }
     }
 
+    /// The plant without derivatives.
+    pub(super) fn plain(&self) -> &Plant<f64> {
+        &self.plain
+    }
+
+    /// A window's course from `x0`: states, how they depend on it, and what is left of the measurement.
+    pub(super) fn trace(&self, data: &Data, w: &Window, x0: State<f64>) -> Trace<N> {
+        let run = &data.runs[w.run];
+        let h = run.h;
+        let late = (self.late.v / h + 0.1).floor().max(0.0) as usize;
+        let past = run.past(w.start, late, PAST);
+        let mut i = 0;
+        let x0 = State::from(x0.to_array().map(|v| {
+            i += 1;
+            Jet::variable(v, i - 1)
+        }));
+        let mut s = self.plant.resume(x0, run.t0 + w.start as f64 * h, &past, h);
+        s.run = run.recording;
+        let mut steps = Vec::with_capacity(w.len);
+        for k in w.start..w.start + w.len {
+            let before = s.x;
+            let t = s.t.v;
+            self.plant
+                .step(&mut s, Jet::from_f64(run.command(k, late)), h);
+            let y = self.plant.measure(&s);
+            let rows = before.to_array().map(|v| v.d);
+            steps.push(Traced {
+                t,
+                x: before.map(|v| v.v),
+                transition: Matrix4::from_fn(|r, c| rows[r][c]),
+                y,
+                weight: std::array::from_fn(|c| run.weight[k + 1][c] / data.noise[c]),
+                left: std::array::from_fn(|c| run.y[k + 1][c] - y[c].v),
+            });
+        }
+        Trace { steps }
+    }
+
+    /// The predictions of a window from `x0`.
+    pub(super) fn predictions(&self, data: &Data, w: &Window, x0: State<f64>) -> Vec<[f64; 2]> {
+        let mut out = Vec::with_capacity(w.len);
+        predict(
+            &self.plain,
+            self.late.v,
+            &data.runs[w.run],
+            w,
+            x0,
+            |_, y| {
+                out.push(y);
+            },
+        );
+        out
+    }
+}
+
+impl Inner {
     /// Improves the initial state by damped Gauss-Newton steps, at most `iterations`; returns state and cost.
     pub(super) fn solve(
         &self,
@@ -186,22 +243,6 @@ impl Inner {
         (x, n.cost)
     }
 
-    /// The predictions of a window from `x0`.
-    pub(super) fn predictions(&self, data: &Data, w: &Window, x0: State<f64>) -> Vec<[f64; 2]> {
-        let mut out = Vec::with_capacity(w.len);
-        predict(
-            &self.plain,
-            self.late.v,
-            &data.runs[w.run],
-            w,
-            x0,
-            |_, y| {
-                out.push(y);
-            },
-        );
-        out
-    }
-
     /// The state at the end of a window.
     pub(super) fn end(&self, data: &Data, w: &Window, x0: State<f64>) -> State<f64> {
         let run = &data.runs[w.run];
@@ -210,6 +251,7 @@ impl Inner {
         let mut s = self
             .plain
             .resume(x0, run.t0 + w.start as f64 * run.h, &past, run.h);
+        s.run = run.recording;
         for k in w.start..w.start + w.len {
             self.plain.step(&mut s, run.command(k, late), run.h);
         }
@@ -236,6 +278,27 @@ impl Inner {
         }
         best.unwrap_or((data.guess(w, 10), f64::INFINITY))
     }
+}
+
+/// A window's course.
+pub(super) struct Trace<const N: usize> {
+    pub(super) steps: Vec<Traced<N>>,
+}
+
+/// One step of it.
+pub(super) struct Traced<const N: usize> {
+    /// Time at its start, s.
+    pub(super) t: f64,
+    /// State at its start.
+    pub(super) x: State<f64>,
+    /// That state's slope with respect to the window's initial state.
+    pub(super) transition: Matrix4<f64>,
+    /// The two angles after the step, with all slopes.
+    pub(super) y: [Jet<f64, N>; 2],
+    /// Roots of their weights over the noise.
+    pub(super) weight: [f64; 2],
+    /// Measured less predicted angles after the step, rad.
+    pub(super) left: [f64; 2],
 }
 
 fn damped_step(n: &Normal<4>, damping: f64) -> Option<Vector4<f64>> {

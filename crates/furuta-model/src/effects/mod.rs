@@ -248,7 +248,7 @@ fn check<S: Scalar>(spec: &'static Spec, values: &[S]) -> Result<(), EffectError
     let on = values.iter().any(|v| v.value() != 0.0);
     for (p, v) in spec.parameters.iter().zip(values).filter(|_| on) {
         let value = v.value();
-        if p.kind != Kind::Real && value != libm::floor(value) {
+        if !p.kind.is_continuous() && value != libm::floor(value) {
             return Err(EffectError::NotWhole {
                 effect: spec.id,
                 parameter: p.name,

@@ -61,6 +61,14 @@ impl Acts {
 pub enum Kind {
     /// A real number: a fit varies it.
     Real,
+    /// An angle that a sine or the effect's direction begins at, rad: the effect is the sum of a part at 0 and a part at a quarter turn.
+    Phase,
+    /// A frequency, Hz: a search looks through a grid as fine as the recordings are long.
+    Frequency,
+    /// A moment of a run, s: a search looks through all of them.
+    Time,
+    /// The number of a run, from 0.
+    Run,
     /// A whole number: a search tries one after the other.
     Whole,
     /// One of these, by name in rig files and by its place in the list elsewhere.
@@ -90,6 +98,17 @@ pub struct ParameterSpec {
     pub starts: &'static [f64],
 }
 
+impl Kind {
+    /// Whether it varies continuously, so that a fit can improve it.
+    #[must_use]
+    pub const fn is_continuous(self) -> bool {
+        matches!(
+            self,
+            Self::Real | Self::Phase | Self::Frequency | Self::Time
+        )
+    }
+}
+
 impl ParameterSpec {
     /// The value that `word` stands for, where the parameter is a choice.
     #[must_use]
@@ -100,7 +119,7 @@ impl ParameterSpec {
                 #[allow(clippy::cast_precision_loss)]
                 Some(place as f64)
             }
-            Kind::Real | Kind::Whole => None,
+            _ => None,
         }
     }
 
@@ -110,7 +129,7 @@ impl ParameterSpec {
         match self.kind {
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             Kind::Choice(words) => words.get(value as usize).copied(),
-            Kind::Real | Kind::Whole => None,
+            _ => None,
         }
     }
 }

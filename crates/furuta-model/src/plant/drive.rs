@@ -12,6 +12,9 @@ use core::ops::Add;
 /// How many steps of the integrator one radian of the coupling's ringing takes: RK4 then shifts it by 2e-4 rad per period.
 const STEPS_PER_RADIAN: f64 = 4.0;
 
+/// Torques below this share of the rig's own are rounding.
+const NOTHING: f64 = 1e-5;
+
 /// Arm, pendulum and rotor; or their rates.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct TwoBody<S> {
@@ -126,12 +129,15 @@ impl<S: Scalar> Plant<S> {
             within: s.t,
         };
         let c = &self.coefficients;
-        let balance = self.balance(c, clock, &s.x, s.voltage, s.memory, None);
+        let balance = self.balance_outside(c, clock, &s.x, s.voltage, s.memory, None);
         let speed = [s.x.theta_dot, s.x.alpha_dot];
         let (acceleration, _) = balance.solve(balance.decide(speed, [None; 2]));
         let torque = self.flank_torque(s.voltage, s.x.theta_dot, acceleration[0]);
         let d = &self.drive;
-        s.contact = if d.loose() {
+        // What rounding leaves of no torque at all does not take the rotor out of the middle.
+        let nothing = (c.drive * s.voltage).abs() + c.weight;
+        let pushes = torque.abs().real() > nothing.real() * S::Real::from_f64(NOTHING);
+        s.contact = if d.loose() && pushes {
             Contact::of(torque)
         } else {
             Contact::Free

@@ -142,10 +142,10 @@ impl<S: Scalar> Plant<S> {
         let one = self.one_body(contact);
         let mut passed = S::ZERO;
         let balance = if one {
-            self.balance(&self.coefficients, clock, &m.x, volts, memory, None)
+            self.balance_outside(&self.coefficients, clock, &m.x, volts, memory, None)
         } else {
             passed = self.spring_torque(m, contact);
-            self.balance(&self.load(), clock, &m.x, volts, memory, Some(passed))
+            self.balance_outside(&self.load(), clock, &m.x, volts, memory, Some(passed))
         };
         let dry = dry(&balance);
         let (acceleration, friction) = balance.solve(dry);
@@ -202,7 +202,8 @@ impl<S: Scalar> Plant<S> {
             let x = rk4(s.x, h, &|stage: Stage, x: &State<S>| {
                 let i = stage as usize;
                 let (clock, volts) = (stages.clocks[i], stages.volts[i]);
-                let balance = self.balance(&self.coefficients, clock, x, volts, memory(x), None);
+                let balance =
+                    self.balance_outside(&self.coefficients, clock, x, volts, memory(x), None);
                 let (a, _) = balance.solve(mode.dry);
                 State::new(x.theta_dot, x.alpha_dot, a[0], a[1])
             });
@@ -221,7 +222,8 @@ impl<S: Scalar> Plant<S> {
             let i = stage as usize;
             let passed = self.spring_torque(m, s.contact);
             let (clock, volts) = (stages.clocks[i], stages.volts[i]);
-            let balance = self.balance(&load, clock, &m.x, volts, memory(&m.x), Some(passed));
+            let balance =
+                self.balance_outside(&load, clock, &m.x, volts, memory(&m.x), Some(passed));
             let (a, _) = balance.solve(mode.dry);
             TwoBody {
                 x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),

@@ -43,7 +43,10 @@ impl<S: Scalar> Balance<S> {
     #[inline(always)]
     pub(super) fn solve(&self, dry: [Dry; 2]) -> ([S; 2], [S; 2]) {
         let m = &self.inverse;
-        let mut friction = [0, 1].map(|i| -(self.limit[i] * dry[i].direction()));
+        let mut friction = [
+            -(self.limit[0] * dry[0].direction()),
+            -(self.limit[1] * dry[1].direction()),
+        ];
         match [dry[0] == Dry::Held, dry[1] == Dry::Held] {
             [false, false] => {}
             [true, true] => {
@@ -108,7 +111,7 @@ impl<S: Scalar> Balance<S> {
 
 impl<S: Scalar> Plant<S> {
     /// The largest torque of dry friction on `[arm, pendulum]`, N m.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn dry_limit(&self, at: &Instant<'_, S>) -> [S; 2] {
         let mut limit = [S::ZERO; 2];
         for e in &self.effects {

@@ -239,7 +239,7 @@ impl<S: Scalar> Plant<S> {
         self.travelled(S::ZERO, far)
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn travelled(&self, memory: S, travel: S) -> S {
         self.effects
             .iter()
@@ -286,10 +286,11 @@ impl<S: Scalar> Plant<S> {
             memory,
         };
         if self.acts.includes(Acts::TORQUE) {
-            for e in &self.effects {
-                let extra = e.torque(&at);
-                torque = [torque[0] + extra[0], torque[1] + extra[1]];
-            }
+            torque = if S::LANES > 1 {
+                self.add_torques(torque, &at)
+            } else {
+                self.add_torques_outside(torque, &at)
+            };
         }
         Balance {
             free: [torque[0] - b[0] - g[0], torque[1] - b[1] - g[1]],
@@ -300,6 +301,37 @@ impl<S: Scalar> Plant<S> {
                 [S::ZERO; 2]
             },
         }
+    }
+
+    /// `torque` and what the effects add to it.
+    #[inline(always)]
+    fn add_torques(&self, mut torque: [S; 2], at: &Instant<'_, S>) -> [S; 2] {
+        for e in &self.effects {
+            let extra = e.torque(at);
+            torque = [torque[0] + extra[0], torque[1] + extra[1]];
+        }
+        torque
+    }
+
+    /// The same as a call: every effect's law in each of the integrator's four stages would be a lot of code for the compiler. Lanes need it
+    /// inlined all the same, or it would not be compiled for the processor's vectors.
+    #[inline(never)]
+    fn add_torques_outside(&self, torque: [S; 2], at: &Instant<'_, S>) -> [S; 2] {
+        self.add_torques(torque, at)
+    }
+
+    /// [`Plant::balance`] as a call, for where events are looked for.
+    #[inline(never)]
+    fn balance_outside(
+        &self,
+        c: &Coefficients<S>,
+        clock: Clock<S>,
+        x: &State<S>,
+        volts: S,
+        memory: S,
+        coupling: Option<S>,
+    ) -> Balance<S> {
+        self.balance(c, clock, x, volts, memory, coupling)
     }
 
     /// `dx/dt` at time `t` (s) with `volts` (V) at the motor, for integrators that know no events ([`Plant::step`] does).

@@ -324,7 +324,7 @@ fn wanted(p: &effects::ParameterSpec) -> String {
             .map(|w| format!("\"{w}\""))
             .collect::<Vec<_>>()
             .join(" or "),
-        Kind::Real | Kind::Whole => "a number".to_owned(),
+        _ => "a number".to_owned(),
     }
 }
 

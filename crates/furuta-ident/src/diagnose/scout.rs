@@ -1,0 +1,406 @@
+//! Where to start the fit of an effect that has many possible places: an order, a frequency, a moment.
+//!
+//! A small torque along a window moves the predicted angles by what the window's sensitivities to its state pass on: an impulse at sample `k` is a
+//! change of speed there, which is the same as some change of the initial state. So the answer to any course of torque comes from
+//! sensitivities computed once, and thousands of orders, frequencies or moments can be tried without simulating. What the free initial states
+//! would absorb is projected out; what is left says how much the cost would fall, and at which strength and phase.
+
+use furuta_model::dynamics::{Angle, mass_matrix};
+use furuta_model::effects::{Acts, Clock, Instant, Kind, Law, ParameterSpec};
+use furuta_model::params::Coefficients;
+use furuta_model::{Effect, Plant, Spec, State};
+use nalgebra::{Cholesky, Const, Matrix4, SMatrix, SVector, Vector4};
+use rayon::prelude::*;
+use std::f64::consts::FRAC_PI_2;
+
+use super::fit::{Fit, Problem};
+use super::hypothesis::{FIRST_EFFECT, Hypothesis};
+use super::shooting::{Inner, Trace};
+
+/// So many places are handed to the fit.
+const PLACES: usize = 2;
+/// Frequencies up to here are looked at, Hz.
+const HIGHEST: f64 = 25.0;
+/// Moments are looked at so far apart, s.
+const MOMENTS: f64 = 0.008;
+/// Two places nearer than so many grid steps are one.
+const NEAR: f64 = 6.0;
+
+/// What a window says about any small torque in it.
+struct Echo {
+    window: usize,
+    recording: usize,
+    /// Times at the middle of each step, s.
+    t: Vec<f64>,
+    /// State at the start of each step.
+    x: Vec<State<f64>>,
+    /// The initial state's change that an impulse on arm or pendulum in this step is equal to.
+    impulse: Vec<[Vector4<f64>; 2]>,
+    /// Weighted slopes of the two angles after each step with respect to the initial state, and what is left of the measurement.
+    slopes: Vec<[Vector4<f64>; 2]>,
+    left: Vec<[f64; 2]>,
+    normal: Cholesky<f64, Const<4>>,
+    gradient: Vector4<f64>,
+    /// The two angles after each step.
+    y: Vec<[f64; 2]>,
+    /// Their weights.
+    weight: Vec<[f64; 2]>,
+    /// Weighted slopes with respect to the base parameters, and what the initial state absorbs of them.
+    base: Vec<[Base; 2]>,
+    absorbed: SMatrix<f64, 4, FIRST_EFFECT>,
+}
+
+/// One number for each parameter that every hypothesis has.
+type Base = SVector<f64, FIRST_EFFECT>;
+
+/// What a fit says about any small torque.
+pub(super) struct Scout {
+    echoes: Vec<Echo>,
+    coefficients: Coefficients<f64>,
+    /// Normal equations of the base parameters, the initial states taken out.
+    normal: Option<Cholesky<f64, Const<FIRST_EFFECT>>>,
+    gradient: Base,
+    recordings: usize,
+    longest: f64,
+    period: f64,
+}
+
+/// Whether a scout is needed to find a start.
+pub(super) fn wanted(spec: &Spec) -> bool {
+    spec.acts.includes(Acts::TORQUE)
+        && !spec.acts.includes(Acts::MEMORY)
+        && spec
+            .parameters
+            .iter()
+            .any(|p| p.kind != Kind::Real && !matches!(p.kind, Kind::Choice(_)))
+}
+
+impl Scout {
+    /// Computes the sensitivities about `fit`.
+    pub(super) fn new(problem: &Problem<'_>, fit: &Fit) -> Self {
+        const N: usize = 4 + FIRST_EFFECT;
+        let inner = Inner::<N>::new(&fit.hypothesis, &fit.z, problem.nominal);
+        let data = problem.data;
+        let coefficients = inner.plain().coefficients;
+        let echoes: Vec<Echo> = problem
+            .windows
+            .par_iter()
+            .zip(&fit.states)
+            .enumerate()
+            .filter_map(|(window, (w, x0))| {
+                let run = &data.runs[w.run];
+                let trace = inner.trace(data, w, *x0);
+                echo(inner.plain(), (window, run.recording), run.h, trace)
+            })
+            .collect();
+        let mut normal = SMatrix::<f64, FIRST_EFFECT, FIRST_EFFECT>::zeros();
+        let mut gradient = Base::zeros();
+        for echo in &echoes {
+            for k in 0..echo.base.len() {
+                for c in 0..2 {
+                    let own = echo.base[k][c] - echo.absorbed.tr_mul(&echo.slopes[k][c]);
+                    normal += own * echo.base[k][c].transpose();
+                    gradient += own * echo.left[k][c];
+                }
+            }
+        }
+        for i in 0..FIRST_EFFECT {
+            normal[(i, i)] += 1e-9 + 1e-9 * normal[(i, i)];
+        }
+        let longest = data
+            .runs
+            .iter()
+            .map(|r| r.t0 + r.y.len() as f64 * r.h)
+            .fold(0.0, f64::max);
+        Self {
+            echoes,
+            coefficients,
+            normal: normal.cholesky(),
+            gradient,
+            recordings: 1 + data.runs.iter().map(|r| r.recording).max().unwrap_or(0),
+            longest,
+            period: data.runs[0].h,
+        }
+    }
+
+    /// By how much the cost would fall if what the effects in `z` change about the predictions could be had at any strength, initial states and base
+    /// parameters following: a score test with one simulation. `one_way`: only with the sign it has.
+    pub(super) fn promise(
+        &self,
+        problem: &Problem<'_>,
+        fit: &Fit,
+        h: &Hypothesis,
+        z: &[f64],
+        one_way: bool,
+    ) -> f64 {
+        let Some(base) = &self.normal else {
+            return f64::INFINITY;
+        };
+        let inner = Inner::<4>::new(h, z, problem.nominal);
+        let (mut square, mut product, mut cross) = (0.0, 0.0, Base::zeros());
+        for echo in &self.echoes {
+            let w = &problem.windows[echo.window];
+            let with = inner.predictions(problem.data, w, fit.states[echo.window]);
+            let (mut own, mut left, mut shared) = (0.0, 0.0, Vector4::zeros());
+            let mut towards = Base::zeros();
+            for (k, with) in with.iter().enumerate() {
+                for (c, with) in with.iter().enumerate() {
+                    let y = (with - echo.y[k][c]) * echo.weight[k][c];
+                    own += y * y;
+                    left += y * echo.left[k][c];
+                    shared += echo.slopes[k][c] * y;
+                    towards += echo.base[k][c] * y;
+                }
+            }
+            let absorbed = echo.normal.solve(&shared);
+            let gain = own - absorbed.dot(&shared);
+            if !gain.is_finite() {
+                continue;
+            }
+            square += gain;
+            product += left - absorbed.dot(&echo.gradient);
+            cross += towards - echo.absorbed.tr_mul(&shared);
+        }
+        let follows = base.solve(&cross);
+        let (square, product) = (
+            square - follows.dot(&cross),
+            product - follows.dot(&self.gradient),
+        );
+        if square <= 0.0 || (one_way && product <= 0.0) {
+            return 0.0;
+        }
+        product * product / square
+    }
+
+    /// The most promising values of the effect's parameters.
+    pub(super) fn starts(&self, spec: &'static Spec, typical: &[f64]) -> Vec<Vec<f64>> {
+        let mut places: Vec<Vec<f64>> = vec![Vec::new()];
+        for (p, typical) in spec.parameters.iter().zip(typical) {
+            let values = self.grid(p, *typical);
+            places = places
+                .iter()
+                .flat_map(|place| {
+                    values.iter().map(|v| {
+                        let mut place = place.clone();
+                        place.push(*v);
+                        place
+                    })
+                })
+                .collect();
+        }
+        let mut tried: Vec<(f64, Vec<f64>)> = places
+            .into_par_iter()
+            .filter_map(|place| self.gain(spec, place))
+            .collect();
+        // A stable sort: the same starts whatever the number of threads.
+        tried.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut best: Vec<Vec<f64>> = Vec::new();
+        for (_, place) in tried {
+            if best.iter().all(|b| self.apart(spec, b, &place)) {
+                best.push(place);
+                if best.len() == PLACES {
+                    break;
+                }
+            }
+        }
+        best
+    }
+
+    fn step(&self, kind: Kind) -> f64 {
+        match kind {
+            Kind::Frequency => 0.5 / self.longest,
+            _ => MOMENTS.max(self.period),
+        }
+    }
+
+    fn grid(&self, p: &ParameterSpec, typical: f64) -> Vec<f64> {
+        let even = |step: f64, end: f64| {
+            (1..)
+                .map(|i| f64::from(i) * step)
+                .take_while(move |v| *v < end)
+                .collect()
+        };
+        match p.kind {
+            Kind::Phase => vec![0.0],
+            Kind::Frequency => even(self.step(p.kind), HIGHEST.min(0.25 / self.period)),
+            Kind::Time => even(self.step(p.kind), self.longest),
+            Kind::Run => (0..self.recordings).map(|r| r as f64).collect(),
+            _ => p.starts.iter().map(|s| p.off + s * typical).collect(),
+        }
+    }
+
+    fn apart(&self, spec: &Spec, a: &[f64], b: &[f64]) -> bool {
+        spec.parameters
+            .iter()
+            .zip(a.iter().zip(b))
+            .any(|(p, (a, b))| match p.kind {
+                Kind::Frequency | Kind::Time => (a - b).abs() > NEAR * self.step(p.kind),
+                Kind::Whole | Kind::Run => a != b,
+                _ => false,
+            })
+    }
+
+    /// By how much the cost would fall with the effect at this place, and the place with the best strength and phase.
+    fn gain(&self, spec: &'static Spec, mut place: Vec<f64>) -> Option<(f64, Vec<f64>)> {
+        let phase = spec.parameters.iter().position(|p| p.kind == Kind::Phase);
+        let first = Effect::unchecked(spec.id, &place)?;
+        let second = match phase {
+            Some(i) => {
+                let mut quarter = place.clone();
+                quarter[i] = FRAC_PI_2;
+                Some(Effect::unchecked(spec.id, &quarter)?)
+            }
+            None => None,
+        };
+        let (mut square, mut product) = ([[0.0; 2]; 2], [0.0; 2]);
+        for echo in &self.echoes {
+            self.hear(echo, &first, second.as_ref(), &mut square, &mut product);
+        }
+        let strength = &spec.parameters[0];
+        if let Some(i) = phase {
+            let det = square[0][0] * square[1][1] - square[0][1] * square[0][1];
+            if det <= 1e-9 * square[0][0] * square[1][1] {
+                return None;
+            }
+            let a = (square[1][1] * product[0] - square[0][1] * product[1]) / det;
+            let b = (square[0][0] * product[1] - square[0][1] * product[0]) / det;
+            place[i] = b.atan2(a);
+            place[0] = (place[0] * a.hypot(b)).clamp(strength.min, strength.max);
+            return Some((a * product[0] + b * product[1], place));
+        }
+        if square[0][0] <= 0.0 {
+            return None;
+        }
+        let a = product[0] / square[0][0];
+        if a < 0.0 && strength.min >= 0.0 {
+            return None;
+        }
+        place[0] = (place[0] * a).clamp(strength.min, strength.max);
+        Some((a * product[0], place))
+    }
+
+    /// Adds one window's normal equations for the strengths of up to two courses of torque.
+    fn hear(
+        &self,
+        echo: &Echo,
+        first: &Effect<f64>,
+        second: Option<&Effect<f64>>,
+        square: &mut [[f64; 2]; 2],
+        product: &mut [f64; 2],
+    ) {
+        let (Some(begin), Some(end)) = (echo.t.first(), echo.t.last()) else {
+            return;
+        };
+        if first.spec().acts.includes(Acts::JUMPS) {
+            // Elsewhere it does nothing.
+            let Some(edge) = first.jump_after(echo.recording, f64::NEG_INFINITY) else {
+                return;
+            };
+            let over = first.jump_after(echo.recording, edge).unwrap_or(edge);
+            if edge > *end || over < *begin {
+                return;
+            }
+        }
+        let mut moved = [Vector4::zeros(); 2];
+        let mut cross = [Vector4::zeros(); 2];
+        let (mut own, mut with) = ([[0.0; 2]; 2], [0.0; 2]);
+        let count = if second.is_some() { 2 } else { 1 };
+        for k in 0..echo.t.len() {
+            let x = &echo.x[k];
+            let at = Instant {
+                clock: Clock {
+                    run: echo.recording,
+                    t: echo.t[k],
+                    within: echo.t[k],
+                },
+                x,
+                angle: Angle::of(x.alpha),
+                coefficients: &self.coefficients,
+                memory: 0.0,
+            };
+            for (i, effect) in [Some(first), second].into_iter().flatten().enumerate() {
+                let torque = effect.torque(&at);
+                moved[i] += echo.impulse[k][0] * torque[0] + echo.impulse[k][1] * torque[1];
+            }
+            for c in 0..2 {
+                let slope = &echo.slopes[k][c];
+                let mut y = [0.0; 2];
+                for i in 0..count {
+                    y[i] = slope.dot(&moved[i]);
+                    with[i] += y[i] * echo.left[k][c];
+                    cross[i] += slope * y[i];
+                }
+                own[0][0] += y[0] * y[0];
+                own[0][1] += y[0] * y[1];
+                own[1][1] += y[1] * y[1];
+            }
+        }
+        // The initial state takes its part.
+        for i in 0..count {
+            let absorbed = echo.normal.solve(&cross[i]);
+            product[i] += with[i] - absorbed.dot(&echo.gradient);
+            for j in i..count {
+                square[i][j] += own[i][j] - absorbed.dot(&cross[j]);
+            }
+        }
+    }
+}
+
+fn echo(
+    plant: &Plant<f64>,
+    (window, recording): (usize, usize),
+    h: f64,
+    trace: Trace<{ 4 + FIRST_EFFECT }>,
+) -> Option<Echo> {
+    let mut out = Echo {
+        window,
+        recording,
+        t: Vec::with_capacity(trace.steps.len()),
+        x: Vec::with_capacity(trace.steps.len()),
+        impulse: Vec::with_capacity(trace.steps.len()),
+        slopes: Vec::with_capacity(trace.steps.len()),
+        left: Vec::with_capacity(trace.steps.len()),
+        normal: Matrix4::identity().cholesky()?,
+        gradient: Vector4::zeros(),
+        y: Vec::with_capacity(trace.steps.len()),
+        weight: Vec::with_capacity(trace.steps.len()),
+        base: Vec::with_capacity(trace.steps.len()),
+        absorbed: SMatrix::zeros(),
+    };
+    let mut normal = Matrix4::zeros();
+    for step in trace.steps {
+        // An axis that sticks forgets its speed: impulses there cannot be told from a change of the initial state, and do little.
+        let back = step.transition.try_inverse().unwrap_or_default();
+        let inverse = mass_matrix(&plant.coefficients, Angle::of(step.x.alpha)).inverse();
+        let impulse = [
+            Vector4::new(0.0, 0.0, inverse.arm, inverse.coupling) * h,
+            Vector4::new(0.0, 0.0, inverse.coupling, inverse.pendulum) * h,
+        ];
+        out.t.push(step.t + 0.5 * h);
+        out.x.push(step.x);
+        out.impulse.push(impulse.map(|i| back * i));
+        let left: [f64; 2] = std::array::from_fn(|c| step.left[c] * step.weight[c]);
+        let row = |c: usize, i: usize| step.y[c].d[i] * step.weight[c];
+        let slopes: [Vector4<f64>; 2] = std::array::from_fn(|c| Vector4::from_fn(|i, _| row(c, i)));
+        let base: [Base; 2] = std::array::from_fn(|c| Base::from_fn(|i, _| row(c, 4 + i)));
+        for c in 0..2 {
+            normal += slopes[c] * slopes[c].transpose();
+            out.gradient += slopes[c] * left[c];
+            out.absorbed += slopes[c] * base[c].transpose();
+        }
+        out.slopes.push(slopes);
+        out.left.push(left);
+        out.base.push(base);
+        out.y.push(step.y.map(|y| y.v));
+        out.weight.push(step.weight);
+    }
+    if !normal.iter().all(|v: &f64| v.is_finite()) {
+        return None;
+    }
+    for i in 0..4 {
+        normal[(i, i)] += 1e-9 + 1e-9 * normal[(i, i)];
+    }
+    out.normal = normal.cholesky()?;
+    out.absorbed = out.normal.solve(&out.absorbed);
+    Some(out)
+}
