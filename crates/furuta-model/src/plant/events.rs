@@ -174,7 +174,9 @@ impl<S: Scalar> Plant<S> {
         }
         let mode = self.forces(&here, s.contact, at, |b| b.decide(speed, decided.loose));
         let side = s.contact.side::<S>();
-        let parted = self.drive.loose() && (side * mode.passed).real() < S::Real::ZERO;
+        // A spring that has just met the flank is not yet bent, but for rounding of either sign: what still closes in has not parted.
+        let closing = self.drive.elastic() && self.depth(&here, side).1.real() > S::Real::ZERO;
+        let parted = self.drive.loose() && !closing && (side * mode.passed).real() < S::Real::ZERO;
         if !parted {
             return mode;
         }

@@ -1,6 +1,6 @@
 //! One sample period: the stretches between times at which something is known to jump, and RK4 over a smooth one.
 
-use super::{EVENTS, Plant, PlantState};
+use super::{EVENTS, MAX_DELAY_SAMPLES, Plant, PlantState};
 use crate::effects::{Acts, Clock, Law};
 use crate::integrate::{Field, Fixed, Length, Stage, Variable, rk4};
 use crate::scalar::Scalar;
@@ -195,7 +195,7 @@ pub(super) fn clocks<S: Scalar, H: Length<S>>(s: &PlantState<S>, h: H) -> [Clock
 fn split<S: Scalar>(delay: S, h: S::Real) -> (usize, S) {
     let whole = libm::floor(delay.value() / h.value());
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let samples = if whole > 0.0 { whole as usize } else { 0 };
+    let samples = (whole as usize).min(MAX_DELAY_SAMPLES + 1); // saturates; NaN is 0
     (
         samples,
         delay - S::from_real(h).scale(S::Real::from_f64(whole)),

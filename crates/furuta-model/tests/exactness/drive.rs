@@ -3,7 +3,7 @@
 //! The rotor's speed follows from the momentum about the motor's axis, which nothing changes without motor and friction: gravity does not act
 //! about a vertical axis. Its angle is what an encoder on the motor reads.
 
-use crate::plants::rigs;
+use crate::plants::{rigs, row};
 use furuta_model::dynamics::{Angle, mass_matrix};
 use furuta_model::{Effect, Params, Plant, PlantState, Rig, State, energy};
 
@@ -67,6 +67,46 @@ fn stiffness(rig: &Rig, share: f64, frequency: f64) -> f64 {
     let rotor = share * c.hub;
     let arm = c.arm - rotor - c.coupling * c.coupling / c.pendulum;
     frequency * frequency / (1.0 / rotor + 1.0 / arm)
+}
+
+const STEPS: [f64; 4] = [1e-3, 5e-4, 2.5e-4, 1.25e-4];
+
+/// A spring with play between rotor and arm, an encoder on the motor: energy is kept through every contact, to 1e-9 at 0.25 ms, and the error falls
+/// with RK4's order. With a play of nothing it is `drive.compliance` alone.
+#[test]
+fn a_flexible_drive_without_damping_keeps_its_energy() {
+    println!(
+        "rotor, spring with play, arm: energy error over 2 s / (2 m g c), for steps of 1, 0.5, 0.25, 0.125 ms"
+    );
+    let start = State::new(0.0, 2.6, 3.0, 0.0);
+    for rig in rigs() {
+        for gap in [1e-9, 0.02] {
+            let share = 0.4;
+            let spring = [stiffness(&rig, share, 40.0), 0.0, share];
+            let effects: [(&str, &[f64]); 2] = [
+                ("drive.backlash", &[gap, share, 1.0]),
+                ("drive.compliance", &spring),
+            ];
+            let two = TwoBodies::new(&rig.params, &effects, &start);
+            let errors = STEPS.map(|h| {
+                let mut s = two.plant.rest(start);
+                let before = two.energy(&s);
+                let mut worst = 0.0_f64;
+                for _ in 0..(2.0 / h) as usize {
+                    two.plant.step(&mut s, 0.0, h);
+                    worst = worst.max((two.energy(&s) - before).abs());
+                }
+                worst / (2.0 * two.plant.coefficients.weight)
+            });
+            let name = format!("{}, play {gap}", rig.name);
+            row(&name, &errors, "");
+            assert!(errors[2] < 1e-9, "{name}: {errors:?}");
+            for pair in errors.windows(2).filter(|pair| pair[1] > 2e-12) {
+                // a contact's moment within the step makes the leading term uneven
+                assert!(pair[0] / pair[1] > 8.0, "{name}: {errors:?}");
+            }
+        }
+    }
 }
 
 /// Rigid flanks that meet, and a coupling's damper, take energy and never give any; momentum they leave alone: the rotor's speed from the
