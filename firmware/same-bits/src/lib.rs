@@ -5,6 +5,7 @@
 
 mod fingerprint;
 mod functions;
+mod signals;
 mod trajectories;
 
 pub use fingerprint::{Fingerprint, Float};
@@ -25,6 +26,7 @@ pub const SECONDS_F64: u32 = 4;
 pub fn print(out: &mut impl fmt::Write) -> fmt::Result {
     functions::print::<f32>(out, 20_000)?;
     functions::print::<f64>(out, 20_000)?;
+    signals::print(out, 2_000)?;
     trajectories::print_jacobians(out)?;
     trajectories::print::<f32>(out, SECONDS_F32)?;
     trajectories::print::<f64>(out, SECONDS_F64)
