@@ -8,4 +8,4 @@ mod trajectory;
 pub use batch::{Batch, Keep, Rollout, Run, batch};
 pub use error::SimulationError;
 pub use policy::{Feedback, OpenLoop, Policy};
-pub use trajectory::trajectory;
+pub use trajectory::{follow, trajectory};

@@ -4,7 +4,7 @@ use super::error::{SimulationError, finite_commands, finite_start};
 use crate::plant::{Plant, PlantState};
 use crate::state::State;
 
-/// Samples between two looks at whether to go on: some milliseconds of work.
+/// Steps of the integrator between two looks at whether to go on: some milliseconds of work.
 const STRIDE: usize = 16_384;
 
 /// States under commands (V) each held for `period` seconds: the start, then the state after every command.
@@ -29,8 +29,45 @@ pub fn trajectory(
     commands: &[f64],
     period: f64,
     substeps: usize,
-    mut proceed: impl FnMut(usize) -> bool,
+    proceed: impl FnMut(usize) -> bool,
 ) -> Result<Vec<State<f64>>, SimulationError> {
+    let mut states = Vec::with_capacity(commands.len() + 1);
+    follow(plant, start, commands, period, substeps, proceed, |s| {
+        states.push(s.x);
+    })?;
+    Ok(states)
+}
+
+/// The same, every sample shown to `see` as it comes: the start, then the plant's state after every command, memory of its effects included.
+///
+/// That is what [`Plant::measure`] asks for: readings that are late, or of an encoder on the motor, do not follow from the mechanical state.
+///
+/// # Errors
+/// As [`trajectory`]; what was seen until then was right.
+///
+/// ```
+/// use furuta_model::{Effect, Plant, Rig, State, simulate::follow};
+/// let rig = Rig::builtin("qube-servo-2").expect("built in");
+/// let late = Effect::new("sensor.delay", &[0.004]).expect("valid");
+/// let plant = Plant::new(&rig.params, &[late])?;
+/// let start = plant.rest(State::new(0.0, 3.0, 0.0, 0.0));
+/// let (mut read, mut real) = (vec![], vec![]);
+/// follow(&plant, start, &[0.5; 100], 0.002, 1, |_| true, |s| {
+///     read.push(plant.measure(s)[1]);
+///     real.push(s.x.alpha);
+/// })?;
+/// assert!((read[100] - real[98]).abs() < 1e-12); // two samples late
+/// # Ok::<(), furuta_model::simulate::SimulationError>(())
+/// ```
+pub fn follow(
+    plant: &Plant<f64>,
+    start: PlantState<f64>,
+    commands: &[f64],
+    period: f64,
+    substeps: usize,
+    mut proceed: impl FnMut(usize) -> bool,
+    mut see: impl FnMut(&PlantState<f64>),
+) -> Result<(), SimulationError> {
     if substeps == 0 {
         return Err(SimulationError::Substeps);
     }
@@ -40,29 +77,20 @@ pub fn trajectory(
     finite_start(&start.x)?;
     finite_commands(commands)?;
     let mut s = start;
-    let mut states = Vec::with_capacity(commands.len() + 1);
-    states.push(s.x);
-    for (done, part) in commands.chunks(STRIDE).enumerate() {
-        for u in part {
-            for _ in 0..substeps {
-                plant.step(&mut s, *u, h);
-            }
-            states.push(s.x);
+    see(&s);
+    let stride = STRIDE.div_ceil(substeps);
+    for (k, u) in commands.iter().enumerate() {
+        for _ in 0..substeps {
+            plant.step(&mut s, *u, h);
         }
-        let sample = done * STRIDE + part.len();
-        // A state once not finite stays so.
         if !s.x.is_finite() {
-            let sample = states
-                .iter()
-                .position(|x| !x.is_finite())
-                .unwrap_or(states.len());
-            return Err(SimulationError::Diverged {
-                sample: sample.saturating_sub(1),
-            });
+            return Err(SimulationError::Diverged { sample: k });
         }
-        if !proceed(sample) {
+        see(&s);
+        let sample = k + 1;
+        if (sample.is_multiple_of(stride) || sample == commands.len()) && !proceed(sample) {
             return Err(SimulationError::Stopped { sample });
         }
     }
-    Ok(states)
+    Ok(())
 }
