@@ -3,6 +3,7 @@
 //!
 //! Every function copies its numbers in, releases the interpreter for the work, and copies the answer out: other Python threads run meanwhile.
 
+mod batch;
 mod design;
 mod diagnosis;
 mod error;
@@ -23,6 +24,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<rig::PyRig>()?;
     m.add_function(wrap_pyfunction!(rig::catalogue, m)?)?;
     m.add_function(wrap_pyfunction!(simulate::simulate, m)?)?;
+    m.add_function(wrap_pyfunction!(batch::simulate_batch, m)?)?;
     m.add_function(wrap_pyfunction!(simulate::measure, m)?)?;
     m.add_function(wrap_pyfunction!(signals::signal, m)?)?;
     m.add_function(wrap_pyfunction!(linear::linearize, m)?)?;

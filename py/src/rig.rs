@@ -1,8 +1,9 @@
 //! The class `Rig` and the catalogue of effects.
 
 use crate::error;
+use furuta_model::effects::{Kind, ParameterSpec};
 use furuta_model::params::RANGES;
-use furuta_model::{CATALOGUE, Effect, Params, Rig, effects};
+use furuta_model::{CATALOGUE, Effect, Params, Rig, Spec, effects};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use std::collections::BTreeMap;
@@ -100,7 +101,7 @@ impl PyRig {
         ])
     }
 
-    /// Effects beyond the rigid-body model: parameters (SI) by the effect's id. A copy: see `with_effect`.
+    /// Effects beyond the rigid-body model: parameters (SI; words where there is a choice) by the effect's id. A copy: see `with_effect`.
     #[getter]
     fn effects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
@@ -108,7 +109,7 @@ impl PyRig {
             let spec = effect.spec();
             let values = PyDict::new(py);
             for (p, v) in spec.parameters.iter().zip(effect.values()) {
-                values.set_item(p.name, v)?;
+                values.set_item(p.name, Value::of(p, v))?;
             }
             all.set_item(spec.id, values)?;
         }
@@ -119,14 +120,7 @@ impl PyRig {
     fn with_parameters(&self, parameters: BTreeMap<String, f64>) -> PyResult<Self> {
         let mut values = self.rig.params.to_array();
         for (key, value) in parameters {
-            let Some(i) = RANGES.iter().position(|r| r.key == key) else {
-                let known: Vec<_> = RANGES.iter().map(|r| r.key).collect();
-                return Err(error::rig(format!(
-                    "no parameter `{key}`; a rig has {}",
-                    known.join(", ")
-                )));
-            };
-            values[i] = value;
+            values[parameter(&key)?] = value;
         }
         let params = Params::from_array(values);
         params.validate().map_err(error::rig)?;
@@ -144,33 +138,24 @@ impl PyRig {
     /// ----------
     /// id : str
     ///     Its id in the catalogue, for example "arm.coulomb".
-    /// **parameters : float
-    ///     Its parameters in SI units; those not given are 0. See `catalogue`.
+    /// **parameters : float or str
+    ///     Its parameters in SI units, a word where there is a choice; those not given have their default, or are 0. See `catalogue`.
     ///
     /// Examples
     /// --------
     /// >>> import furuta
-    /// >>> furuta.Rig.load("qube-servo-2").with_effect("arm.spring", stiffness=8.6e-4, rest=-0.5).effects
+    /// >>> rig = furuta.Rig.load("qube-servo-2")
+    /// >>> rig.with_effect("arm.spring", stiffness=8.6e-4, rest=-0.5).effects
     /// {'arm.spring': {'stiffness': 0.00086, 'rest': -0.5}}
+    /// >>> rig.with_effect("drive.backlash", gap=0.05, motor_share=0.4, encoder="motor").effects
+    /// {'drive.backlash': {'gap': 0.05, 'motor_share': 0.4, 'encoder': 'motor'}}
     #[pyo3(signature = (id, /, **parameters))]
-    fn with_effect(&self, id: &str, parameters: Option<BTreeMap<String, f64>>) -> PyResult<Self> {
-        let Some(spec) = effects::spec(id) else {
-            let known: Vec<_> = CATALOGUE.iter().map(|s| s.id).collect();
-            return Err(error::rig(format!(
-                "effect `{id}` is not in the catalogue; known are {}",
-                known.join(", ")
-            )));
-        };
-        let mut values = vec![0.0; spec.parameters.len()];
+    fn with_effect(&self, id: &str, parameters: Option<BTreeMap<String, Value>>) -> PyResult<Self> {
+        let spec = known(id)?;
+        let mut values = defaults(spec);
         for (name, value) in parameters.unwrap_or_default() {
-            let Some(i) = spec.parameters.iter().position(|p| p.name == name) else {
-                let known: Vec<_> = spec.parameters.iter().map(|p| p.name).collect();
-                return Err(error::rig(format!(
-                    "effect `{id}` has no parameter `{name}`; it has {}",
-                    known.join(", ")
-                )));
-            };
-            values[i] = value;
+            let i = place(spec, &name)?;
+            values[i] = value.number(spec, i)?;
         }
         let effect = Effect::new(id, &values).map_err(error::rig)?;
         let mut rig = self.rig.clone();
@@ -206,19 +191,103 @@ impl PyRig {
     }
 }
 
+/// An effect's value as Python gives and gets it: a number, or a word where there is a choice.
+#[derive(FromPyObject, IntoPyObject)]
+pub(crate) enum Value {
+    Number(f64),
+    Word(String),
+}
+
+impl Value {
+    /// As shown: a word where there is one.
+    fn of(p: &ParameterSpec, value: f64) -> Self {
+        match p.word(value) {
+            Some(word) => Self::Word(word.to_owned()),
+            None => Self::Number(value),
+        }
+    }
+
+    /// As the model counts it, for parameter `i` of the effect.
+    pub(crate) fn number(&self, spec: &Spec, i: usize) -> PyResult<f64> {
+        let p = &spec.parameters[i];
+        match self {
+            Self::Number(value) => Ok(*value),
+            Self::Word(word) => p.choice(word).ok_or_else(|| {
+                let wanted = match p.kind {
+                    Kind::Choice(words) => format!("\"{}\"", words.join("\" or \"")),
+                    _ => "a number".to_owned(),
+                };
+                error::rig(format!(
+                    "effect `{}`: {} = \"{word}\" must be {wanted}",
+                    spec.id, p.name
+                ))
+            }),
+        }
+    }
+}
+
+/// Where the parameter with this key stands in [`Params::to_array`].
+pub(crate) fn parameter(key: &str) -> PyResult<usize> {
+    RANGES.iter().position(|r| r.key == key).ok_or_else(|| {
+        let known: Vec<_> = RANGES.iter().map(|r| r.key).collect();
+        error::rig(format!(
+            "no parameter `{key}`; a rig has {}",
+            known.join(", ")
+        ))
+    })
+}
+
+/// The catalogue's entry.
+pub(crate) fn known(id: &str) -> PyResult<&'static Spec> {
+    effects::spec(id).ok_or_else(|| {
+        let known: Vec<_> = CATALOGUE.iter().map(|s| s.id).collect();
+        error::rig(format!(
+            "effect `{id}` is not in the catalogue; known are {}",
+            known.join(", ")
+        ))
+    })
+}
+
+/// Where the effect's parameter of this name stands.
+pub(crate) fn place(spec: &Spec, name: &str) -> PyResult<usize> {
+    spec.parameters
+        .iter()
+        .position(|p| p.name == name)
+        .ok_or_else(|| {
+            let known: Vec<_> = spec.parameters.iter().map(|p| p.name).collect();
+            error::rig(format!(
+                "effect `{}` has no parameter `{name}`; it has {}",
+                spec.id,
+                known.join(", ")
+            ))
+        })
+}
+
+/// What an effect's parameters are where nothing is said of them.
+pub(crate) fn defaults(spec: &Spec) -> Vec<f64> {
+    spec.parameters
+        .iter()
+        .map(|p| p.default.unwrap_or(0.0))
+        .collect()
+}
+
 /// The effects that this version can simulate and name.
 ///
 /// Returns
 /// -------
 /// dict
-///     By id, in the catalogue's order: `name`, `law` (formula), `sentence` (what it is), `shows` (how it looks in data),
-///     `look_alikes` (ids) and `parameters` (SI unit by name).
+///     By id, in the catalogue's order: `name`, `law` (formula), `sentence` (what it is), `shows` (how it looks in data), `experiment` (what
+///     shows it apart from its look-alikes), `look_alikes` (ids), `parameters` (SI unit by name) and `details` (by name: `unit`, `kind`, which
+///     is "real", "whole" or "choice", `choices`, `min`, `max`, `off`, the value at which it does nothing, and `default`; None where there is none).
 ///
 /// Examples
 /// --------
 /// >>> import furuta
 /// >>> furuta.catalogue()["arm.spring"]["parameters"]
 /// {'stiffness': 'N m/rad', 'rest': 'rad'}
+/// >>> encoder = furuta.catalogue()["drive.backlash"]["details"]["encoder"]
+/// >>> encoder["choices"], encoder["default"]
+/// (['arm', 'motor'], 'arm')
 #[pyfunction]
 #[pyo3(text_signature = "()")]
 pub(crate) fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
@@ -229,13 +298,38 @@ pub(crate) fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         entry.set_item("law", spec.law)?;
         entry.set_item("sentence", spec.sentence)?;
         entry.set_item("shows", spec.shows)?;
+        entry.set_item("experiment", spec.experiment)?;
         entry.set_item("look_alikes", spec.look_alikes.to_vec())?;
-        let parameters = PyDict::new(py);
+        let (parameters, details) = (PyDict::new(py), PyDict::new(py));
         for p in spec.parameters {
             parameters.set_item(p.name, p.unit)?;
+            details.set_item(p.name, detail(py, p)?)?;
         }
         entry.set_item("parameters", parameters)?;
+        entry.set_item("details", details)?;
         all.set_item(spec.id, entry)?;
     }
     Ok(all)
+}
+
+/// What one parameter of an effect may be.
+fn detail<'py>(py: Python<'py>, p: &ParameterSpec) -> PyResult<Bound<'py, PyDict>> {
+    let detail = PyDict::new(py);
+    let choices = match p.kind {
+        Kind::Choice(words) => Some(words.to_vec()),
+        _ => None,
+    };
+    let kind = match p.kind {
+        Kind::Choice(_) => "choice",
+        kind if kind.is_continuous() => "real",
+        _ => "whole",
+    };
+    detail.set_item("unit", p.unit)?;
+    detail.set_item("kind", kind)?;
+    detail.set_item("choices", choices)?;
+    detail.set_item("min", p.min)?;
+    detail.set_item("max", p.max)?;
+    detail.set_item("off", Value::of(p, p.off))?;
+    detail.set_item("default", p.default.map(|v| Value::of(p, v)))?;
+    Ok(detail)
 }

@@ -1,13 +1,13 @@
-//! Trajectories of the plant.
+//! Trajectories of the plant, one at a time.
 
 use crate::error;
 use crate::matrix::{Matrix, Vector, state};
 use crate::rig::PyRig;
+use furuta_model::effects::{Acts, Law};
+use furuta_model::simulate::{SimulationError, follow};
+use furuta_model::{Plant, Rig};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-
-/// Steps between two looks at Ctrl-C: some milliseconds of work.
-const STEPS_PER_CHECK: usize = 20_000;
 
 /// Simulates the rig, its effects included, under a command held between samples.
 ///
@@ -15,23 +15,31 @@ const STEPS_PER_CHECK: usize = 20_000;
 /// ----------
 /// rig : Rig
 /// x0 : array_like, shape (4,)
-///     Initial state [theta, alpha, theta_dot, alpha_dot] in rad and rad/s; alpha = 0 is upright, pi hanging.
+///     Initial state [theta, alpha, theta_dot, alpha_dot] in rad and rad/s; alpha = 0 is upright, pi hanging. What effects remember (late
+///     commands, lagging voltage, bristles, play) starts as after a long rest there.
 /// u : array_like, shape (N,)
 ///     Motor command in V; u[k] acts from row k to row k + 1. It is applied as given: the rig's command limit does not clip it.
 /// dt : float
 ///     Sample period in s, at most 1.
 /// substeps : int, optional
 ///     Runge-Kutta steps (4th order) per sample. One is enough for dt of a few ms.
+/// run : int, optional
+///     Which run this is, from 0: a kick ("disturbance.kick", "disturbance.arm_kick") belongs to one run.
+/// encoders : bool, optional
+///     True: return what the encoders read as well.
 ///
 /// Returns
 /// -------
 /// numpy.ndarray, shape (N + 1, 4)
-///     True states, row 0 being x0. See `measure` for what the encoders would read.
+///     True states, row 0 being x0.
+/// numpy.ndarray, shape (N + 1, 2)
+///     Only with `encoders`: measured [theta, alpha] in rad, rounded to counts, effects of the sensors included.
 ///
 /// Raises
 /// ------
 /// SimulationError
-///     A number that is not finite, a period out of range, or a state that grows beyond all numbers (dt too long).
+///     A number that is not finite, a period out of range (for a delay or a flexible coupling, too), or a state that grows beyond all
+///     numbers (dt too long).
 ///
 /// Examples
 /// --------
@@ -42,8 +50,16 @@ const STEPS_PER_CHECK: usize = 20_000;
 /// (501, 4)
 /// >>> bool(x[-1, 0] > 0.1)  # half a volt turns the arm
 /// True
+/// >>> late = rig.with_effect("sensor.delay", delay=0.004)
+/// >>> x, y = furuta.simulate(late, [0, np.pi, 0, 0], np.full(500, 0.5), dt=0.002, encoders=True)
+/// >>> bool(abs(y[2:] - x[:-2, :2]).max() < 2 * np.pi / 2048)  # two samples late, rounded to counts
+/// True
 #[pyfunction]
-#[pyo3(signature = (rig, x0, u, dt, *, substeps=1), text_signature = "(rig, x0, u, dt, *, substeps=1)")]
+#[pyo3(
+    signature = (rig, x0, u, dt, *, substeps=1, run=0, encoders=false),
+    text_signature = "(rig, x0, u, dt, *, substeps=1, run=0, encoders=False)"
+)]
+#[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
     rig: PyRef<'py, PyRig>,
@@ -51,46 +67,52 @@ pub(crate) fn simulate<'py>(
     u: Vector<'py>,
     dt: f64,
     substeps: usize,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    if substeps == 0 {
-        return Err(error::simulation("substeps = 0; at least 1 is needed"));
-    }
-    let h = dt / substeps as f64;
-    let plant = rig.rig.try_plant::<f64>().map_err(error::rig)?;
-    plant.check_period(dt).map_err(error::simulation)?;
-    plant.check_period(h).map_err(error::simulation)?;
-    let mut now = plant.rest(state("x0", &x0)?);
+    run: usize,
+    encoders: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let rig = &rig.rig;
+    let plant = rig.try_plant::<f64>().map_err(error::rig)?;
+    let mut start = plant.rest(state("x0", &x0)?);
+    start.run = run;
     let u: Vec<f64> = u.as_array().iter().copied().collect();
-    if let Some(k) = u.iter().position(|v| !v.is_finite()) {
-        return Err(error::simulation(format!(
-            "u[{k}] = {} is not a finite number",
-            u[k]
-        )));
-    }
-    let mut out = Vec::with_capacity(4 * (u.len() + 1));
-    out.extend(now.x.to_array());
-    for (begin, commands) in u.chunks(STEPS_PER_CHECK.div_ceil(substeps)).enumerate() {
-        let lost = py.detach(|| {
-            for (k, &u) in commands.iter().enumerate() {
-                for _ in 0..substeps {
-                    plant.step(&mut now, u, h);
-                }
-                if !now.x.is_finite() {
-                    return Some(k);
-                }
-                out.extend(now.x.to_array());
+    let rows = u.len() + 1;
+    let mut states = Vec::with_capacity(4 * rows);
+    let mut readings = Vec::with_capacity(if encoders { 2 * rows } else { 0 });
+    let mut interrupt = None;
+    let done = py.detach(|| {
+        let proceed = |_| match Python::attach(|py| py.check_signals()) {
+            Ok(()) => true,
+            Err(signal) => {
+                interrupt = Some(signal);
+                false
             }
-            None
-        });
-        if let Some(k) = lost {
-            let row = begin * STEPS_PER_CHECK.div_ceil(substeps) + k + 1;
-            return Err(error::simulation(format!(
-                "the state is no longer finite at row {row}: use a shorter dt or more substeps (dt = {dt} s, substeps = {substeps})"
-            )));
-        }
-        py.check_signals()?;
+        };
+        follow(&plant, start, &u, dt, substeps, proceed, |s| {
+            states.extend(s.x.to_array());
+            if encoders {
+                readings.extend(counted(rig, plant.measure(s)));
+            }
+        })
+    });
+    if let Some(signal) = interrupt {
+        return Err(signal);
     }
-    out.into_pyarray(py).reshape([u.len() + 1, 4])
+    done.map_err(|e| match e {
+        SimulationError::Command { sample, value } => {
+            error::simulation(format!("u[{sample}] = {value} is not a finite number"))
+        }
+        SimulationError::Diverged { sample } => error::simulation(format!(
+            "the state is no longer finite at row {}: use a shorter dt or more substeps (dt = {dt} s, substeps = {substeps})",
+            sample + 1
+        )),
+        e => error::simulation(e),
+    })?;
+    let states = states.into_pyarray(py).reshape([rows, 4])?;
+    if !encoders {
+        return Ok(states.into_any());
+    }
+    let readings = readings.into_pyarray(py).reshape([rows, 2])?;
+    Ok((states, readings).into_pyobject(py)?.into_any())
 }
 
 /// Angles that the rig's encoders would show for true states, rounded to counts, sensor effects of the rig included.
@@ -105,6 +127,12 @@ pub(crate) fn simulate<'py>(
 /// -------
 /// numpy.ndarray, shape (N, 2)
 ///     Measured [theta, alpha] in rad.
+///
+/// Raises
+/// ------
+/// SimulationError
+///     States of another shape, or a rig whose readings do not follow from the state alone: encoders that are late ("sensor.delay"), an
+///     encoder on the motor behind play. `simulate(..., encoders=True)` knows them.
 ///
 /// Examples
 /// --------
@@ -127,11 +155,29 @@ pub(crate) fn measure<'py>(
         )));
     }
     let plant = rig.rig.try_plant::<f64>().map_err(error::rig)?;
-    let counts = rig.rig.sensors.resolution();
+    if let Some(id) = beyond_the_state(&plant) {
+        return Err(error::simulation(format!(
+            "{id}: what the encoders read does not follow from the states alone; call simulate(..., encoders=True)"
+        )));
+    }
     let mut out = Vec::with_capacity(2 * rows);
     for row in x.rows() {
-        let read = plant.reading([row[0], row[1]]);
-        out.extend((0..2).map(|i| (read[i] / counts[i]).round() * counts[i]));
+        out.extend(counted(&rig.rig, plant.reading([row[0], row[1]])));
     }
     out.into_pyarray(py).reshape([rows, 2])
+}
+
+/// Angles rounded to the encoders' counts, rad.
+fn counted(rig: &Rig, angles: [f64; 2]) -> [f64; 2] {
+    let counts = rig.sensors.resolution();
+    std::array::from_fn(|i| (angles[i] / counts[i]).round() * counts[i])
+}
+
+/// The effect for which readings depend on more than the mechanical state.
+fn beyond_the_state(plant: &Plant<f64>) -> Option<&'static str> {
+    plant
+        .effects()
+        .iter()
+        .find(|e| e.spec().acts.includes(Acts::SENSOR_DELAY) || e.drive().encoder_on_motor)
+        .map(|e| e.spec().id)
 }

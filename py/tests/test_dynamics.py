@@ -76,6 +76,39 @@ def test_what_the_encoders_show():
     np.testing.assert_allclose(shown, np.round(x[:, :2] / counts) * counts, atol=1e-12)
 
 
+def test_encoders_in_a_simulation():
+    """What `measure` makes of the states, where it can; late, or from the motor's side of the play, where the states do not tell."""
+    u = 3 * np.sin(0.1 * np.arange(300))
+    scaled = ROD.with_effect("sensor.alpha.scale", scale=1.02)
+    x, y = furuta.simulate(scaled, [0, 3, 0, 0], u, 0.002, encoders=True)
+    np.testing.assert_array_equal(x, furuta.simulate(scaled, [0, 3, 0, 0], u, 0.002))
+    np.testing.assert_array_equal(y, furuta.measure(scaled, x))
+
+    late = ROD.with_effect("sensor.delay", delay=0.006)
+    x, y = furuta.simulate(late, [0, 3, 0, 0], u, 0.002, encoders=True)
+    np.testing.assert_array_equal(y[3:], furuta.measure(ROD, x[:-3]))
+    x, y = furuta.simulate(late, [0, 3, 0, 0], u, 0.002, substeps=4, encoders=True)
+    np.testing.assert_array_equal(y[3:], furuta.measure(ROD, x[:-3]))
+
+    play = ROD.with_effect("drive.backlash", gap=0.4, motor_share=0.3, encoder="motor")
+    x, y = furuta.simulate(play, [0, 3, 0, 0], u, 0.002, encoders=True)
+    count = 2 * np.pi / ROD.sensors["arm_counts_per_rev"]
+    assert abs(abs(y[:, 0] - x[:, 0]).max() - 0.2) < count
+
+    for rig, effect in ((late, "sensor.delay"), (play, "drive.backlash")):
+        with pytest.raises(furuta.SimulationError, match=rf"{effect}: .* encoders=True"):
+            furuta.measure(rig, x)
+
+
+def test_a_kick_belongs_to_one_run():
+    kicked = ROD.with_effect("disturbance.kick", torque=0.01, time=0.101, duration=0.02, run=2)
+    u, start = np.zeros(200), [0, np.pi, 0, 0]
+    calm, hit = furuta.simulate(kicked, start, u, 0.002, run=1), furuta.simulate(kicked, start, u, 0.002, run=2)
+    np.testing.assert_array_equal(calm, furuta.simulate(ROD, start, u, 0.002))
+    np.testing.assert_array_equal(hit[:51], calm[:51])
+    assert abs(hit[60:, 3]).max() > 0.1
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -84,7 +117,8 @@ def test_what_the_encoders_show():
         (lambda: furuta.simulate(ROD, [0, 0, 0, 0], [1.0, np.inf], 0.01), r"u\[1\]"),
         (lambda: furuta.simulate(ROD, [0, 0, 0, 0], [1.0], -0.01), "sample period"),
         (lambda: furuta.simulate(ROD, [0, 0, 0, 0], [1.0], 0.01, substeps=0), "substeps"),
-        (lambda: furuta.simulate(ROD, [0, 1, 0, 1e9], np.ones(1000), 1.0), "shorter dt"),
+        (lambda: furuta.simulate(ROD, [0, 1, 0, 1e9], np.ones(1000), 1.0), r"no longer finite at row \d+: use a shorter dt .*dt = 1 s"),
+        (lambda: furuta.simulate(ROD.with_effect("motor.delay", delay=0.5), [0, 1, 0, 0], [1.0], 1e-3), "a delay of 0.5 s is longer"),
         (lambda: furuta.measure(ROD, [[0, 0]]), "4 columns"),
         (lambda: furuta.linearize(ROD, u=np.nan), "not a finite"),
     ],

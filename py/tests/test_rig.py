@@ -6,6 +6,7 @@ import copy
 import pickle
 
 import furuta
+import numpy as np
 import pytest
 
 QUBE = furuta.Rig.load("qube-servo-2")
@@ -35,11 +36,40 @@ def test_changes_make_new_rigs():
     assert "arm.spring" in repr(twice)
 
 
+def valid(effect):
+    """Values that every effect can have."""
+    details = furuta.catalogue()[effect]["details"].items()
+    return {name: d["choices"][-1] if d["choices"] else 2.0 if d["kind"] == "whole" else max(d["min"], 1e-3) for name, d in details}
+
+
 @pytest.mark.parametrize("effect", furuta.catalogue())
 def test_every_effect_can_be_had(effect):
-    entry = furuta.catalogue()[effect]
-    rig = QUBE.with_effect(effect, **dict.fromkeys(entry["parameters"], 1e-3))
-    assert furuta.Rig.from_toml(rig.to_toml()).effects == {effect: dict.fromkeys(entry["parameters"], 1e-3)}
+    rig = QUBE.with_effect(effect, **valid(effect))
+    assert rig.effects == {effect: valid(effect)}
+    assert furuta.Rig.from_toml(rig.to_toml()) == rig
+
+
+def test_what_is_not_given():
+    rig = QUBE.with_effect("pendulum.spring", stiffness=1e-3).with_effect("drive.backlash", gap=0.05, motor_share=0.4)
+    assert rig.effects["pendulum.spring"]["rest"] == np.pi
+    assert rig.effects["drive.backlash"]["encoder"] == "arm"
+    with pytest.raises(furuta.RigError, match="motor_share = 0 is outside the allowed range"):
+        QUBE.with_effect("drive.backlash", gap=0.05)
+
+
+@pytest.mark.parametrize(("effect", "entry"), furuta.catalogue().items())
+def test_the_catalogue_says_what_is_allowed(effect, entry):
+    assert list(entry["details"]) == list(entry["parameters"])
+    assert set(entry["look_alikes"]) <= set(furuta.catalogue()) - {effect}
+    assert all(entry[text] for text in ("name", "law", "sentence", "shows", "experiment"))
+    for name, d in entry["details"].items():
+        assert d["unit"] == entry["parameters"][name]
+        assert (d["choices"] is not None) == (d["kind"] == "choice")
+        if d["kind"] != "choice":
+            assert d["min"] < d["max"]
+            for value in (d["max"] * 2 + 1, float("nan")):
+                with pytest.raises(furuta.RigError, match=f"{name} = .*(outside the allowed range|whole number)"):
+                    QUBE.with_effect(effect, **valid(effect) | {name: value})
 
 
 @pytest.mark.parametrize(
@@ -52,6 +82,8 @@ def test_every_effect_can_be_had(effect):
         (lambda: QUBE.with_effect("arm.colomb", torque=1.0), "not in the catalogue"),
         (lambda: QUBE.with_effect("arm.coulomb", torqe=1.0), "it has torque"),
         (lambda: QUBE.with_effect("arm.coulomb", torque=-1.0), "outside the allowed range"),
+        (lambda: QUBE.with_effect("arm.coulomb", torque="much"), 'torque = "much" must be a number'),
+        (lambda: QUBE.with_effect("drive.backlash", encoder="gear"), 'encoder = "gear" must be "arm" or "motor"'),
     ],
 )
 def test_mistakes_are_named(call, message):

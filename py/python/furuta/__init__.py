@@ -31,6 +31,7 @@ from furuta._furuta import (
     measure,
     signal,
     simulate,
+    simulate_batch,
     zero_order_hold,
 )
 
@@ -54,5 +55,6 @@ __all__ = [
     "measure",
     "signal",
     "simulate",
+    "simulate_batch",
     "zero_order_hold",
 ]

@@ -1,7 +1,7 @@
 # Types of the private extension. The docstrings are in the extension itself (help(furuta.simulate)).
 import os
-from collections.abc import Callable, Sequence
-from typing import Any, ClassVar, Literal, TypeAlias, TypedDict, final
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar, Literal, TypeAlias, TypedDict, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +27,7 @@ __all__ = [
     "measure",
     "signal",
     "simulate",
+    "simulate_batch",
     "zero_order_hold",
 ]
 
@@ -40,13 +41,24 @@ class RecordingError(FurutaError): ...
 class DiagnoseError(FurutaError): ...
 class DesignError(FurutaError): ...
 
+class _ParameterDetail(TypedDict):
+    unit: str
+    kind: Literal["real", "whole", "choice"]
+    choices: list[str] | None
+    min: float
+    max: float
+    off: float | str
+    default: float | str | None
+
 class _CatalogueEntry(TypedDict):
     name: str
     law: str
     sentence: str
     shows: str
+    experiment: str
     look_alikes: list[str]
     parameters: dict[str, str]
+    details: dict[str, _ParameterDetail]
 
 @final
 class Rig:
@@ -67,9 +79,9 @@ class Rig:
     @property
     def limits(self) -> dict[str, float | None]: ...
     @property
-    def effects(self) -> dict[str, dict[str, float]]: ...
+    def effects(self) -> dict[str, dict[str, float | str]]: ...
     def with_parameters(self, parameters: dict[str, float]) -> Self: ...
-    def with_effect(self, id: str, /, **parameters: float) -> Self: ...
+    def with_effect(self, id: str, /, **parameters: float | str) -> Self: ...
     def without_effects(self) -> Self: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
@@ -81,7 +93,27 @@ def signal(
     dt: float,
     **parameters: float | str,
 ) -> NDArray[np.float64]: ...
-def simulate(rig: Rig, x0: ArrayLike, u: ArrayLike, dt: float, *, substeps: int = 1) -> NDArray[np.float64]: ...
+@overload
+def simulate(
+    rig: Rig, x0: ArrayLike, u: ArrayLike, dt: float, *, substeps: int = 1, run: int = 0, encoders: Literal[False] = False
+) -> NDArray[np.float64]: ...
+@overload
+def simulate(
+    rig: Rig, x0: ArrayLike, u: ArrayLike, dt: float, *, substeps: int = 1, run: int = 0, encoders: Literal[True]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+def simulate_batch(
+    rig: Rig,
+    x0: ArrayLike,
+    u: ArrayLike | None,
+    dt: float,
+    *,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    effects: Mapping[str, Mapping[str, ArrayLike | str]] | None = None,
+    feedback: tuple[ArrayLike, ArrayLike, float] | None = None,
+    samples: int | None = None,
+    every: int | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> NDArray[np.float64]: ...
 def measure(rig: Rig, x: ArrayLike) -> NDArray[np.float64]: ...
 def linearize(
     rig: Rig, x: ArrayLike | None = None, u: float = 0.0, *, effects: bool = False
