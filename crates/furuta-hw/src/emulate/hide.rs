@@ -1,5 +1,6 @@
 //! Effects to hide, as written on a command line.
 
+use furuta_model::effects::Kind;
 use furuta_model::{CATALOGUE, Effect, EffectError, Params, effects};
 
 /// A text does not say which effect to hide.
@@ -29,13 +30,25 @@ pub enum HideError {
         /// What it should look like.
         example: String,
     },
+    /// A word that is none of those the parameter can be.
+    #[error("{id}: {name} = {word:?} must be {words}")]
+    UnknownWord {
+        /// The effect.
+        id: &'static str,
+        /// The parameter.
+        name: &'static str,
+        /// The word given.
+        word: String,
+        /// The words it can be.
+        words: String,
+    },
     /// A value outside its range.
     #[error("{0}")]
     Effect(EffectError),
 }
 
-/// Reads an effect to hide, `ID` or `ID:NAME=VALUE,NAME=VALUE`, in SI units. What is not given gets the size that would
-/// be noticed on this rig.
+/// Reads an effect to hide, `ID` or `ID:NAME=VALUE,NAME=VALUE`, in SI units, words where there is a choice. What is not given has its default, or
+/// else the size that would be noticed on this rig.
 ///
 /// # Errors
 /// [`HideError`].
@@ -47,6 +60,8 @@ pub enum HideError {
 /// let spring = hidden_effect("arm.spring:stiffness=1e-3,rest=-0.5", &params)?;
 /// assert_eq!(spring.values()[..], [1e-3, -0.5]);
 /// assert!(hidden_effect("arm.coulomb", &params)?.values()[0] > 0.0);
+/// let play = hidden_effect("drive.backlash:gap=0.05,encoder=motor", &params)?;
+/// assert_eq!(play.values()[..], [0.05, 0.5, 1.0]);
 /// let error = hidden_effect("arm.spring:stifness=1", &params).expect_err("misspelt");
 /// assert_eq!(error.to_string(), "arm.spring has no parameter \"stifness\": it has stiffness, rest");
 /// # Ok::<(), furuta_hw::emulate::HideError>(())
@@ -58,24 +73,23 @@ pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, Hi
     let mut values: Vec<f64> = spec
         .parameters
         .iter()
-        .map(|p| (p.typical)(params))
+        .map(|p| p.default.unwrap_or(p.off + (p.typical)(params)))
         .collect();
     for assignment in assignments.split(',').filter(|a| !a.trim().is_empty()) {
-        let parsed = assignment
-            .split_once('=')
-            .and_then(|(n, v)| Some((n.trim(), v.trim().parse().ok()?)));
-        let Some((name, value)) = parsed else {
+        let not_assignment = || {
             let first = spec.parameters.first().map_or("value", |p| p.name);
-            return Err(HideError::NotAssignment {
+            HideError::NotAssignment {
                 text: assignment.to_owned(),
                 example: format!("{id}:{first}=0.001"),
-            });
+            }
         };
-        let Some(slot) = spec
+        let (name, text) = assignment.split_once('=').ok_or_else(not_assignment)?;
+        let (name, text) = (name.trim(), text.trim());
+        let Some((p, slot)) = spec
             .parameters
             .iter()
-            .position(|p| p.name == name)
-            .and_then(|i| values.get_mut(i))
+            .zip(&mut values)
+            .find(|(p, _)| p.name == name)
         else {
             let has = spec
                 .parameters
@@ -89,7 +103,15 @@ pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, Hi
                 has,
             });
         };
-        *slot = value;
+        *slot = match p.kind {
+            Kind::Choice(words) => p.choice(text).ok_or_else(|| HideError::UnknownWord {
+                id: spec.id,
+                name: p.name,
+                word: text.to_owned(),
+                words: words.join(" or "),
+            })?,
+            _ => text.parse().map_err(|_| not_assignment())?,
+        };
     }
     Effect::new(spec.id, &values).map_err(HideError::Effect)
 }
@@ -132,6 +154,29 @@ mod tests {
             error("arm.spring:stiffness=nan"),
             HideError::Effect(_)
         ));
+        assert!(matches!(
+            error("arm.cogging:order=1.5"),
+            HideError::Effect(_)
+        ));
+        assert_eq!(
+            error("drive.backlash:encoder=gear").to_string(),
+            "drive.backlash: encoder = \"gear\" must be arm or motor"
+        );
+    }
+
+    /// Sizes are distances from where the effect does nothing; what has a default keeps it.
+    #[test]
+    fn what_is_not_given_is_sensible() {
+        let params = Rig::builtin("qube-servo-2").expect("built in").params;
+        let values = |text| hidden_effect(text, &params).expect(text).values();
+        assert_eq!(values("sensor.alpha.scale")[..], [1.02]);
+        assert_eq!(values("motor.asymmetry")[..], [1.1]);
+        assert_eq!(values("motor.saturation")[..], [5.0]);
+        assert_eq!(
+            values("pendulum.spring:stiffness=1e-3")[..],
+            [1e-3, std::f64::consts::PI]
+        );
+        assert_eq!(values("disturbance.kick")[3], 0.0);
     }
 
     #[test]

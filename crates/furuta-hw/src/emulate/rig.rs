@@ -176,9 +176,13 @@ impl EmulatedRig {
         self.state.x
     }
 
-    /// Pushes the mechanics to another state, as a hand would.
+    /// Moves the mechanics to another state, as a hand would that then holds them for a while: the motor's rotor comes along, and what is late shows the
+    /// new state.
     pub fn set_state(&mut self, x: State<f64>) {
-        self.state.x = x;
+        let mut state = self.plant.rest_under(x, f64::from(self.held));
+        (state.run, state.t) = (self.state.run, self.state.t);
+        state.voltage = self.state.voltage;
+        self.state = state;
     }
 
     /// Takes bytes from the host.
@@ -422,6 +426,86 @@ mod tests {
             Some("qube-servo-2".to_owned())
         );
         assert_eq!(rig.hello(), None);
+    }
+
+    /// Encoder counts of two seconds under steps to either side.
+    fn counts(hidden: Vec<Effect<f64>>, period_us: u32) -> Vec<(ArmCounts, PendulumCounts)> {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let emulation = Emulation {
+            period_us,
+            hidden,
+            ..Emulation::default()
+        };
+        let mut rig = EmulatedRig::new(&rig, &emulation).expect("valid");
+        (0..2_000_000 / period_us)
+            .map(|k| {
+                let volts = if (k * period_us / 250_000).is_multiple_of(2) {
+                    6.0
+                } else {
+                    -6.0
+                };
+                command(&mut rig, volts);
+                let sample = rig.tick();
+                (sample.theta, sample.alpha)
+            })
+            .collect()
+    }
+
+    /// Whatever the sampling period: the longest exceeds what a flexible coupling's step may be, at the shortest a delay is many samples.
+    #[test]
+    fn every_effect_of_the_catalogue_is_served() {
+        let params = Rig::builtin("qube-servo-2").expect("built in").params;
+        for period_us in [100, 2000, 10_000, 100_000] {
+            let plain = counts(vec![], period_us);
+            for spec in furuta_model::CATALOGUE {
+                let effect = super::super::hidden_effect(spec.id, &params).expect(spec.id);
+                assert!(
+                    counts(vec![effect], period_us) != plain,
+                    "{} at {period_us} us",
+                    spec.id
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_encoders_are_late() {
+        let delay = |seconds| Effect::new("sensor.delay", &[seconds]).expect("valid");
+        let plain = counts(vec![], 2000);
+        let late = counts(vec![delay(0.006)], 2000);
+        assert_eq!(late[3..], plain[..plain.len() - 3]);
+    }
+
+    #[test]
+    fn an_encoder_on_the_motor_moves_within_the_play() {
+        let play = |encoder| {
+            let values = [0.4, 0.3, encoder];
+            vec![Effect::new("drive.backlash", &values).expect("valid")]
+        };
+        let (arm, motor) = (counts(play(0.0), 2000), counts(play(1.0), 2000));
+        let apart = |(a, m): (&(ArmCounts, _), &(ArmCounts, _))| (a.0.0 - m.0.0).abs();
+        let most = arm.iter().zip(&motor).map(apart).max().unwrap_or(0);
+        // Half of 0.4 rad is 65 of 2048 counts.
+        assert!((64..=66).contains(&most), "{most}");
+    }
+
+    /// A hand that moves the arm takes the rotor along: the play does not hurl them at each other.
+    #[test]
+    fn a_hand_moves_the_rotor_as_well() {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let play = Effect::new("drive.backlash", &[0.05, 0.3, 1.0]).expect("valid");
+        let emulation = Emulation {
+            hidden: vec![play],
+            ..Emulation::default()
+        };
+        let mut rig = EmulatedRig::new(&rig, &emulation).expect("valid");
+        rig.set_state(State::new(1.0, PI, 0.0, 0.0));
+        for _ in 0..500 {
+            // 1 rad is 326 of 2048 counts, half the play 8.
+            let counts = rig.tick().theta.0;
+            assert!((318..=334).contains(&counts), "{counts}");
+        }
+        assert!((rig.state().theta - 1.0).abs() < 1e-9, "{:?}", rig.state());
     }
 
     #[test]
