@@ -4,6 +4,7 @@ mod convert;
 mod demo;
 mod design;
 mod diagnose;
+mod effects;
 mod emulate;
 mod foresight;
 mod rigs;
@@ -18,6 +19,7 @@ use crate::failure::Failure;
 pub(crate) enum Command {
     Demo(demo::Args),
     Rigs(rigs::Args),
+    Effects(effects::Args),
     Simulate(simulate::Args),
     Design(design::Args),
     Diagnose(diagnose::Args),
@@ -32,6 +34,7 @@ impl Command {
         match self {
             Self::Demo(args) => demo::run(args),
             Self::Rigs(args) => rigs::run(args),
+            Self::Effects(args) => effects::run(args),
             Self::Simulate(args) => simulate::run(args),
             Self::Design(args) => design::run(args),
             Self::Diagnose(args) => diagnose::run(args),

@@ -1,0 +1,163 @@
+//! `furuta effects`: what a real rig does and the rigid-body equations leave out, and how to tell.
+
+use std::io::Write;
+
+use furuta_model::effects::{self, Kind, ParameterSpec};
+use furuta_model::{CATALOGUE, Rig, Spec};
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+use crate::print;
+
+/// List the effects that can be simulated, hidden and found, or explain one: law, how it shows, look-alikes, the experiment that tells.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Effect to explain, for example arm.coulomb; all are listed if not given.
+    #[arg(value_name = "ID")]
+    id: Option<String>,
+    /// Rig on which the typical sizes are.
+    #[arg(
+        long,
+        value_name = "RIG",
+        default_value = "qube-servo-2",
+        requires = "id"
+    )]
+    rig: String,
+    /// Print JSON in place of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    let Some(id) = &args.id else {
+        return list(&mut out, args.json);
+    };
+    let spec = effects::spec(id).ok_or_else(|| {
+        let known: Vec<_> = CATALOGUE.iter().map(|s| s.id).collect();
+        Failure::new(format!(
+            "unknown effect {id:?}: give one of {}",
+            known.join(", ")
+        ))
+    })?;
+    let rig = Rig::load(&args.rig)?;
+    if args.json {
+        writeln!(out, "{}", explained_json(spec, &rig))?;
+        return Ok(());
+    }
+    explain(&mut out, spec, &rig, &args.rig)
+}
+
+fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
+    if as_json {
+        let all: Value = CATALOGUE
+            .iter()
+            .map(|s| {
+                let parameters: Value = s
+                    .parameters
+                    .iter()
+                    .map(|p| json!({"name": p.name, "unit": p.unit}))
+                    .collect();
+                json!({"id": s.id, "name": s.name, "parameters": parameters})
+            })
+            .collect();
+        writeln!(out, "{all}")?;
+        return Ok(());
+    }
+    for s in CATALOGUE {
+        let parameters: Vec<_> = s
+            .parameters
+            .iter()
+            .map(|p| match p.kind {
+                Kind::Choice(words) => format!("{} [{}]", p.name, words.join(" or ")),
+                _ if p.unit == "-" => p.name.to_owned(),
+                _ => format!("{} [{}]", p.name, p.unit),
+            })
+            .collect();
+        writeln!(out, "{:29} {:44} {}", s.id, s.name, parameters.join(", "))?;
+    }
+    Ok(())
+}
+
+/// `given` is how the rig was named on the command line.
+fn explain(out: &mut impl Write, spec: &Spec, rig: &Rig, given: &str) -> Result<(), Failure> {
+    writeln!(out, "{}: {}\n{}\n", spec.id, spec.name, spec.sentence)?;
+    writeln!(out, "law           {}", spec.law)?;
+    writeln!(out, "shows         {}", spec.shows)?;
+    writeln!(out, "looks like    {}", spec.look_alikes.join(", "))?;
+    writeln!(out, "to tell       {}\n", spec.experiment)?;
+    for p in spec.parameters {
+        writeln!(out, "  {:14}{}", p.name, described(p, rig))?;
+    }
+    let hide: Vec<_> = spec
+        .parameters
+        .iter()
+        .filter(|p| p.default.is_none())
+        .map(|p| format!("{}={}", p.name, written(p, typical(p, rig))))
+        .collect();
+    writeln!(
+        out,
+        "\nfuruta simulate --rig {} --hide {}:{}",
+        given,
+        spec.id,
+        hide.join(",")
+    )?;
+    Ok(())
+}
+
+/// Unit, range, default and typical size in a line.
+fn described(p: &ParameterSpec, rig: &Rig) -> String {
+    let default = p
+        .default
+        .map(|v| format!("; {} if not given", written(p, v)))
+        .unwrap_or_default();
+    if let Kind::Choice(words) = p.kind {
+        return format!("{}{default}", words.join(" or "));
+    }
+    let unit = match (p.kind.is_continuous(), p.unit) {
+        (false, _) => "whole number",
+        (true, "-") => "number",
+        (true, unit) => unit,
+    };
+    format!(
+        "{unit}, {} to {}{default}; typical on {}: {}",
+        p.min,
+        p.max,
+        rig.name,
+        written(p, typical(p, rig))
+    )
+}
+
+/// A value that would be noticed on this rig.
+fn typical(p: &ParameterSpec, rig: &Rig) -> f64 {
+    p.off + (p.typical)(&rig.params)
+}
+
+/// A value as one writes it: a word where there is one.
+fn written(p: &ParameterSpec, value: f64) -> String {
+    p.word(value)
+        .map_or_else(|| print::significant(value), str::to_owned)
+}
+
+fn explained_json(spec: &Spec, rig: &Rig) -> Value {
+    let parameters: Value = spec
+        .parameters
+        .iter()
+        .map(|p| {
+            let value = |v: f64| p.word(v).map_or_else(|| json!(v), |word| json!(word));
+            let choices = match p.kind {
+                Kind::Choice(words) => json!(words),
+                _ => Value::Null,
+            };
+            json!({
+                "name": p.name, "unit": p.unit, "choices": choices, "whole": choices.is_null() && !p.kind.is_continuous(), "min": p.min, "max": p.max,
+                "off": value(p.off), "default": p.default.map(value), "typical": value(typical(p, rig)),
+            })
+        })
+        .collect();
+    json!({
+        "id": spec.id, "name": spec.name, "law": spec.law, "sentence": spec.sentence, "shows": spec.shows, "look_alikes": spec.look_alikes,
+        "experiment": spec.experiment, "rig": rig.name, "parameters": parameters,
+    })
+}
