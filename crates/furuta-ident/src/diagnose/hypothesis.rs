@@ -103,6 +103,19 @@ impl Hypothesis {
         self.effects.iter().any(|e| is_late(e))
     }
 
+    /// Those, with their values.
+    pub(super) fn local(&self, z: &[f64], nominal: &Nominal) -> impl Iterator<Item = Effect<f64>> {
+        let values = self.physical(z, nominal);
+        self.effects
+            .iter()
+            .enumerate()
+            .filter(|(_, e)| e.acts.includes(Acts::JUMPS))
+            .filter_map(move |(i, e)| {
+                let first = self.offset(i);
+                Effect::unchecked(e.id, &values[first..first + e.parameters.len()])
+            })
+    }
+
     /// Length of the parameter vector.
     pub(super) fn len(&self) -> usize {
         FIRST_EFFECT

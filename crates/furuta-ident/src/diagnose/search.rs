@@ -1,9 +1,10 @@
 //! Which effects are missing: forward selection with evidence, backward elimination, and what is confusable.
 
-use furuta_model::effects::Acts;
+use furuta_model::effects::{Acts, Law};
 use furuta_model::{CATALOGUE, Spec};
 use rayon::prelude::*;
 
+use super::data::Window;
 use super::fit::{Effort, Fit, Problem};
 use super::hypothesis::{FIRST_EFFECT, Hypothesis, is_late};
 use super::scout::{self, Scout};
@@ -125,6 +126,13 @@ impl Problem<'_> {
         let parameters = larger.hypothesis.free() as f64 - smaller.hypothesis.free() as f64;
         let significant = (smaller.cost - floor) > FLOOR_UNCERTAINTY * floor;
         if larger.hypothesis.jumps() && !smaller.hypothesis.jumps() {
+            // Judged where it acts: what the other windows gain is another minimum's.
+            let gain: f64 = gains
+                .iter()
+                .zip(&self.windows)
+                .filter(|(_, w)| self.is_kicked(larger, w))
+                .map(|(g, _)| g)
+                .sum();
             return Evidence {
                 elsewhere: gain,
                 windows: 1.0,
@@ -147,6 +155,22 @@ impl Problem<'_> {
             },
             delta_bic: gain - parameters * self.samples().ln(),
         }
+    }
+
+    /// Whether an effect that is local in time acts within the window.
+    fn is_kicked(&self, fit: &Fit, w: &Window) -> bool {
+        let run = &self.data.runs[w.run];
+        let begin = run.t0 + w.start as f64 * run.h;
+        let end = begin + w.len as f64 * run.h;
+        fit.hypothesis.local(&fit.z, self.nominal).any(|e| {
+            match e.jump_after(run.recording, f64::NEG_INFINITY) {
+                Some(edge) => {
+                    let over = e.jump_after(run.recording, edge).unwrap_or(edge);
+                    edge < end && over > begin && over > edge
+                }
+                None => false,
+            }
+        })
     }
 
     /// Where to start a fit with `spec` added to `from`.

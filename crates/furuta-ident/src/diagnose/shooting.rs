@@ -7,7 +7,7 @@
 //! A delay is not simulated: with a free initial state, a command that is late by `d` moves the whole response by `d`, so whole samples are
 //! taken from the command's index and the rest from a cubic between two predicted samples.
 
-use furuta_model::{Jet, Plant, Scalar, State};
+use furuta_model::{Jet, Plant, PlantState, Scalar, State};
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix4, SMatrix, Vector4};
 
 use super::data::{Data, Run, Window};
@@ -31,10 +31,7 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
     let samples = (late.value() / h + 0.1).floor().max(0.0);
     let rest = (late - S::from_f64(samples * h)).scale(1.0 / h);
     let samples = samples as usize;
-    let t = run.t0 + w.start as f64 * h;
-    let past = run.past(w.start, samples, PAST);
-    let mut s = plant.resume(x0, t, &past, h);
-    s.run = run.recording;
+    let mut s = enter(plant, run, w.start, samples, x0);
     for k in w.start..w.start + w.len {
         let before = s.x;
         plant.step(&mut s, S::from_f64(run.command(k, samples)), h);
@@ -58,6 +55,23 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
         ];
         each(k + 1, plant.reading(angles));
     }
+}
+
+/// The plant at sample `start` of a run with the mechanical state `x0`, its effects remembering what was before; the commands are `late` samples
+/// late.
+fn enter<S: Scalar<Real = f64>>(
+    plant: &Plant<S>,
+    run: &Run,
+    start: usize,
+    late: usize,
+    x0: State<S>,
+) -> PlantState<S> {
+    let past = run.past(start, late, PAST);
+    let mut s = plant.resume(x0, run.t0 + start as f64 * run.h, &past, run.h);
+    s.run = run.recording;
+    let before = start.saturating_sub(PAST);
+    plant.recall(&mut s, run.y[before..=start].iter().map(|y| y[0]));
+    s
 }
 
 /// The cubic through two samples and their slopes, `e` of a sample before the second.
@@ -158,14 +172,12 @@ impl<const N: usize> Inner<N> {
         let run = &data.runs[w.run];
         let h = run.h;
         let late = (self.late.v / h + 0.1).floor().max(0.0) as usize;
-        let past = run.past(w.start, late, PAST);
         let mut i = 0;
         let x0 = State::from(x0.to_array().map(|v| {
             i += 1;
             Jet::variable(v, i - 1)
         }));
-        let mut s = self.plant.resume(x0, run.t0 + w.start as f64 * h, &past, h);
-        s.run = run.recording;
+        let mut s = enter(&self.plant, run, w.start, late, x0);
         let mut steps = Vec::with_capacity(w.len);
         for k in w.start..w.start + w.len {
             let before = s.x;
@@ -247,11 +259,7 @@ impl Inner {
     pub(super) fn end(&self, data: &Data, w: &Window, x0: State<f64>) -> State<f64> {
         let run = &data.runs[w.run];
         let late = (self.late.v / run.h + 0.1).floor().max(0.0) as usize;
-        let past = run.past(w.start, late, PAST);
-        let mut s = self
-            .plain
-            .resume(x0, run.t0 + w.start as f64 * run.h, &past, run.h);
-        s.run = run.recording;
+        let mut s = enter(&self.plain, run, w.start, late, x0);
         for k in w.start..w.start + w.len {
             self.plain.step(&mut s, run.command(k, late), run.h);
         }

@@ -253,6 +253,8 @@ fn check<S: Scalar>(spec: &'static Spec, values: &[S]) -> Result<(), EffectError
                 effect: spec.id,
                 parameter: p.name,
                 value,
+                min: p.min,
+                max: p.max,
             });
         }
         if !(value >= p.min && value <= p.max) {

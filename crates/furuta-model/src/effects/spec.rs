@@ -336,6 +336,10 @@ pub enum EffectError {
         parameter: &'static str,
         /// What was given.
         value: f64,
+        /// Lower end of the range.
+        min: f64,
+        /// Upper end of the range.
+        max: f64,
     },
 }
 
@@ -366,7 +370,12 @@ impl core::fmt::Display for EffectError {
                 effect,
                 parameter,
                 value,
-            } => write!(f, "{effect}: {parameter} = {value} must be a whole number"),
+                min,
+                max,
+            } => write!(
+                f,
+                "{effect}: {parameter} = {value} must be a whole number in [{min}, {max}]"
+            ),
         }
     }
 }

@@ -143,7 +143,7 @@ impl<S: Scalar> Plant<S> {
             Contact::Free
         };
         let mut angle = s.x.theta + s.contact.side::<S>() * d.half_gap();
-        if d.elastic() {
+        if d.elastic() && (pushes || !d.loose()) {
             angle += torque / d.stiffness;
         }
         s.rotor = [angle, s.x.theta_dot];

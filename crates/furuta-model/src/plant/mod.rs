@@ -229,6 +229,22 @@ impl<S: Scalar> Plant<S> {
         s
     }
 
+    /// Lets the friction that remembers know where the arm has been before: its angles (rad), the last one now. Other plants do not listen.
+    pub fn recall(&self, s: &mut PlantState<S>, angles: impl IntoIterator<Item = S::Real>) {
+        if !self.acts.includes(Acts::MEMORY) {
+            return;
+        }
+        let mut angles = angles.into_iter();
+        let Some(mut last) = angles.next() else {
+            return;
+        };
+        s.memory = S::ZERO;
+        for angle in angles {
+            s.memory = self.travelled(s.memory, S::from_real(angle - last));
+            last = angle;
+        }
+    }
+
     /// What the arm's friction remembers after sliding in the direction of `speed` for long.
     fn slid(&self, speed: S) -> S {
         if !self.acts.includes(Acts::MEMORY) || speed.real() == S::Real::ZERO {

@@ -109,9 +109,13 @@ impl<S: Scalar> Plant<S> {
     #[inline(always)]
     pub(super) fn voltages<H: Length<S>>(&self, s: &PlantState<S>, u: S, h: H) -> [S; 3] {
         let half = h.half().of(S::ONE);
+        if !self.acts.touches(Acts::LAG.and(Acts::VOLTAGE)) {
+            return [u; 3];
+        }
         let target = self.mapped(s.t + half, u);
         if !self.acts.includes(Acts::LAG) {
-            return [target; 3];
+            let length = h.of(S::ONE);
+            return [self.mapped(s.t, u), target, self.mapped(s.t + length, u)];
         }
         // Exact for a held command, for any time constant: v = target + (v0 - target) e^(-t / time constant).
         let decay = (-(half / self.lag)).exp();

@@ -68,8 +68,6 @@ fn expected_order(id: &str) -> f64 {
     match id {
         // |v| v has a kink in its slope where the axis turns, which no event marks: a step over it errs by h³ once per turn.
         "arm.quadratic" | "pendulum.quadratic" => 2.5,
-        // The voltage of a step's middle stands for all of it.
-        "motor.drift" => 1.8,
         _ => 3.6,
     }
 }
