@@ -103,7 +103,7 @@ impl Data {
         for (i, run) in self.runs.iter().enumerate().filter(|(_, r)| wanted(r)) {
             let last = run.y.len() - 1;
             let len = ((seconds / run.h).round() as usize).clamp(8, last);
-            let mut start = 0;
+            let mut start = run.unknown_before();
             while start + len / 2 < last {
                 let len = len.min(last - start);
                 windows.push(Window { run: i, start, len });
@@ -141,6 +141,18 @@ impl Run {
             augmented,
             ..RunCurves::default()
         }
+    }
+
+    /// So many samples at the start are only led in: what the rig's memory (a lag, play in the drive) held before is not known, unless it was at
+    /// rest, hanging. Upright, a hand held it.
+    fn unknown_before(&self) -> usize {
+        const LEAD: f64 = 0.2;
+        const SHARE: f64 = 0.05;
+        if self.u_before == 0.0 && self.y[0][1].cos() < 0.0 {
+            return 0;
+        }
+        let lead = (LEAD / self.h).round();
+        lead.min(SHARE * self.y.len() as f64) as usize
     }
 
     /// Whether the pendulum never comes near upright, so that the plant is stable and can be predicted as a whole.

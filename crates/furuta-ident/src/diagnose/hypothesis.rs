@@ -1,8 +1,10 @@
 //! A model to be fitted: which effects it has, and how a plain vector of numbers becomes a plant.
 
-use furuta_model::effects::{Acts, MAX_PARAMETERS};
+use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
 use furuta_model::params::Coefficients;
 use furuta_model::{Effect, Jet, Params, Plant, Rig, Spec};
+
+use super::data::Data;
 
 /// The identifiable base parameters, in the order of the vector; the scale of torque is fixed by `mass * com`.
 pub(super) const BASE: usize = 5;
@@ -23,12 +25,14 @@ pub(super) struct Nominal {
     /// A natural size of each base parameter: its nominal value, or a guess where that is zero.
     pub(super) scale: [f64; BASE],
     pub(super) period: f64,
+    /// Where the longest recording ends, s.
+    pub(super) end: f64,
     /// Effects that the rig file already has: part of every hypothesis, their values fixed.
     pub(super) present: Vec<Effect<f64>>,
 }
 
 impl Nominal {
-    pub(super) fn new(rig: &Rig, period: f64) -> Self {
+    pub(super) fn new(rig: &Rig, data: &Data) -> Self {
         let c = rig.params.coefficients();
         // Damping ratio one per cent: a small friction, for sheets that leave it out.
         let small = 0.02 * (c.weight * c.pendulum).sqrt();
@@ -42,7 +46,12 @@ impl Nominal {
                 c.arm_damping.max(small),
                 c.pendulum_damping.max(small),
             ],
-            period,
+            period: data.runs[0].h,
+            end: data
+                .runs
+                .iter()
+                .map(|r| r.t0 + r.y.len() as f64 * r.h)
+                .fold(0.0, f64::max),
             present: rig.effects.clone(),
         }
     }
@@ -114,6 +123,11 @@ impl Hypothesis {
                 let first = self.offset(i);
                 Effect::unchecked(e.id, &values[first..first + e.parameters.len()])
             })
+    }
+
+    /// Whether there is play in the drive.
+    pub(super) fn has_play(&self) -> bool {
+        self.has("drive.backlash")
     }
 
     /// Length of the parameter vector.
@@ -208,6 +222,9 @@ impl Hypothesis {
                 return (*z, *z);
             }
             let scale = (p.typical)(&nominal.params);
+            if p.kind == Kind::Time {
+                return (0.0, (nominal.end - p.off) / scale);
+            }
             ((p.min - p.off) / scale, (p.max - p.off) / scale)
         }));
         bounds

@@ -48,6 +48,8 @@ const LONG: f64 = 2.0;
 const LADDER: [f64; 4] = [1.0, LONG, 5.0, 10.0];
 /// A model explains the data when its residuals are within this factor of the noise (in squares; the floor itself is known to some per cent).
 const EXPLAINED: f64 = 1.12;
+/// The same where there is play: how rotor and arm stand to each other at the start of a window is only inferred, and blows multiply what is wrong.
+const EXPLAINED_WITH_PLAY: f64 = 1.4;
 
 /// What a diagnosis is about.
 #[derive(Clone, Copy, Debug)]
@@ -120,7 +122,7 @@ pub fn diagnose(
     let begin = Instant::now();
     let data = Data::new(request.recordings, request.rig);
     error::check(request, &data)?;
-    let nominal = Nominal::new(request.rig, data.runs[0].h);
+    let nominal = Nominal::new(request.rig, &data);
     let stage = |stage| {
         progress(Progress {
             stage,
@@ -147,7 +149,14 @@ pub fn diagnose(
         short.select(recalibrated.clone(), &base, &|_| true, &report("searching"));
     let mut rivals;
     (named, rivals) = short.substitute(named, &first, &report("searching"));
-    let explains = |f: &Fit| short.chi(f).powi(2) <= EXPLAINED;
+    let explains = |f: &Fit| {
+        short.chi(f).powi(2)
+            <= if f.hypothesis.has_play() {
+                EXPLAINED_WITH_PLAY
+            } else {
+                EXPLAINED
+            }
+    };
     if !explains(&named) {
         stage("searching over long windows");
         let further = search_long(

@@ -107,18 +107,13 @@ impl Scout {
         for i in 0..FIRST_EFFECT {
             normal[(i, i)] += 1e-9 + 1e-9 * normal[(i, i)];
         }
-        let longest = data
-            .runs
-            .iter()
-            .map(|r| r.t0 + r.y.len() as f64 * r.h)
-            .fold(0.0, f64::max);
         Self {
             echoes,
             coefficients,
             normal: normal.cholesky(),
             gradient,
             recordings: 1 + data.runs.iter().map(|r| r.recording).max().unwrap_or(0),
-            longest,
+            longest: problem.nominal.end,
             period: data.runs[0].h,
         }
     }

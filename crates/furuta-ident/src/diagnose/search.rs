@@ -29,6 +29,10 @@ const SHORT_LIST: usize = 4;
 const LEAST_LOCAL_GAIN: f64 = 100.0;
 /// So many candidates are fitted, the most promising by a score test.
 const FOLLOWED: usize = 10;
+/// Strength (in units of the typical one) at which a candidate that starts from none is tried.
+const TOUCH: f64 = 0.3;
+/// A kick must gain so many times what a usual window has left: where the model is wrong everywhere, something always gains a little.
+const STANDS_OUT: f64 = 1.5;
 /// A rival whose excess is within this share is confusable.
 const CONFUSABLE: f64 = 0.10;
 
@@ -133,11 +137,16 @@ impl Problem<'_> {
                 .filter(|(_, w)| self.is_kicked(larger, w))
                 .map(|(g, _)| g)
                 .sum();
+            let mut usual = larger.costs.clone();
+            usual.sort_by(f64::total_cmp);
+            let usual = usual.get(usual.len() / 2).map_or(0.0, |c| c / per_sample);
+            // The part of it that is not the encoders' noise.
+            let usual = usual * (1.0 - 1.0 / per_sample);
             return Evidence {
                 elsewhere: gain,
                 windows: 1.0,
                 windows_needed: 0.0,
-                least: LEAST_LOCAL_GAIN,
+                least: LEAST_LOCAL_GAIN.max(STANDS_OUT * usual),
                 factor: f64::INFINITY,
                 delta_bic: gain - parameters * self.samples().ln(),
             };
@@ -251,6 +260,11 @@ impl Problem<'_> {
                 let h = from.hypothesis.with(spec);
                 let mut here = from.z.clone();
                 here.extend(&z[from.z.len()..]);
+                // A start at no strength at all says nothing about what the effect changes.
+                let strengths = &mut here[from.z.len()..][..spec.strengths];
+                if strengths.iter().all(|s| *s == 0.0) {
+                    strengths.fill(TOUCH);
+                }
                 let one_way = spec.parameters[0].min >= spec.parameters[0].off;
                 let promise = scout.promise(self, from, &h, &here, one_way);
                 report(spec.id);

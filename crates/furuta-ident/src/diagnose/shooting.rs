@@ -16,6 +16,9 @@ use super::hypothesis::{Hypothesis, Nominal};
 /// How many past commands a lag remembers: half a second at 500 Hz and more.
 const PAST: usize = 256;
 
+/// For so long before a window the motion is followed where a drive has play or gives way, s.
+const LEAD: f64 = 0.3;
+
 /// Runs `plant` over a window from `x0` and hands each predicted `[theta, alpha]` to `each(sample, prediction)`.
 #[inline]
 pub(super) fn predict<S: Scalar<Real = f64>>(
@@ -33,22 +36,23 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
     let samples = samples as usize;
     let mut s = enter(plant, run, w.start, samples, x0);
     for k in w.start..w.start + w.len {
-        let before = s.x;
+        let before = plant.seen(&s);
         plant.step(&mut s, S::from_f64(run.command(k, samples)), h);
+        let now = plant.seen(&s);
         let angles = [
             earlier(
                 before.theta,
                 before.theta_dot,
-                s.x.theta,
-                s.x.theta_dot,
+                now.theta,
+                now.theta_dot,
                 rest,
                 h,
             ),
             earlier(
                 before.alpha,
                 before.alpha_dot,
-                s.x.alpha,
-                s.x.alpha_dot,
+                now.alpha,
+                now.alpha_dot,
                 rest,
                 h,
             ),
@@ -66,10 +70,27 @@ fn enter<S: Scalar<Real = f64>>(
     late: usize,
     x0: State<S>,
 ) -> PlantState<S> {
-    let past = run.past(start, late, PAST);
-    let mut s = plant.resume(x0, run.t0 + start as f64 * run.h, &past, run.h);
+    // How the rotor stands against the arm comes from the motion before.
+    let lead = if plant.has_drive() {
+        start.min((LEAD / run.h).ceil() as usize)
+    } else {
+        0
+    };
+    let first = start - lead;
+    let past = run.past(first, late, PAST);
+    let measured = |k: usize| {
+        let (y, v) = (run.y[k], run.speed[k]);
+        State::new(y[0], y[1], v[0], v[1]).map(S::from_f64)
+    };
+    let at = if lead == 0 { x0 } else { measured(first) };
+    let mut s = plant.resume(at, run.t0 + first as f64 * run.h, &past, run.h);
     s.run = run.recording;
     let before = start.saturating_sub(PAST);
+    for k in first..start {
+        plant.step(&mut s, S::from_f64(run.command(k, late)), run.h);
+        // The body that is measured goes where it was; the other follows from the torques and blows between them.
+        plant.place(&mut s, if k + 1 < start { measured(k + 1) } else { x0 });
+    }
     plant.recall(&mut s, run.y[before..=start].iter().map(|y| y[0]));
     s
 }

@@ -40,7 +40,7 @@ pub(super) const SPEC: Spec = Spec {
             unit: "Hz",
             kind: Kind::Frequency,
             default: None,
-            min: 0.0,
+            min: 0.5,
             max: 1e4,
             off: 0.0,
             typical: |_| 1.0,

@@ -245,6 +245,37 @@ impl<S: Scalar> Plant<S> {
         }
     }
 
+    /// Whether rotor and arm are two bodies.
+    #[must_use]
+    pub fn has_drive(&self) -> bool {
+        self.acts.includes(Acts::DRIVE)
+    }
+
+    /// What the encoders are mounted on: the mechanical state, with the rotor's angle and speed in the arm's place where the arm's encoder sits on the
+    /// motor.
+    #[inline(always)]
+    #[must_use]
+    pub fn seen(&self, s: &PlantState<S>) -> State<S> {
+        if self.drive.encoder_on_motor {
+            State::new(s.rotor[0], s.x.alpha, s.rotor[1], s.x.alpha_dot)
+        } else {
+            s.x
+        }
+    }
+
+    /// Moves the whole rig so that [`Plant::seen`] is `x`: how far the rotor is turned against the arm, and how fast, stays.
+    pub fn place(&self, s: &mut PlantState<S>, x: State<S>) {
+        let seen = self.seen(s);
+        let (angle, speed) = (x.theta - seen.theta, x.theta_dot - seen.theta_dot);
+        s.rotor = [s.rotor[0] + angle, s.rotor[1] + speed];
+        s.x = State::new(
+            s.x.theta + angle,
+            x.alpha,
+            s.x.theta_dot + speed,
+            x.alpha_dot,
+        );
+    }
+
     /// What the arm's friction remembers after sliding in the direction of `speed` for long.
     fn slid(&self, speed: S) -> S {
         if !self.acts.includes(Acts::MEMORY) || speed.real() == S::Real::ZERO {
@@ -383,12 +414,8 @@ impl<S: Scalar> Plant<S> {
     /// The angles at the encoders, now.
     #[inline(always)]
     fn prompt_reading(&self, s: &PlantState<S>) -> [S; 2] {
-        let arm = if self.drive.encoder_on_motor {
-            s.rotor[0]
-        } else {
-            s.x.theta
-        };
-        [arm, s.x.alpha]
+        let seen = self.seen(s);
+        [seen.theta, seen.alpha]
     }
 
     /// What the encoders read for true angles, rad.

@@ -135,14 +135,10 @@ impl<S: Scalar> Plant<S> {
 
     fn remember_reading(&self, s: &mut PlantState<S>, h: S::Real) {
         let [theta, alpha] = self.prompt_reading(s);
-        let arm_speed = if self.drive.encoder_on_motor {
-            s.rotor[1]
-        } else {
-            s.x.theta_dot
-        };
+        let seen = self.seen(s);
         let scale = |speed: S| speed.scale(h);
         s.readings
-            .push([theta, alpha, scale(arm_speed), scale(s.x.alpha_dot)]);
+            .push([theta, alpha, scale(seen.theta_dot), scale(seen.alpha_dot)]);
         s.period = h;
     }
 
