@@ -6,7 +6,7 @@
 //!
 //! | Module | What it holds |
 //! |---|---|
-//! | [`scalar`], [`jet`], [`lanes`], [`trig`] | the numbers the model is generic in |
+//! | [`scalar`], [`jet`], [`series`], [`lanes`], [`trig`] | the numbers the model is generic in |
 //! | [`state`], [`params`] | `x = [theta, alpha, theta_dot, alpha_dot]`, physical parameters and their ranges |
 //! | [`derivation`] | a page to read: the equations from the picture, where effects act, how a step meets events, how to add an effect |
 //! | [`dynamics`], [`energy`] | manipulator form `M(q) q'' + bias + gravity = torque`, kinetic and potential energy |
@@ -47,6 +47,7 @@ pub mod plant;
 #[cfg(feature = "std")]
 pub mod rig;
 pub mod scalar;
+pub mod series;
 pub mod signals;
 #[cfg(feature = "std")]
 pub mod simulate;

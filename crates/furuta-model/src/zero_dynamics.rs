@@ -10,7 +10,7 @@
 //! origin mean that the arm's motion neither settles nor runs away by itself, so the arm's part of an output regulator has to be found by
 //! solving this equation (paper: Ramos-Velasco, Ruiz-Leon, Celikovsky, eq. (28), (30)).
 
-use crate::dynamics::Angle;
+use crate::dynamics::{self, Angle};
 use crate::params::Coefficients;
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -34,4 +34,24 @@ pub fn arm_acceleration<S: Scalar>(c: &Coefficients<S>, x: &State<S>, alpha_ddot
     let moment =
         c.pendulum * alpha_ddot + c.pendulum_damping * x.alpha_dot - c.weight * a.sin - centrifugal;
     moment / (c.coupling * a.cos)
+}
+
+/// The command (V) under which the pendulum accelerates by `alpha_ddot` (rad/s²): what keeps it on a prescribed motion.
+///
+/// With `[theta'', alpha''] = f(x) + g(x) u` this is `(alpha_ddot - f_alpha) / g_alpha`. Not finite where the pendulum is horizontal.
+///
+/// ```
+/// use furuta_model::{Rig, State, dynamics::acceleration, zero_dynamics::command};
+/// let c = Rig::builtin("qube-servo-2").expect("built in").params.coefficients();
+/// let x = State::new(0.3, 0.2, -4.0, 1.5);
+/// let u = command(&c, &x, 7.0);
+/// assert!((acceleration(&c, &x, u)[1] - 7.0).abs() < 1e-9);
+/// ```
+#[must_use]
+pub fn command<S: Scalar>(c: &Coefficients<S>, x: &State<S>, alpha_ddot: S) -> S {
+    let theta_ddot = arm_acceleration(c, x, alpha_ddot);
+    let a = Angle::of(x.alpha);
+    let (m, b) = (dynamics::mass_matrix(c, a), dynamics::bias(c, a, x));
+    let moment = m.arm * theta_ddot + m.coupling * alpha_ddot + b[0];
+    (moment + c.arm_damping * x.theta_dot) / c.drive
 }

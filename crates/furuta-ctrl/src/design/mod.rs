@@ -6,6 +6,7 @@
 //! | linear-quadratic regulators | [`dlqr`], [`lqr`] |
 //! | a rig's standard balance gain | [`balance`] |
 //! | what the input reaches, what the output shows | [`controllability()`], [`observability`], [`controllability_matrix`] |
+//! | steady motion on which the pendulum follows a sine | [`SteadyMotion`] |
 //! | poles, stability | [`poles`], [`spectral_radius`], [`is_schur`], [`is_hurwitz`] |
 
 mod balance;
@@ -13,6 +14,7 @@ pub mod controllability;
 mod elimination;
 mod error;
 mod lqr;
+pub mod regulator_equation;
 pub mod riccati;
 mod stability;
 
@@ -22,6 +24,7 @@ pub use controllability::{
 };
 pub use error::{DesignError, Entry};
 pub use lqr::{Regulator, Weights, dlqr, lqr};
+pub use regulator_equation::{RegulatorError, SteadyMotion};
 pub use stability::{is_hurwitz, is_schur, poles, spectral_radius};
 
 use nalgebra::RealField;
