@@ -7,7 +7,7 @@
 //! | Module | What it holds |
 //! |---|---|
 //! | [`design`] | Riccati equations, LQR, the standard balance gain of a rig |
-//! | [`controllers`] | state feedback, energy swing-up, and a choice among them at run time |
+//! | [`controllers`] | state feedback, energy swing-up, output regulation and sliding modes, and a choice at run time |
 //! | [`estimators`] | speeds from encoder angles |
 //! | [`supervisor`] | modes, the catch, limits, faults: what stands between a controller and a motor |
 #![no_std]

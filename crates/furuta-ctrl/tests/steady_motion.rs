@@ -81,7 +81,7 @@ proptest! {
             / ((c.pendulum * lambda * lambda + c.weight) * c.swing).sqrt();
         let small = small.min(0.1);
         let (far, near) = (steady.residual(&c, small), steady.residual(&c, small / 2.0));
-        let odd = (order + 1) / 2 * 2;
+        let odd = order.div_ceil(2) * 2;
         prop_assert!(far < 0.1, "{far}");
         prop_assert!(near <= 1.3 * far / f64::from(1 << odd) + 1e-12, "{rig} {lambda} {order}: {far} {near}");
     }

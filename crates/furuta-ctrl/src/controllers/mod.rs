@@ -1,8 +1,14 @@
 //! Controllers: each a file, one trait, and [`AnyController`] for a choice at run time.
 
+mod lqr_sliding;
+mod normal_form_sliding;
+mod output_regulator;
 mod state_feedback;
 mod swing_up;
 
+pub use lqr_sliding::{LqrSliding, LqrSlidingState, Reaching};
+pub use normal_form_sliding::{NormalFormSliding, NormalFormSlidingState, Switching};
+pub use output_regulator::OutputRegulator;
 pub use state_feedback::StateFeedback;
 pub use swing_up::{SwingUp, SwingUpState};
 

@@ -1,0 +1,189 @@
+//! Sliding mode on the surface of an LQR.
+
+use super::Controller;
+use super::normal_form_sliding::saturation;
+use super::output_regulator::{Wanted, product};
+use crate::design::{DesignError, SteadyMotion, Weights, lqr};
+use crate::real::{Real, c, command, is_finite};
+use furuta_model::params::Coefficients;
+use furuta_model::{Linear, State, zero_dynamics};
+
+/// `u = c(w) - sigma_A (x - pi(w)) - reach(sigma)` with `sigma = B'P (x - pi(w)) / B'P B`.
+///
+/// `P` solves the Riccati equation of an LQR, whose gain is `K = B'P / R`: the surface is where that gain says "nothing to do". Its motion
+/// is stable, being what remains of the LQR under an infinite gain, and it has relative degree one, so a switching term reaches it:
+/// scaled by `B'P B` the surface is in volts times seconds and moves as `sigma' = sigma_A e + u - c(w) + d`, with `sigma_A = B'P A / B'P B` and
+/// everything unknown that acts like a voltage in `d`.
+///
+/// (V. Utkin, *Sliding Modes in Control and Optimization*, 1992; super-twisting: A. Levant, *Sliding order and sliding accuracy in sliding mode
+/// control*, Int. J. Control 58, 1993.)
+///
+/// ```
+/// use furuta_ctrl::controllers::{Controller, LqrSliding, Reaching};
+/// use furuta_ctrl::design::{SteadyMotion, Weights};
+/// use furuta_model::{Rig, State, linearize};
+/// let rig = Rig::builtin("qube-servo-2").ok_or("no such rig")?;
+/// let steady = SteadyMotion::solve(&rig.params.coefficients(), 4.0, 5)?;
+/// let linear = linearize(&rig.nominal_plant(), State::upright(), 0.0);
+/// let reaching = Reaching::BoundaryLayer { gain: 2.0, width: 0.02 };
+/// let control = LqrSliding::design(
+///     &rig.params.coefficients(), &linear, &steady, &Weights::diagonal([1.0; 4], [1.0]), reaching, 10.0,
+/// )?;
+/// let u = control.update(&mut control.start(), &State::new(0.0, 0.05, 0.0, 0.0), &State::upright(), 0.002);
+/// assert!(u < -1.0 && u >= -10.0);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct LqrSliding<T> {
+    /// The model behind `c(w)`.
+    pub model: Coefficients<T>,
+    /// `pi(w)`.
+    pub steady: SteadyMotion<T>,
+    /// `B'P / B'P B`, V s per unit of the error.
+    pub surface: [T; 4],
+    /// `B'P A / B'P B`, V per unit of the error: the equivalent control.
+    pub equivalent: [T; 4],
+    /// How the surface is reached.
+    pub reaching: Reaching<T>,
+    /// Largest command either way, V.
+    pub command_limit: T,
+}
+
+/// How the surface is reached and held.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub enum Reaching<T> {
+    /// `gain sat(sigma / width)`: holds the surface to `width d / gain` against a disturbance of `d` volts below `gain`.
+    BoundaryLayer {
+        /// V.
+        gain: T,
+        /// Half of the layer's width, V s; 0 switches hard.
+        width: T,
+    },
+    /// `root |sigma|^(1/2) sign(sigma) + v`, `v' = integral sign(sigma)`: a continuous command that learns a disturbance which changes by less
+    /// than `integral` volts a second; holds the surface exactly in continuous time, to about `integral h²` at the sample period `h`.
+    SuperTwisting {
+        /// `V / (V s)^(1/2)`; Levant: 1.5 times the root of the disturbance's rate.
+        root: T,
+        /// V/s; Levant: 1.1 times the disturbance's rate.
+        integral: T,
+        /// Largest `v`, V: what has been learnt must not outlast a saturated motor.
+        limit: T,
+    },
+}
+
+impl<T: Real> Reaching<T> {
+    /// Levant's gains of the super-twisting against disturbances that change by less than `rate` (V/s).
+    pub fn super_twisting(rate: T, limit: T) -> Self {
+        Self::SuperTwisting {
+            root: c::<T>(1.5) * rate.sqrt(),
+            integral: c::<T>(1.1) * rate,
+            limit,
+        }
+    }
+}
+
+/// Memory of a [`LqrSliding`].
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct LqrSlidingState<T> {
+    /// What the super-twisting has learnt, V.
+    learnt: T,
+}
+
+impl LqrSliding<f64> {
+    /// The surface of the LQR with these weights for the upright linearisation.
+    ///
+    /// # Errors
+    /// Those of [`crate::design::riccati::continuous`].
+    pub fn design(
+        model: &Coefficients<f64>,
+        upright: &Linear,
+        steady: &SteadyMotion<f64>,
+        weights: &Weights<f64, 4, 1>,
+        reaching: Reaching<f64>,
+        command_limit: f64,
+    ) -> Result<Self, DesignError> {
+        let cost = lqr(&upright.a, &upright.b, weights)?.cost;
+        let row = upright.b.transpose() * cost;
+        let scale = 1.0 / (row * upright.b)[0];
+        let (surface, equivalent) = (row * scale, row * upright.a * scale);
+        Ok(Self {
+            model: *model,
+            steady: *steady,
+            surface: surface.into(),
+            equivalent: equivalent.into(),
+            reaching,
+            command_limit,
+        })
+    }
+
+    /// The same in the target's own precision.
+    pub fn cast<T: Real>(&self) -> LqrSliding<T> {
+        LqrSliding {
+            model: self.model.cast(),
+            steady: self.steady.cast(),
+            surface: self.surface.map(c),
+            equivalent: self.equivalent.map(c),
+            reaching: match self.reaching {
+                Reaching::BoundaryLayer { gain, width } => Reaching::BoundaryLayer {
+                    gain: c(gain),
+                    width: c(width),
+                },
+                Reaching::SuperTwisting {
+                    root,
+                    integral,
+                    limit,
+                } => Reaching::SuperTwisting {
+                    root: c(root),
+                    integral: c(integral),
+                    limit: c(limit),
+                },
+            },
+            command_limit: c(self.command_limit),
+        }
+    }
+}
+
+impl<T: Real> LqrSliding<T> {
+    /// The reaching term, V.
+    fn reach(&self, state: &mut LqrSlidingState<T>, sigma: T, h: T) -> T {
+        match self.reaching {
+            Reaching::BoundaryLayer { gain, width } => gain * saturation(sigma, width),
+            Reaching::SuperTwisting {
+                root,
+                integral,
+                limit,
+            } => {
+                let sign = saturation(sigma, T::ZERO);
+                let learnt = state.learnt + integral * sign * h;
+                if is_finite(learnt) {
+                    state.learnt = learnt.clamp(-limit, limit);
+                }
+                root * sigma.abs().sqrt() * sign + state.learnt
+            }
+        }
+    }
+}
+
+impl<T: Real> Controller<T> for LqrSliding<T> {
+    type State = LqrSlidingState<T>;
+
+    fn start(&self) -> LqrSlidingState<T> {
+        LqrSlidingState { learnt: T::ZERO }
+    }
+
+    fn update(
+        &self,
+        state: &mut LqrSlidingState<T>,
+        x: &State<T>,
+        reference: &State<T>,
+        h: T,
+    ) -> T {
+        let wanted = Wanted::at(&self.steady, reference);
+        let error = wanted.error(x);
+        let forward = zero_dynamics::command(&self.model, &wanted.state, wanted.alpha_ddot);
+        let sigma = product(&self.surface, &error);
+        let reach = self.reach(state, sigma, h);
+        let u = forward - product(&self.equivalent, &error) - reach;
+        command(u, self.command_limit)
+    }
+}

@@ -1,0 +1,98 @@
+//! The nonlinear output regulator: feed-forward of a steady motion, linear feedback about it.
+
+use super::Controller;
+use crate::design::SteadyMotion;
+use crate::real::{Real, command, wrap};
+use furuta_model::params::Coefficients;
+use furuta_model::{State, zero_dynamics};
+
+/// `u = c(w) - K (x - pi(w))`: the pendulum follows a sine, the arm the motion that this takes.
+///
+/// (Ramos-Velasco, Ruiz-Leon, Celikovsky, sec. 4.1, with the sign that their gain asks for.) The oscillator's state `w` is read off the
+/// reference's `alpha` and `alpha_dot`, which are to be a sine's of the frequency `steady.lambda`; its `theta` moves the arm's middle. A
+/// reference of zeros makes it plain state feedback. `c(w)` is the model's own command on `pi(w)`, so it is as exact as `pi` is.
+///
+/// ```
+/// use furuta_ctrl::controllers::{Controller, OutputRegulator};
+/// use furuta_ctrl::design::{SteadyMotion, balance};
+/// use furuta_model::{Rig, State};
+/// let params = Rig::builtin("qube-servo-2").ok_or("no such rig")?.params;
+/// let steady = SteadyMotion::solve(&params.coefficients(), 4.0, 5)?;
+/// let regulator = OutputRegulator::<f64>::new(&params, &steady, balance(&params, 0.002)?.gain.into());
+/// // On the steady motion the feedback is silent.
+/// let w = [0.0, 0.02];
+/// let reference = State::new(0.0, w[1], 0.0, 0.0);
+/// let u = regulator.update(&mut (), &steady.state(w), &reference, 0.002);
+/// assert!((u - steady.command.at(w[0], w[1])).abs() < 1e-5);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct OutputRegulator<T> {
+    /// The model behind `c(w)`.
+    pub model: Coefficients<T>,
+    /// `pi(w)`.
+    pub steady: SteadyMotion<T>,
+    /// The row `K` in the order of [`State`]: V/rad, V/rad, V s/rad, V s/rad.
+    pub gain: [T; 4],
+    /// Largest command either way, V.
+    pub command_limit: T,
+}
+
+impl<T: Real> OutputRegulator<T> {
+    /// For a rig with these parameters, in the target's own precision.
+    pub fn new(
+        params: &furuta_model::Params<f64>,
+        steady: &SteadyMotion<f64>,
+        gain: [f64; 4],
+    ) -> Self {
+        Self {
+            model: params.coefficients().cast(),
+            steady: steady.cast(),
+            gain: gain.map(T::from_f64),
+            command_limit: T::from_f64(params.motor.command_limit),
+        }
+    }
+}
+
+impl<T: Real> Controller<T> for OutputRegulator<T> {
+    type State = ();
+
+    fn start(&self) {}
+
+    fn update(&self, _: &mut (), x: &State<T>, reference: &State<T>, _: T) -> T {
+        let wanted = Wanted::at(&self.steady, reference);
+        let forward = zero_dynamics::command(&self.model, &wanted.state, wanted.alpha_ddot);
+        let u = forward - product(&self.gain, &wanted.error(x));
+        command(u, self.command_limit)
+    }
+}
+
+/// Where a reference wants the state, and with which acceleration of the pendulum.
+pub(super) struct Wanted<T> {
+    /// `pi(w)`, moved by the reference's `theta`.
+    pub(super) state: State<T>,
+    /// rad/s².
+    pub(super) alpha_ddot: T,
+}
+
+impl<T: Real> Wanted<T> {
+    pub(super) fn at(steady: &SteadyMotion<T>, reference: &State<T>) -> Self {
+        let w = steady.oscillator(reference);
+        let mut state = steady.state(w);
+        state.theta += reference.theta;
+        Self {
+            state,
+            alpha_ddot: -(steady.lambda * steady.lambda * w[1]),
+        }
+    }
+
+    /// `x - pi(w)`, the pendulum's angle the short way round.
+    pub(super) fn error(&self, x: &State<T>) -> [T; 4] {
+        let e = *x - self.state;
+        [e.theta, wrap(e.alpha), e.theta_dot, e.alpha_dot]
+    }
+}
+
+pub(super) fn product<T: Real>(row: &[T; 4], x: &[T; 4]) -> T {
+    row[0] * x[0] + row[1] * x[1] + row[2] * x[2] + row[3] * x[3]
+}
