@@ -1,0 +1,17 @@
+//! What is done about controllers on a host and needs more than the control core: closed-loop experiments, studies over many draws of the
+//! parameters, the experiments of the source papers with their figures.
+//!
+//! | Module | What it holds |
+//! |---|---|
+//! | [`closed_loop`] | a controller on a plant that may change on the way, with perfect states or encoders |
+//! | [`shahzad2022`] | arm steps and a push under an LQR |
+//! | [`largest_sine`] | the largest sine that a pendulum can follow at all |
+//! | [`chart`] | line charts as SVG |
+#![forbid(unsafe_code)]
+// `!(x > 0)` is how a NaN is made to fail a test.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
+pub mod chart;
+pub mod closed_loop;
+pub mod largest_sine;
+pub mod shahzad2022;
