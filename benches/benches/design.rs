@@ -4,7 +4,9 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use furuta_ctrl::design::{Weights, balance, dlqr, lqr};
-use furuta_ctrl::supervisor::{Limits, Request, Supervisor};
+use furuta_ctrl::estimators::Measurement;
+use furuta_ctrl::supervisor::{Request, Supervisor};
+use furuta_ctrl::{Config, Site};
 use furuta_model::discretize::zero_order_hold;
 use furuta_model::{Rig, State, linearize};
 
@@ -27,19 +29,21 @@ fn design(c: &mut Criterion) {
 fn supervise(c: &mut Criterion) {
     let rig = Rig::builtin("fong2014-emecs").expect("built in");
     let supervisor =
-        Supervisor::<f64>::new(&rig.params, &Limits::default(), 0.001).expect("has a gain");
+        Supervisor::<f64>::design(&Config::default(), &Site::of(&rig, 0.001)).expect("has a gain");
     let mut state = supervisor.start();
     state.request(Request::Start);
     c.bench_function("supervisor, swing-up sample", |bench| {
-        bench.iter(|| supervisor.update(&mut state, black_box(0.1), black_box(3.0), 0.0));
+        bench.iter(|| {
+            supervisor.update(
+                &mut state,
+                &Measurement::new(black_box(0.1), black_box(3.0), 0.0),
+                0.0,
+            )
+        });
     });
     let x = State::new(0.1, 0.2, 0.0, -1.2);
     c.bench_function("supervisor, one prediction of the catch", |bench| {
-        bench.iter(|| {
-            supervisor
-                .catch
-                .succeeds(&supervisor.balance, black_box(&x))
-        });
+        bench.iter(|| supervisor.catch.succeeds(black_box(&x)));
     });
 }
 

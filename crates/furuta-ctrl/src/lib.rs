@@ -8,17 +8,32 @@
 //! |---|---|
 //! | [`design`] | Riccati equations, LQR, the standard balance gain of a rig |
 //! | [`controllers`] | state feedback, energy swing-up, output regulation and sliding modes, and a choice at run time |
-//! | [`estimators`] | speeds from encoder angles |
+//! | [`estimators`] | states from encoder angles |
+//! | [`compensation`] | what is added to the command for effects that the rig file names |
 //! | [`supervisor`] | modes, the catch, limits, faults: what stands between a controller and a motor |
-#![no_std]
+//! | [`settings`], [`config`], [`plan`] | a controller file's contents, checked, in fixed size, as sent to a microcontroller |
+//! | `file` (feature `std`) | controller files (TOML) |
+#![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
 // `!(x > 0)` is how a NaN is made to fail a test.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
+pub mod compensation;
+pub mod config;
 pub mod controllers;
 pub mod design;
 pub mod estimators;
+#[cfg(feature = "std")]
+pub mod file;
+pub mod plan;
 mod real;
+pub mod settings;
+mod site;
 pub mod supervisor;
 
+pub use config::{Config, ConfigError};
+#[cfg(feature = "std")]
+pub use file::{ControllerFile, FileError};
+pub use plan::Plan;
 pub use real::{Real, wrap};
+pub use site::{Limits, Site};

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use arrayvec::ArrayVec;
+use furuta_ctrl::supervisor::Fault;
 use furuta_log::{Mode, Record};
 use furuta_model::Limits;
 use furuta_wire::{Hello, Message, Sample, Status};
@@ -91,6 +92,14 @@ pub enum RunError {
         "the rig switched its motor off at t = {t:.3} s because a limit of its own is exceeded: bring the arm back to its middle"
     )]
     RigLimit {
+        /// Time (s).
+        t: f64,
+    },
+    /// The supervisor found a limit of its own exceeded, or a measurement that is not a number.
+    #[error("{fault} at t = {t:.3} s: motor off; bring the arm back to its middle")]
+    Fault {
+        /// What it found.
+        fault: Fault,
         /// Time (s).
         t: f64,
     },
@@ -422,6 +431,9 @@ impl<P: Pilot> Run<'_, P> {
                     t,
                 });
             }
+        }
+        if let Some(fault) = d.fault {
+            return Some(RunError::Fault { fault, t });
         }
         sample
             .status

@@ -83,6 +83,7 @@ impl Pilot for Sawtooth {
             alpha_dot: 0.0,
             reference: 0.0,
             mode: Mode::Excite,
+            fault: None,
         }
     }
 }

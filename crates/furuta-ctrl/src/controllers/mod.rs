@@ -1,18 +1,23 @@
 //! Controllers: each a file, one trait, and [`AnyController`] for a choice at run time.
+//!
+//! To add one, write its file (a struct of numbers, its memory, `SPEC`, [`Design`] and [`Controller`]) and add its line to the call of
+//! `controllers!` below. Controller files, `furuta run`, `simulate` and `design`, Python, the wire to a microcontroller and the tests that
+//! every controller must pass know it from then on.
 
 mod lqr_sliding;
 mod normal_form_sliding;
 mod output_regulator;
-mod state_feedback;
 mod swing_up;
 
 pub use lqr_sliding::{LqrSliding, LqrSlidingState, Reaching};
 pub use normal_form_sliding::{NormalFormSliding, NormalFormSlidingState, Switching};
 pub use output_regulator::OutputRegulator;
-pub use state_feedback::StateFeedback;
-pub use swing_up::{SwingUp, SwingUpState};
+pub use swing_up::{SPEC as SWING_UP, SwingUp, SwingUpState};
 
+use crate::config::ConfigError;
 use crate::real::Real;
+use crate::settings::{Settings, Spec};
+use crate::site::Site;
 use furuta_model::State;
 
 /// From an estimated state to a motor command.
@@ -25,51 +30,130 @@ pub trait Controller<T: Real> {
     /// The memory at the start of a run.
     fn start(&self) -> Self::State;
 
+    /// The memory at the moment this controller takes over in the state `x`, the command so far having been `u` (V): what it integrates is
+    /// set such that its first command is near `u`, where it can be.
+    fn take_over(&self, _x: &State<T>, _reference: &State<T>, _u: T) -> Self::State {
+        self.start()
+    }
+
     /// The command (V) for the estimated state `x`, to be held for the sample period `h` (s). `reference` is where to go: of the
     /// pendulum, 0 is upright.
     fn update(&self, state: &mut Self::State, x: &State<T>, reference: &State<T>, h: T) -> T;
-}
 
-/// A controller chosen at run time, without an allocation or a virtual call.
-#[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant)] // lives in one place, on the stack of the loop
-pub enum AnyController<T> {
-    /// [`StateFeedback`].
-    StateFeedback(StateFeedback<T>),
-    /// [`SwingUp`].
-    SwingUp(SwingUp<T>),
-}
-
-/// Memory of an [`AnyController`].
-#[derive(Clone, Debug)]
-pub enum AnyControllerState<T> {
-    /// Of a controller that remembers nothing.
-    None,
-    /// Of [`SwingUp`].
-    SwingUp(SwingUpState<T>),
-}
-
-impl<T: Real> Controller<T> for AnyController<T> {
-    type State = AnyControllerState<T>;
-
-    fn start(&self) -> Self::State {
-        match self {
-            Self::StateFeedback(_) => AnyControllerState::None,
-            Self::SwingUp(c) => AnyControllerState::SwingUp(c.start()),
-        }
+    /// A state feedback that succeeds about where this controller does, for the supervisor's prediction of a catch, which must be quick. If
+    /// `None`, the rig's standard one.
+    fn stand_in(&self) -> Option<StateFeedback<T>> {
+        None
     }
+}
 
-    fn update(&self, state: &mut Self::State, x: &State<T>, reference: &State<T>, h: T) -> T {
-        match (self, &mut *state) {
-            (Self::StateFeedback(c), _) => c.update(&mut (), x, reference, h),
-            (Self::SwingUp(c), AnyControllerState::SwingUp(s)) => c.update(s, x, reference, h),
-            // The memory belongs to the controller chosen before: begin anew.
-            (Self::SwingUp(c), AnyControllerState::None) => {
-                let mut s = c.start();
-                let u = c.update(&mut s, x, reference, h);
-                *state = AnyControllerState::SwingUp(s);
-                u
+/// How a controller comes from a section of a controller file.
+pub trait Design: Sized {
+    /// The controller with these settings at this site. What is not given is designed from the rig, so that no settings at all give a
+    /// working controller.
+    ///
+    /// # Errors
+    /// Where the rig has no such controller, or the settings contradict each other.
+    fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError>;
+}
+
+/// Makes the enum over all controllers and their catalogue from one list.
+macro_rules! controllers {
+    ($($module:ident :: $name:ident),+ $(,)?) => {
+        $(mod $module; pub use $module::$name;)+
+
+        /// A controller chosen at run time, without an allocation or a virtual call.
+        #[derive(Clone, Debug)]
+        #[allow(clippy::large_enum_variant)] // lives in one place, on the stack of the loop
+        #[non_exhaustive]
+        pub enum AnyController<T: Real> {
+            $(#[doc = concat!("See [`", stringify!($name), "`].")] $name($name<T>)),+
+        }
+
+        /// Memory of an [`AnyController`].
+        #[derive(Clone, Debug)]
+        #[allow(clippy::large_enum_variant)]
+        #[non_exhaustive]
+        pub enum AnyControllerState<T: Real> {
+            $(#[doc = concat!("Of [`", stringify!($name), "`].")] $name(<$name<T> as Controller<T>>::State)),+
+        }
+
+        /// Every controller this version knows, the standard one first.
+        pub static CATALOGUE: &[&Spec] = &[$(&$module::SPEC),+];
+
+        impl<T: Real> AnyController<T> {
+            /// The controller of the kind and with the numbers of `settings`, at this site.
+            ///
+            /// # Errors
+            /// Those of [`Design::design`]; settings of something else than a controller.
+            pub fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
+                $(if settings.spec().id == $module::SPEC.id {
+                    return Ok(Self::$name(Design::design(settings, site)?));
+                })+
+                Err(ConfigError::WrongSection { section: "controller", found: settings.spec().id })
+            }
+
+            /// What the catalogue says of it.
+            #[must_use]
+            pub fn spec(&self) -> &'static Spec {
+                match self { $(Self::$name(_) => &$module::SPEC),+ }
             }
         }
-    }
+
+        impl<T: Real> Controller<T> for AnyController<T> {
+            type State = AnyControllerState<T>;
+
+            fn start(&self) -> Self::State {
+                match self { $(Self::$name(c) => AnyControllerState::$name(c.start())),+ }
+            }
+
+            fn take_over(&self, x: &State<T>, reference: &State<T>, u: T) -> Self::State {
+                match self { $(Self::$name(c) => AnyControllerState::$name(c.take_over(x, reference, u))),+ }
+            }
+
+            fn stand_in(&self) -> Option<StateFeedback<T>> {
+                match self { $(Self::$name(c) => c.stand_in()),+ }
+            }
+
+            fn update(&self, state: &mut Self::State, x: &State<T>, reference: &State<T>, h: T) -> T {
+                match self {
+                    $(Self::$name(c) => {
+                        #[allow(irrefutable_let_patterns)] // while there is one controller only
+                        if let AnyControllerState::$name(s) = &mut *state {
+                            return c.update(s, x, reference, h);
+                        }
+                        // The memory belongs to the controller chosen before: begin anew.
+                        let mut s = c.start();
+                        let u = c.update(&mut s, x, reference, h);
+                        *state = AnyControllerState::$name(s);
+                        u
+                    })+
+                }
+            }
+        }
+    };
+}
+
+controllers! {
+    state_feedback::StateFeedback,
+}
+
+/// Settings of the controller of this kind, nothing given yet.
+///
+/// ```
+/// use furuta_ctrl::Site;
+/// use furuta_ctrl::controllers::{self, AnyController};
+/// use furuta_model::Rig;
+/// let rig = Rig::builtin("shahzad2022-srv02").ok_or("no such rig")?;
+/// let settings = controllers::settings("lqr").ok_or("no such controller")?;
+/// let controller = AnyController::<f64>::design(&settings, &Site::of(&rig, 0.002))?;
+/// assert_eq!(controller.spec().id, "lqr");
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+#[must_use]
+pub fn settings(id: &str) -> Option<Settings> {
+    CATALOGUE
+        .iter()
+        .find(|spec| spec.id == id)
+        .map(|spec| Settings::new(spec))
 }

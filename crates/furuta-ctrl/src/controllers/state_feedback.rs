@@ -1,9 +1,38 @@
 //! Linear state feedback.
 
-use super::Controller;
-use crate::design::Regulator;
+use super::{Controller, Design};
+use crate::config::ConfigError;
+use crate::design::{Regulator, Weights, balance_weights, dlqr};
 use crate::real::{Real, command, wrap};
-use furuta_model::State;
+use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::site::Site;
+use furuta_model::discretize::zero_order_hold;
+use furuta_model::{Plant, State, linearize};
+
+/// What a controller file may say of it.
+pub(super) static SPEC: Spec = Spec {
+    id: "lqr",
+    sentence: "State feedback u = -K (x - reference), limited; K given, or a linear-quadratic regulator of the rig",
+    parameters: &[
+        ParameterSpec::numbers(
+            "gain",
+            4,
+            "V/rad, V s/rad",
+            -1e6,
+            1e6,
+            "K on [theta, alpha, theta_dot, alpha_dot]; designed with q and r if left out",
+        ),
+        ParameterSpec::numbers(
+            "q",
+            4,
+            "",
+            0.0,
+            1e12,
+            "diagonal of the state's weight Q; if q and r are left out: full command, half a radian of the pendulum and the arm's usual travel cost alike",
+        ),
+        ParameterSpec::number("r", "", 1e-12, 1e12, "weight R of the command"),
+    ],
+};
 
 /// `u = -K (x - x_ref)`, limited; the pendulum's error is taken the short way round.
 ///
@@ -44,6 +73,38 @@ impl<T: Real> StateFeedback<T> {
     }
 }
 
+impl<T: Real> Design for StateFeedback<T> {
+    fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
+        let weighted = settings.has("q") || settings.has("r");
+        if let Some(gain) = settings.vector::<4>("gain") {
+            if weighted {
+                return Err(ConfigError::Contradiction {
+                    section: SPEC.id,
+                    problem: "give either gain, or q and r",
+                });
+            }
+            return Ok(Self {
+                gain: gain.map(T::from_f64),
+                command_limit: T::from_f64(site.command_limit),
+            });
+        }
+        let weights = match (settings.vector::<4>("q"), settings.number("r")) {
+            (Some(q), Some(r)) => Weights::diagonal(q, [r]),
+            (None, None) => balance_weights(site.params),
+            _ => {
+                return Err(ConfigError::Contradiction {
+                    section: SPEC.id,
+                    problem: "give both q and r, or neither",
+                });
+            }
+        };
+        let plant = Plant::new(site.params, &[])?;
+        let linear = linearize(&plant, State::upright(), 0.0);
+        let (a, b) = zero_order_hold(&linear.a, &linear.b, site.period);
+        Ok(Self::new(&dlqr(&a, &b, &weights)?, site.command_limit))
+    }
+}
+
 impl<T: Real> Controller<T> for StateFeedback<T> {
     type State = ();
 
@@ -51,5 +112,9 @@ impl<T: Real> Controller<T> for StateFeedback<T> {
 
     fn update(&self, _: &mut (), x: &State<T>, reference: &State<T>, _: T) -> T {
         command(self.unlimited(x, reference), self.command_limit)
+    }
+
+    fn stand_in(&self) -> Option<Self> {
+        Some(*self)
     }
 }

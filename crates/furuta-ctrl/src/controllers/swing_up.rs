@@ -12,8 +12,11 @@
 //! - The acceleration is turned into a voltage with the model's inverse (collocated partial feedback linearisation).
 //! - On the last ascent, once the speed is nearly the one that just reaches the top, the arm holds the pendulum to it.
 
-use super::Controller;
+use super::{Controller, Design};
+use crate::config::ConfigError;
 use crate::real::{Real, c, command, is_finite, wrap};
+use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::site::Site;
 use furuta_model::dynamics::{Angle, bias, gravity, mass_matrix};
 use furuta_model::params::Coefficients;
 use furuta_model::{Params, State, energy};
@@ -43,6 +46,24 @@ const ASCENT_RATE: f64 = 1.732;
 const ASCENT_ANGLE: f64 = 1.226;
 /// The arm is braked before it passes this share of its range.
 const BRAKE_AT: f64 = 1.4;
+/// How far the arm may go in the prediction of a catch, of its range.
+const CATCH_RANGE: f64 = 1.82;
+
+/// Half of the arm's travel where nothing is given and the rig leaves it free, rad.
+const ARM_RANGE: f64 = 2.16;
+
+/// What a controller file may say of it.
+pub static SPEC: Spec = Spec {
+    id: "swing_up",
+    sentence: "Energy swing-up, the arm kept within a range",
+    parameters: &[ParameterSpec::number(
+        "arm_range",
+        "rad",
+        0.1,
+        20.0,
+        "the arm swings so far to either side, and is braked before 1.4 times that; 2.16 or what the arm's limit allows if left out",
+    )],
+};
 
 /// Pumps energy into the pendulum until it rises to upright, with the arm kept near the reference's `theta`.
 ///
@@ -82,6 +103,11 @@ impl<T: Real> SwingUp<T> {
             brake: c::<T>(0.63) * torque / (coefficients.arm + coefficients.swing),
             command_limit: params.motor.command_limit,
         }
+    }
+
+    /// How far from its middle the arm may go while the pendulum is caught, rad.
+    pub fn catch_range(&self) -> T {
+        c::<T>(CATCH_RANGE) * self.arm_range
     }
 
     /// Energy (J) the pendulum lacks to coast up to upright; below 0 where it has too much.
@@ -178,6 +204,20 @@ impl<T: Real> SwingUp<T> {
             / m.pendulum;
         (m.arm * acceleration + m.coupling * swing + b[0] + g[0] + k.arm_damping * x.theta_dot)
             / k.drive
+    }
+}
+
+impl<T: Real> Design for SwingUp<T> {
+    fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
+        let room = match site.limits.arm_angle {
+            Some(limit) => ARM_RANGE.min(limit / CATCH_RANGE),
+            None => ARM_RANGE,
+        };
+        let arm_range = settings.number("arm_range").unwrap_or(room);
+        Ok(Self {
+            command_limit: T::from_f64(site.command_limit),
+            ..Self::new(&site.params.cast(), T::from_f64(arm_range))
+        })
     }
 }
 

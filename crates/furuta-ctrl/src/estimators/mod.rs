@@ -1,5 +1,144 @@
-//! Estimators: what the sensors do not measure.
+//! Estimators: what the sensors do not measure. Each a file, one trait, and [`AnyEstimator`] for a choice at run time.
+//!
+//! To add one, write its file (a struct of numbers, its memory, `SPEC`, [`Design`] and [`Estimator`]) and add its line to the call of
+//! `estimators!` below.
+
+use crate::config::ConfigError;
+pub use crate::controllers::Design;
+use crate::real::Real;
+use crate::settings::{Settings, Spec};
+use crate::site::Site;
+use furuta_model::State;
+
+/// What is known at a sample.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Measurement<T> {
+    /// Arm angle, rad.
+    pub theta: T,
+    /// Pendulum angle from upright, rad.
+    pub alpha: T,
+    /// Command that the motor holds from this sample to the next, V.
+    pub held: T,
+    /// Sample periods since the sample before: 1, or more where samples were lost.
+    pub periods: u32,
+}
+
+impl<T> Measurement<T> {
+    /// Of a loop that loses no samples.
+    pub fn new(theta: T, alpha: T, held: T) -> Self {
+        Self {
+            theta,
+            alpha,
+            held,
+            periods: 1,
+        }
+    }
+}
+
+/// What an estimator makes of it.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Estimate<T> {
+    /// The state at the sample.
+    pub now: State<T>,
+    /// The state when a command given now begins to act, one period later. An estimator that does not predict says `now`.
+    pub ahead: State<T>,
+}
+
+/// From measurements to states.
+pub trait Estimator<T: Real> {
+    /// What the estimator remembers from sample to sample.
+    type State: Clone + core::fmt::Debug;
+
+    /// The memory before the first sample.
+    fn start(&self) -> Self::State;
+
+    /// The states after one sample. Angles that are not finite give states that are not, and are forgotten with the next sound sample.
+    fn update(&self, state: &mut Self::State, measurement: &Measurement<T>) -> Estimate<T>;
+}
+
+/// Makes the enum over all estimators and their catalogue from one list.
+macro_rules! estimators {
+    ($($module:ident :: $name:ident),+ $(,)?) => {
+        $(mod $module; pub use $module::$name;)+
+
+        /// An estimator chosen at run time, without an allocation or a virtual call.
+        #[derive(Clone, Debug)]
+        #[allow(clippy::large_enum_variant)] // lives in one place, on the stack of the loop
+        #[non_exhaustive]
+        pub enum AnyEstimator<T: Real> {
+            $(#[doc = concat!("See [`", stringify!($name), "`].")] $name($name<T>)),+
+        }
+
+        /// Memory of an [`AnyEstimator`].
+        #[derive(Clone, Debug)]
+        #[allow(clippy::large_enum_variant)]
+        #[non_exhaustive]
+        pub enum AnyEstimatorState<T: Real> {
+            $(#[doc = concat!("Of [`", stringify!($name), "`].")] $name(<$name<T> as Estimator<T>>::State)),+
+        }
+
+        /// Every estimator this version knows, the standard one first.
+        pub static CATALOGUE: &[&Spec] = &[$(&$module::SPEC),+];
+
+        impl<T: Real> AnyEstimator<T> {
+            /// The estimator of the kind and with the numbers of `settings`, at this site.
+            ///
+            /// # Errors
+            /// Those of [`Design::design`]; settings of something else than an estimator.
+            pub fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
+                $(if settings.spec().id == $module::SPEC.id {
+                    return Ok(Self::$name(Design::design(settings, site)?));
+                })+
+                Err(ConfigError::WrongSection { section: "estimator", found: settings.spec().id })
+            }
+
+            /// What the catalogue says of it.
+            #[must_use]
+            pub fn spec(&self) -> &'static Spec {
+                match self { $(Self::$name(_) => &$module::SPEC),+ }
+            }
+        }
+
+        impl<T: Real> Estimator<T> for AnyEstimator<T> {
+            type State = AnyEstimatorState<T>;
+
+            fn start(&self) -> Self::State {
+                match self { $(Self::$name(e) => AnyEstimatorState::$name(e.start())),+ }
+            }
+
+            fn update(&self, state: &mut Self::State, measurement: &Measurement<T>) -> Estimate<T> {
+                match self {
+                    $(Self::$name(e) => {
+                        if let AnyEstimatorState::$name(s) = &mut *state {
+                            return e.update(s, measurement);
+                        }
+                        // The memory belongs to the estimator chosen before: begin anew.
+                        let mut s = e.start();
+                        let estimate = e.update(&mut s, measurement);
+                        *state = AnyEstimatorState::$name(s);
+                        estimate
+                    })+
+                }
+            }
+        }
+    };
+}
+
+estimators! {
+    observer::Observer,
+    filtered_derivative::FilteredDerivative,
+}
 
 mod derivative;
 
 pub use derivative::{Derivative, DerivativeState};
+pub use observer::Belief;
+
+/// Settings of the estimator of this kind, nothing given yet.
+#[must_use]
+pub fn settings(id: &str) -> Option<Settings> {
+    CATALOGUE
+        .iter()
+        .find(|spec| spec.id == id)
+        .map(|spec| Settings::new(spec))
+}

@@ -21,6 +21,8 @@ const NEAR_SPEED: f64 = 0.5;
 #[derive(Copy, Clone, Debug)]
 pub struct Catch<T> {
     coefficients: Coefficients<T>,
+    /// What is predicted with: the balance controller itself, or a state feedback that stands in for it.
+    pub feedback: StateFeedback<T>,
     /// Largest distance the arm may be from zero on the way, rad.
     arm_angle: T,
     /// Small-angle frequency of the hanging pendulum, rad/s.
@@ -28,26 +30,27 @@ pub struct Catch<T> {
 }
 
 impl<T: Real> Catch<T> {
-    /// For a rig with these parameters, the arm staying within `arm_angle` (rad) of zero.
-    pub fn new(params: &Params<T>, arm_angle: T) -> Self {
+    /// For a rig with these parameters under `feedback`, the arm staying within `arm_angle` (rad) of zero.
+    pub fn new(params: &Params<T>, feedback: StateFeedback<T>, arm_angle: T) -> Self {
         let coefficients = params.coefficients();
         Self {
             coefficients,
+            feedback,
             arm_angle,
             frequency: (coefficients.weight / coefficients.pendulum).sqrt(),
         }
     }
 
-    /// Whether `balance`, asked to hold the arm where it is now, brings the pendulum from `x` to upright.
-    pub fn succeeds(&self, balance: &StateFeedback<T>, x: &State<T>) -> bool {
+    /// Whether the feedback, asked to hold the arm where it is now, brings the pendulum from `x` to upright.
+    pub fn succeeds(&self, x: &State<T>) -> bool {
         let alpha = wrap(x.alpha);
         // Falling away from upright: only from very near is that worth a prediction.
         let falling = alpha * x.alpha_dot > c::<T>(0.1);
-        !falling && alpha.abs() <= c(FURTHEST) && self.holds(balance, x, x.theta)
+        !falling && alpha.abs() <= c(FURTHEST) && self.holds(x, x.theta)
     }
 
-    /// Whether `balance`, asked to hold the arm at `theta`, brings the pendulum from `x` to upright, falling or not.
-    pub fn holds(&self, balance: &StateFeedback<T>, x: &State<T>, theta: T) -> bool {
+    /// Whether the feedback, asked to hold the arm at `theta`, brings the pendulum from `x` to upright, falling or not.
+    pub fn holds(&self, x: &State<T>, theta: T) -> bool {
         if !x.is_finite() {
             return false;
         }
@@ -58,7 +61,7 @@ impl<T: Real> Catch<T> {
         let mut x = State { alpha, ..*x };
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         for _ in 0..(HORIZON / STEP) as u32 {
-            let u = balance.update(&mut (), &x, &reference, step);
+            let u = self.feedback.update(&mut (), &x, &reference, step);
             let middle = x + self.rate(&x, u) * half;
             x = x + self.rate(&middle, u) * step;
             // Written so that a NaN counts as failure.

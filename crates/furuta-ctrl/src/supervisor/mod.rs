@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | idle | [`Request::Start`] | swing-up | 0 while idle |
 //! | swing-up | the balance controller would succeed from here (see below) | balance | energy swing-up |
-//! | balance | the pendulum is further than [`Settings::release_angle`] from upright, or beyond [`Settings::doubt_angle`] and the model says that it will fall | swing-up | state feedback |
+//! | balance | the pendulum is further than [`Thresholds::release_angle`] from upright, or beyond [`Thresholds::doubt_angle`] and the model says that it will fall | swing-up | state feedback |
 //! | swing-up, balance | [`Request::Stop`] | stopping | |
 //! | stopping | both axes at rest for half a second | idle | 0 |
 //! | any | an angle or speed beyond its limit, or not a number | fault | 0 |
@@ -21,11 +21,17 @@ mod catch;
 
 pub use catch::Catch;
 
-use crate::controllers::{Controller, StateFeedback, SwingUp, SwingUpState};
-use crate::design::{self, DesignError};
-use crate::estimators::{Derivative, DerivativeState};
+use crate::compensation::Compensation;
+use crate::config::{Config, ConfigError};
+use crate::controllers::{
+    AnyController, AnyControllerState, Controller, Design, StateFeedback, SwingUp, SwingUpState,
+};
+use crate::design;
+use crate::estimators::{AnyEstimator, AnyEstimatorState, Estimate, Estimator, Measurement};
 use crate::real::{Real, c, command, is_finite, wrap};
-use furuta_model::{Params, State};
+use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::site::{Limits, Site};
+use furuta_model::State;
 
 /// What the supervisor is doing.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
@@ -99,20 +105,84 @@ pub enum Fault {
     },
 }
 
-/// Where a run is stopped. `None`: a default from the model, wide enough for a sound run.
-#[derive(Copy, Clone, Debug, PartialEq, Default)]
-pub struct Limits {
-    /// Largest arm angle either way, rad.
-    pub arm_angle: Option<f64>,
-    /// Largest arm speed, rad/s.
-    pub arm_speed: Option<f64>,
-    /// Largest pendulum speed, rad/s.
-    pub pendulum_speed: Option<f64>,
-}
+/// What a controller file's section `[supervisor]` may say.
+pub static SPEC: Spec = Spec {
+    id: "supervisor",
+    sentence: "When swing-up and balance hand over to each other",
+    parameters: &[
+        ParameterSpec::number(
+            "doubt_angle",
+            "rad",
+            0.01,
+            1.5,
+            "distance from upright beyond which balancing goes on only while the model says that it will succeed",
+        )
+        .or(0.4),
+        ParameterSpec::number(
+            "release_angle",
+            "rad",
+            0.1,
+            3.1,
+            "distance from upright at which balancing is given up",
+        )
+        .or(1.6),
+        ParameterSpec::number(
+            "reference_speed",
+            "rad/s",
+            1e-3,
+            1e3,
+            "how fast the arm is led to its reference",
+        )
+        .or(1.0),
+        ParameterSpec::whole(
+            "catch_every",
+            1.0,
+            1000.0,
+            1.0,
+            "samples from one test of the catch to the next: what it costs is spread over so many",
+        ),
+    ],
+};
 
-/// Numbers of a [`Supervisor`] that one may want to change.
+/// What a controller file's section `[limits]` may say.
+pub static LIMITS: Spec = Spec {
+    id: "limits",
+    sentence: "Where the motor is switched off; a rig file's tighter limits count all the same",
+    parameters: &[
+        ParameterSpec::number(
+            "arm_angle",
+            "rad",
+            1e-3,
+            1e3,
+            "largest arm angle either way; a turn if neither file says",
+        ),
+        ParameterSpec::number(
+            "arm_speed",
+            "rad/s",
+            1e-3,
+            1e4,
+            "largest arm speed; half as much again as the motor reaches if neither file says",
+        ),
+        ParameterSpec::number(
+            "pendulum_speed",
+            "rad/s",
+            1e-3,
+            1e4,
+            "largest pendulum speed; ten times its small-angle frequency if neither file says",
+        ),
+        ParameterSpec::number(
+            "command",
+            "V",
+            1e-3,
+            1e3,
+            "largest command; the rig's if left out",
+        ),
+    ],
+};
+
+/// Numbers of a [`Supervisor`].
 #[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Settings<T> {
+pub struct Thresholds<T> {
     /// Largest arm angle either way, rad.
     pub arm_angle_limit: T,
     /// Largest arm speed, rad/s.
@@ -125,7 +195,7 @@ pub struct Settings<T> {
     pub doubt_angle: T,
     /// Distance from upright at which balancing is given up, rad.
     pub release_angle: T,
-    /// How fast the arm is led back to its target after the catch, rad/s.
+    /// How fast the arm is led to its reference, rad/s.
     pub reference_speed: T,
     /// Speed below which an axis counts as resting, rad/s.
     pub rest_speed: T,
@@ -135,30 +205,35 @@ pub struct Settings<T> {
 
 /// Swing-up, catch and balance of one rig at one sample period. Configuration only: see [`SupervisorState`].
 #[derive(Clone, Debug)]
-pub struct Supervisor<T> {
-    /// Speeds from the encoders' angles, one for each axis.
-    pub speed: Derivative<T>,
+pub struct Supervisor<T: Real> {
+    /// From measurements to states.
+    pub estimator: AnyEstimator<T>,
     /// Brings the pendulum up.
     pub swing_up: SwingUp<T>,
     /// Keeps it there.
-    pub balance: StateFeedback<T>,
+    pub balance: AnyController<T>,
     /// Decides when the second takes over from the first.
     pub catch: Catch<T>,
+    /// Added to the command of the second.
+    pub compensation: Compensation<T>,
     /// Limits and thresholds.
-    pub settings: Settings<T>,
+    pub thresholds: Thresholds<T>,
     /// Sample period, s.
     h: T,
 }
 
 /// Memory of a [`Supervisor`].
 #[derive(Clone, Debug)]
-pub struct SupervisorState<T> {
+pub struct SupervisorState<T: Real> {
     mode: Mode,
     fault: Option<Fault>,
-    speeds: [DerivativeState<T>; 2],
+    estimator: AnyEstimatorState<T>,
     swing_up: SwingUpState<T>,
+    balance: AnyControllerState<T>,
     /// Where the balance controller is asked to hold the arm just now, rad.
     arm_reference: T,
+    /// The last command, V.
+    u: T,
     /// Samples since the last test of the catch.
     since_test: u32,
     /// For how long both axes have been at rest, s.
@@ -172,51 +247,55 @@ pub struct Output<T> {
     pub u: T,
     /// Mode that gave it.
     pub mode: Mode,
-    /// Estimated state: measured angles, filtered speeds.
+    /// Estimated state at the sample.
     pub x: State<T>,
+    /// Where the arm is asked to be just now, rad.
+    pub reference: T,
 }
 
-// Half of the arm's travel during swing-up, rad, where the rig leaves it free.
-const ARM_RANGE: f64 = 2.16;
-// How far the arm may go in the prediction of a catch, of that.
-const CATCH_RANGE: f64 = 1.82;
-// The estimator's corner, over the pendulum's frequency: fast enough for balance, slow enough for a 2000-count encoder.
-const ESTIMATOR: f64 = 30.0;
-
 impl<T: Real> Supervisor<T> {
-    /// The standard supervisor of a rig at the sample period `h` (s): balance gain by [`design::balance`], everything else from the
-    /// rig's parameters. Limits that the rig does not give: arm angle 2 pi, speeds well above what a sound run reaches.
+    /// The control system of a controller file at a site.
     ///
     /// # Errors
-    /// Those of [`design::balance`].
-    pub fn new(params: &Params<f64>, limits: &Limits, h: f64) -> Result<Self, DesignError> {
-        let regulator = design::balance(params, h)?;
-        let k = params.coefficients();
-        let frequency = libm::sqrt(k.weight / k.pendulum);
-        let free_speed = k.drive * params.motor.command_limit / k.arm_damping.max(1e-9);
-        let arm_angle = limits.arm_angle.unwrap_or(core::f64::consts::TAU);
-        let arm_range = ARM_RANGE.min(arm_angle / CATCH_RANGE);
-        let balance = StateFeedback::new(&regulator, params.motor.command_limit);
-        let cast = params.cast::<T>();
+    /// Settings that are not possible there; see [`ConfigError`].
+    ///
+    /// ```
+    /// use furuta_ctrl::estimators::Measurement;
+    /// use furuta_ctrl::supervisor::{Mode, Request, Supervisor};
+    /// use furuta_ctrl::{Config, Site};
+    /// let rig = furuta_model::Rig::builtin("qube-servo-2").ok_or("no such rig")?;
+    /// let supervisor = Supervisor::<f32>::design(&Config::default(), &Site::of(&rig, 0.002))?;
+    /// let mut state = supervisor.start();
+    /// state.request(Request::Start);
+    /// let out = supervisor.update(&mut state, &Measurement::new(0.0, 3.1, 0.0), 0.0);
+    /// assert_eq!(out.mode, Mode::SwingUp);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    pub fn design(config: &Config, site: &Site<'_>) -> Result<Self, ConfigError> {
+        if !(site.period > 0.0 && site.period <= 0.1) {
+            return Err(ConfigError::Period {
+                period: site.period,
+            });
+        }
+        let site = &within(&config.limits, site);
+        let swing_up = SwingUp::design(&config.swing_up, site)?;
+        let balance = AnyController::design(&config.controller, site)?;
+        let stand_in = match balance.stand_in() {
+            Some(feedback) => feedback,
+            None => StateFeedback::new(
+                &design::balance(site.params, site.period)?,
+                site.command_limit,
+            ),
+        };
+        let catch = Catch::new(&site.params.cast(), stand_in, swing_up.catch_range());
         Ok(Self {
-            speed: Derivative::new(T::from_f64(ESTIMATOR * frequency), T::from_f64(h)),
-            swing_up: SwingUp::new(&cast, T::from_f64(arm_range)),
+            estimator: AnyEstimator::design(&config.estimator, site)?,
+            swing_up,
             balance,
-            catch: Catch::new(&cast, T::from_f64(CATCH_RANGE * arm_range)),
-            settings: Settings {
-                arm_angle_limit: T::from_f64(arm_angle),
-                arm_speed_limit: T::from_f64(limits.arm_speed.unwrap_or(1.5 * free_speed)),
-                pendulum_speed_limit: T::from_f64(
-                    limits.pendulum_speed.unwrap_or(10.0 * frequency),
-                ),
-                command_limit: T::from_f64(params.motor.command_limit),
-                doubt_angle: c(0.4),
-                release_angle: c(1.6),
-                reference_speed: T::ONE,
-                rest_speed: T::from_f64(0.05 * frequency),
-                catch_every: 4,
-            },
-            h: T::from_f64(h),
+            catch,
+            compensation: Compensation::design(&config.compensate, site)?,
+            thresholds: thresholds(&config.supervisor, site),
+            h: T::from_f64(site.period),
         })
     }
 
@@ -225,91 +304,93 @@ impl<T: Real> Supervisor<T> {
         SupervisorState {
             mode: Mode::Idle,
             fault: None,
-            speeds: [self.speed.start(); 2],
+            estimator: self.estimator.start(),
             swing_up: self.swing_up.start(),
+            balance: self.balance.start(),
             arm_reference: T::ZERO,
+            u: T::ZERO,
             since_test: u32::MAX,
             resting: T::ZERO,
         }
     }
 
-    /// The command for one sample: `theta`, `alpha` as measured (rad), the arm to go to `target` (rad) once the pendulum is up.
+    /// The command for one sample; the arm is to go to `target` (rad) once the pendulum is up.
     ///
     /// Always a finite number within the command limit; 0 in the modes idle, stopping and fault.
     pub fn update(
         &self,
         state: &mut SupervisorState<T>,
-        theta: T,
-        alpha: T,
+        measurement: &Measurement<T>,
         target: T,
     ) -> Output<T> {
-        let theta_dot = self.speed.update(&mut state.speeds[0], theta);
-        let alpha_dot = self.speed.update(&mut state.speeds[1], alpha);
-        let x = State::new(theta, alpha, theta_dot, alpha_dot);
+        let Estimate { now, ahead } = self.estimator.update(&mut state.estimator, measurement);
         if state.mode != Mode::Fault
-            && let Some(fault) = self.violation(&x)
+            && let Some(fault) = self.violation(&now)
         {
             state.mode = Mode::Fault;
             state.fault = Some(fault);
         }
+        let periods = T::from_f64(f64::from(measurement.periods));
         let target = if is_finite(target) { target } else { T::ZERO };
-        let mode = self.next_mode(state, &x);
+        let mode = self.next_mode(state, &now, &ahead, periods);
         if mode != state.mode {
-            self.enter(state, mode, &x);
+            self.enter(state, mode, &ahead);
         }
         let u = match mode {
             Mode::SwingUp => {
-                let centre = State::new(target, T::ZERO, T::ZERO, T::ZERO);
                 self.swing_up
-                    .update(&mut state.swing_up, &x, &centre, self.h)
+                    .update(&mut state.swing_up, &ahead, &arm_at(T::ZERO), self.h)
             }
             Mode::Balance => {
-                let step = self.settings.reference_speed * self.h;
+                let step = self.thresholds.reference_speed * self.h * periods;
                 state.arm_reference += (target - state.arm_reference).clamp(-step, step);
-                let reference = State::new(state.arm_reference, T::ZERO, T::ZERO, T::ZERO);
-                self.balance.update(&mut (), &x, &reference, self.h)
+                let reference = arm_at(state.arm_reference);
+                self.balance
+                    .update(&mut state.balance, &ahead, &reference, self.h)
+                    + self.compensation.command(state.arm_reference)
             }
             Mode::Idle | Mode::Stopping | Mode::Fault => T::ZERO,
         };
+        state.u = command(u, self.thresholds.command_limit);
         Output {
-            u: command(u, self.settings.command_limit),
+            u: state.u,
             mode,
-            x,
+            x: now,
+            reference: match mode {
+                Mode::Balance => state.arm_reference,
+                _ => T::ZERO,
+            },
         }
     }
 
-    fn next_mode(&self, state: &mut SupervisorState<T>, x: &State<T>) -> Mode {
+    fn next_mode(
+        &self,
+        state: &mut SupervisorState<T>,
+        now: &State<T>,
+        ahead: &State<T>,
+        periods: T,
+    ) -> Mode {
         match state.mode {
             Mode::SwingUp => {
                 state.since_test = state.since_test.saturating_add(1);
-                if state.since_test < self.settings.catch_every {
+                if state.since_test < self.thresholds.catch_every {
                     return Mode::SwingUp;
                 }
                 state.since_test = 0;
-                if self.catch.succeeds(&self.balance, x) {
+                if self.catch.succeeds(ahead) {
                     Mode::Balance
                 } else {
                     Mode::SwingUp
                 }
             }
-            Mode::Balance => {
-                let angle = wrap(x.alpha).abs();
-                // Lost: let the swing-up brake the arm before it has run after the pendulum at full speed.
-                let lost = angle > self.settings.doubt_angle
-                    && !self.catch.holds(&self.balance, x, state.arm_reference);
-                if lost || angle > self.settings.release_angle {
-                    Mode::SwingUp
-                } else {
-                    Mode::Balance
-                }
-            }
+            Mode::Balance if self.is_lost(ahead, state.arm_reference) => Mode::SwingUp,
             Mode::Stopping => {
-                let rest = self.settings.rest_speed;
-                let moving = x.theta_dot.abs() > rest || x.alpha_dot.abs() > rest;
+                let rest = self.thresholds.rest_speed;
+                let moving = now.theta_dot.abs() > rest || now.alpha_dot.abs() > rest;
                 state.resting = if moving {
                     T::ZERO
                 } else {
-                    state.resting + self.h
+                    state.resting + self.h * periods
                 };
                 if state.resting > c(0.5) {
                     Mode::Idle
@@ -321,41 +402,96 @@ impl<T: Real> Supervisor<T> {
         }
     }
 
+    /// Whether the pendulum falls whatever the balance controller does: better swing it up again than let the arm run after it. While it
+    /// still rises, nothing is lost: a catch at the edge of what the model promises would be given up and tried again at every other sample.
+    fn is_lost(&self, x: &State<T>, arm_reference: T) -> bool {
+        let alpha = wrap(x.alpha);
+        let falling = alpha * x.alpha_dot > T::ZERO;
+        let doubtful = falling && alpha.abs() > self.thresholds.doubt_angle;
+        alpha.abs() > self.thresholds.release_angle
+            || doubtful && !self.catch.holds(x, arm_reference)
+    }
+
     fn enter(&self, state: &mut SupervisorState<T>, mode: Mode, x: &State<T>) {
         state.mode = mode;
         match mode {
-            // From where the arm is: no jump in the command.
-            Mode::Balance => state.arm_reference = x.theta,
+            // From where the arm is, and from the command so far: no jump in either.
+            Mode::Balance => {
+                state.arm_reference = x.theta;
+                state.balance = self.balance.take_over(x, &arm_at(x.theta), state.u);
+            }
             Mode::SwingUp => state.swing_up = self.swing_up.start(),
             Mode::Idle | Mode::Stopping | Mode::Fault => {}
         }
     }
 
     fn violation(&self, x: &State<T>) -> Option<Fault> {
-        let s = &self.settings;
+        let t = &self.thresholds;
         if !x.is_finite() {
             return Some(Fault::NotANumber);
         }
-        if x.theta.abs() > s.arm_angle_limit {
+        if x.theta.abs() > t.arm_angle_limit {
             return Some(Fault::ArmAngle {
                 angle: x.theta.value(),
-                limit: s.arm_angle_limit.value(),
+                limit: t.arm_angle_limit.value(),
             });
         }
-        if x.theta_dot.abs() > s.arm_speed_limit {
+        if x.theta_dot.abs() > t.arm_speed_limit {
             return Some(Fault::ArmSpeed {
                 speed: x.theta_dot.value(),
-                limit: s.arm_speed_limit.value(),
+                limit: t.arm_speed_limit.value(),
             });
         }
-        if x.alpha_dot.abs() > s.pendulum_speed_limit {
+        if x.alpha_dot.abs() > t.pendulum_speed_limit {
             return Some(Fault::PendulumSpeed {
                 speed: x.alpha_dot.value(),
-                limit: s.pendulum_speed_limit.value(),
+                limit: t.pendulum_speed_limit.value(),
             });
         }
         None
     }
+}
+
+/// The site with the tighter of its own limits and the file's.
+fn within<'a>(settings: &Settings, site: &Site<'a>) -> Site<'a> {
+    let tighter = |of_rig: Option<f64>, name| match (of_rig, settings.number(name)) {
+        (Some(a), Some(b)) => Some(a.min(b)),
+        (a, b) => a.or(b),
+    };
+    Site {
+        command_limit: tighter(Some(site.command_limit), "command").unwrap_or(site.command_limit),
+        limits: Limits {
+            arm_angle: tighter(site.limits.arm_angle, "arm_angle"),
+            arm_speed: tighter(site.limits.arm_speed, "arm_speed"),
+            pendulum_speed: tighter(site.limits.pendulum_speed, "pendulum_speed"),
+        },
+        ..*site
+    }
+}
+
+fn thresholds<T: Real>(settings: &Settings, site: &Site<'_>) -> Thresholds<T> {
+    let k = site.params.coefficients();
+    let frequency = site.frequency();
+    let free_speed = k.drive * site.params.motor.command_limit / k.arm_damping.max(1e-9);
+    let limits = &site.limits;
+    // Every one has a default.
+    let number = |name| T::from_f64(settings.number(name).unwrap_or_default());
+    Thresholds {
+        arm_angle_limit: T::from_f64(limits.arm_angle.unwrap_or(core::f64::consts::TAU)),
+        arm_speed_limit: T::from_f64(limits.arm_speed.unwrap_or(1.5 * free_speed)),
+        pendulum_speed_limit: T::from_f64(limits.pendulum_speed.unwrap_or(10.0 * frequency)),
+        command_limit: T::from_f64(site.command_limit),
+        doubt_angle: number("doubt_angle"),
+        release_angle: number("release_angle"),
+        reference_speed: number("reference_speed"),
+        rest_speed: T::from_f64(0.05 * frequency),
+        #[allow(clippy::cast_possible_truncation)] // at most 1000
+        catch_every: settings.whole("catch_every").unwrap_or(1) as u32,
+    }
+}
+
+fn arm_at<T: Real>(theta: T) -> State<T> {
+    State::new(theta, T::ZERO, T::ZERO, T::ZERO)
 }
 
 impl<T: Real> SupervisorState<T> {

@@ -1,11 +1,11 @@
 //! What decides about the motor: one trait, so that the loop knows nothing of estimators and controllers.
 
-mod observer;
 mod open_loop;
 mod reference;
 mod rehearsal;
 mod swing_up_balance;
 
+use furuta_ctrl::supervisor::Fault;
 use furuta_log::Mode;
 
 pub use open_loop::{OpenLoop, OpenLoopState};
@@ -41,6 +41,8 @@ pub struct Decision {
     pub reference: f64,
     /// What the pilot is doing.
     pub mode: Mode,
+    /// Why the pilot has switched the motor off for good, if it has.
+    pub fault: Option<Fault>,
 }
 
 /// Estimator, supervisor and controller in one: from measurements to voltages. Settings are constant; what changes

@@ -1,10 +1,10 @@
 //! Drives the motor with a test signal, whatever the rig does.
 
+use furuta_ctrl::estimators::{Belief, Estimator, Measurement as Sampled, Observer};
 use furuta_log::Mode;
 use furuta_model::Rig;
 use furuta_model::signals::Excitation;
 
-use super::observer::{Belief, Observer};
 use super::{Decision, Measurement, Pilot};
 
 /// Bandwidth of the observer behind the logged speeds (rad/s): fast against the mechanics, slow against the counts.
@@ -15,7 +15,7 @@ const BANDWIDTH: f64 = 120.0;
 pub struct OpenLoop {
     excitation: Excitation,
     command_limit: f64,
-    observer: Observer,
+    observer: Observer<f64>,
 }
 
 impl OpenLoop {
@@ -45,7 +45,13 @@ impl Pilot for OpenLoop {
     }
 
     fn process(&self, state: &mut OpenLoopState, m: &Measurement) -> Decision {
-        let x = self.observer.correct(&mut state.0, m);
+        let sampled = Sampled {
+            theta: m.theta,
+            alpha: m.alpha,
+            held: m.held,
+            periods: m.periods,
+        };
+        let x = self.observer.update(&mut state.0, &sampled).now;
         let volts = self
             .excitation
             .volts(m.t)
@@ -56,10 +62,11 @@ impl Pilot for OpenLoop {
             alpha_dot: x.alpha_dot,
             reference: 0.0,
             mode: Mode::Excite,
+            fault: None,
         }
     }
 }
 
 /// What an [`OpenLoop`] remembers.
 #[derive(Clone, Debug)]
-pub struct OpenLoopState(Belief);
+pub struct OpenLoopState(Belief<f64>);

@@ -50,6 +50,7 @@ impl Pilot for Constant {
             alpha_dot: 0.0,
             reference: 0.0,
             mode: Mode::Excite,
+            fault: None,
         }
     }
 }

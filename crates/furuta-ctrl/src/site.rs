@@ -1,0 +1,70 @@
+//! What a controller is made for.
+
+use furuta_model::{Effect, Params};
+
+/// Where a controller is to work: a rig's model and the sample period. Designs start from it.
+#[derive(Copy, Clone, Debug)]
+pub struct Site<'a> {
+    /// The rig's parameters.
+    pub params: &'a Params<f64>,
+    /// Effects that the rig file names. Designs of linear gains leave them out: friction and dead zones have no useful derivative at rest.
+    pub effects: &'a [Effect<f64>],
+    /// Sample period, s.
+    pub period: f64,
+    /// Largest command, V: the rig's, or less.
+    pub command_limit: f64,
+    /// Where the rig's own file stops a run.
+    pub limits: Limits,
+}
+
+/// Where a run is stopped. `None`: a default from the model, wide enough for a sound run.
+#[derive(Copy, Clone, Debug, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub struct Limits {
+    /// Largest arm angle either way, rad.
+    pub arm_angle: Option<f64>,
+    /// Largest arm speed, rad/s.
+    pub arm_speed: Option<f64>,
+    /// Largest pendulum speed, rad/s.
+    pub pendulum_speed: Option<f64>,
+}
+
+impl<'a> Site<'a> {
+    /// A rig without effects and without limits but its command limit.
+    #[must_use]
+    pub fn new(params: &'a Params<f64>, period: f64) -> Self {
+        Self {
+            params,
+            effects: &[],
+            period,
+            command_limit: params.motor.command_limit,
+            limits: Limits::default(),
+        }
+    }
+
+    /// A rig as its file describes it.
+    #[cfg(feature = "std")]
+    #[must_use]
+    pub fn of(rig: &'a furuta_model::Rig, period: f64) -> Self {
+        let furuta_model::Limits {
+            arm_angle,
+            arm_speed,
+            pendulum_speed,
+        } = rig.limits;
+        Self {
+            effects: &rig.effects,
+            limits: Limits {
+                arm_angle,
+                arm_speed,
+                pendulum_speed,
+            },
+            ..Self::new(&rig.params, period)
+        }
+    }
+
+    /// Small-angle frequency of the hanging pendulum, rad/s: the rig's own unit of time is its inverse.
+    #[must_use]
+    pub fn frequency(&self) -> f64 {
+        let k = self.params.coefficients();
+        libm::sqrt(k.weight / k.pendulum)
+    }
+}
