@@ -6,12 +6,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use crate::print::estimate;
 use furuta_hw::emulate::hidden_effect;
 use furuta_hw::{
     EmulatedRig, Emulation, End, Excitation, LoopSettings, OpenLoop, Pace, Pilot, PtyRig,
     Reference, SerialTransport, Session, Summary, SwingUpBalance,
 };
-use furuta_ident::diagnose::result::{Diagnosis, significant};
+use furuta_ident::diagnose::result::Diagnosis;
 use furuta_ident::diagnose::{Outcome, Request};
 use furuta_ident::recording::Recording;
 use furuta_ident::report;
@@ -391,11 +392,9 @@ fn findings(diagnosis: &Diagnosis, hidden: &Effect<f64>) -> String {
                 .and_then(|i| hidden.values().get(i).copied())
                 .map_or_else(|| "not hidden".to_owned(), |v| format!("hidden: {v}"));
             lines.push(format!(
-                "   {} {name} = {} ± {} {} ({truth})",
+                "   {} {name} = {} ({truth})",
                 effect.id,
-                significant(found.value, 3),
-                significant(found.std, 1),
-                found.unit
+                estimate(found, 3)
             ));
         }
     }

@@ -4,7 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use furuta_ident::diagnose::result::{Channel, Diagnosis, significant};
+use crate::print::estimate;
+use furuta_ident::diagnose::result::{Channel, Diagnosis};
 use furuta_ident::diagnose::{Outcome, Request, diagnose};
 use furuta_ident::recording::Recording;
 use furuta_ident::report;
@@ -125,12 +126,7 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
         out.push(String::new());
         out.push(format!("{}  {}", e.id, e.name));
         for (name, p) in &e.parameters {
-            out.push(format!(
-                "  {name} = {} ± {} {}",
-                significant(p.value, 4),
-                significant(p.std, 2),
-                p.unit
-            ));
+            out.push(format!("  {name} = {}", estimate(p, 4)));
         }
         out.push(format!(
             "  evidence: BIC falls by {:.0}; {:.0} % of the remaining squared error on held-out data goes",

@@ -115,8 +115,13 @@ pub(super) fn effect_parameters(
             let i = offset + k;
             let estimate = Estimate {
                 value: values[i],
-                std: fit.std[i] * scales[i],
+                std: if p.kind.is_continuous() {
+                    fit.std[i] * scales[i]
+                } else {
+                    f64::NAN
+                },
                 unit: p.unit.to_owned(),
+                word: p.word(values[i]).map(str::to_owned),
             };
             (p.name.to_owned(), estimate)
         })

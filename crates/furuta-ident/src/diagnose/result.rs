@@ -134,11 +134,14 @@ pub struct Estimate {
     /// Fitted value in `unit`.
     #[serde(with = "null_if_not_finite")]
     pub value: f64,
-    /// Standard deviation of `value` in `unit`.
+    /// Standard deviation of `value` in `unit`; `NaN` for what is chosen, not fitted (a whole number, one of several words).
     #[serde(with = "null_if_not_finite")]
     pub std: f64,
     /// SI unit, `1` where there is none.
     pub unit: String,
+    /// What the rig file writes for the value, where that is a word.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub word: Option<String>,
 }
 
 /// An effect that the model lacks, found in the data.
@@ -533,6 +536,7 @@ mod tests {
                     Estimate {
                         value: 8.6e-4,
                         std: 1e-5,
+                        word: None,
                         unit: "N m/rad".into(),
                     },
                 ),
@@ -541,6 +545,7 @@ mod tests {
                     Estimate {
                         value: -0.5,
                         std: f64::INFINITY,
+                        word: None,
                         unit: "rad".into(),
                     },
                 ),

@@ -133,7 +133,10 @@ fn effect(effect: &NamedEffect) -> String {
             facts,
             "<div class=\"fact\"><span class=\"label\">{}</span><span class=\"value\">{} <small>{} {}</small></span></div>",
             escape(name),
-            number(estimate.value, digits(estimate.value, estimate.std)),
+            match &estimate.word {
+                Some(word) => escape(word),
+                None => number(estimate.value, digits(estimate.value, estimate.std)),
+            },
             if estimate.std.is_finite() {
                 format!("± {}", significant(estimate.std, 2))
             } else {
