@@ -4,6 +4,7 @@
 //! | Module | What it holds |
 //! |---|---|
 //! | [`closed_loop`] | a controller on a plant that may change on the way, with perfect states or encoders |
+//! | [`supervised`] | a whole control system, from swing-up on, timed as a real loop is |
 //! | [`shahzad2022`] | arm steps and a push under an LQR |
 //! | [`largest_sine`] | the largest sine that a pendulum can follow at all |
 //! | [`chart`] | line charts as SVG |
@@ -15,3 +16,4 @@ pub mod chart;
 pub mod closed_loop;
 pub mod largest_sine;
 pub mod shahzad2022;
+pub mod supervised;

@@ -1,8 +1,12 @@
 //! `furuta design`: controllers from a rig's model.
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use furuta_ctrl::design::{Regulator, Weights, balance_weights, dlqr, lqr};
+use furuta_ctrl::file::MadeFor;
+use furuta_ctrl::settings::Settings;
+use furuta_ctrl::{Config, ControllerFile, controllers};
 use furuta_model::discretize::zero_order_hold;
 use furuta_model::{Rig, State, linearize};
 use serde_json::json;
@@ -38,6 +42,9 @@ struct LqrArgs {
     /// Samples per second; the command is held between samples. Continuous time if not given.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
+    /// Write the gain into a controller file, for `--controller` of `furuta run` and `furuta simulate`.
+    #[arg(long, value_name = "OUT.toml")]
+    write_controller: Option<PathBuf>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -87,6 +94,26 @@ pub(crate) fn regulator(
     designed.map_err(|e| Failure::new(format!("rig {}: {e}", rig.name)))
 }
 
+/// Writes a controller file for this rig, standard but for its controller.
+pub(crate) fn write_controller(
+    path: &Path,
+    rig: &Rig,
+    rate: Option<f64>,
+    controller: Settings,
+) -> Result<(), Failure> {
+    let file = ControllerFile {
+        made_for: MadeFor {
+            rig: Some(rig.name.clone()),
+            rate,
+        },
+        config: Config::with_controller(controller),
+    };
+    std::fs::write(path, file.to_toml())
+        .map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
+    eprintln!("{} written", path.display());
+    Ok(())
+}
+
 fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
     let rig = Rig::load(&args.rig)?;
     let weights = match (args.q, args.r) {
@@ -98,6 +125,10 @@ fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
     let poles = regulator
         .poles()
         .ok_or_else(|| Failure::new("the closed loop's poles cannot be computed"))?;
+    if let Some(path) = &args.write_controller {
+        let given = controllers::settings("lqr").unwrap_or(Config::default().controller);
+        write_controller(path, &rig, args.rate, given.with("gain", k.as_slice())?)?;
+    }
     let mut out = std::io::stdout().lock();
     if args.json {
         let line = json!({

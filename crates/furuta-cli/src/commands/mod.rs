@@ -1,5 +1,6 @@
 //! The commands: one file each, with `Args` and `run`.
 
+mod controllers;
 mod convert;
 mod demo;
 mod design;
@@ -22,6 +23,7 @@ pub(crate) enum Command {
     Effects(effects::Args),
     Simulate(simulate::Args),
     Design(design::Args),
+    Controllers(controllers::Args),
     Diagnose(diagnose::Args),
     Emulate(emulate::Args),
     Run(run::Args),
@@ -37,6 +39,7 @@ impl Command {
             Self::Effects(args) => effects::run(args),
             Self::Simulate(args) => simulate::run(args),
             Self::Design(args) => design::run(args),
+            Self::Controllers(args) => controllers::run(args),
             Self::Diagnose(args) => diagnose::run(args),
             Self::Emulate(args) => emulate::run(args),
             Self::Run(args) => run::run(args),

@@ -1,10 +1,11 @@
 //! `furuta run`: the real-time loop on a rig, real or emulated.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
+use furuta_ctrl::ControllerFile;
 use furuta_hw::{
     EmulatedRig, Emulation, End, LoopSettings, OpenLoop, Pace, PtyRig, Recorded, Reference,
     SerialTransport, Session, Summary, SwingUpBalance,
@@ -33,6 +34,9 @@ pub(crate) struct Args {
     /// Rig that the controller is designed for: built-in rig or rig file. An emulated rig's own if not given.
     #[arg(long, value_name = "RIG", required_unless_present = "emulated")]
     rig: Option<String>,
+    /// Controller file; the standard control system of the rig if not given.
+    #[arg(long, value_name = "FILE.toml")]
+    controller: Option<PathBuf>,
     /// What to do.
     #[arg(long, value_enum, default_value_t = Task::Balance)]
     task: Task,
@@ -90,7 +94,8 @@ impl ValueEnum for Task {
 /// Amplitude of a test signal, as a part of the command limit, if none is given.
 const AMPLITUDE: f64 = 0.2;
 
-fn angle(text: &str) -> Result<f64, String> {
+/// An angle of the arm's steps.
+pub(crate) fn angle(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
         _ => Err("must be a number between 0 and 1".to_owned()),
@@ -105,6 +110,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         .or(args.emulated.as_deref())
         .unwrap_or_default();
     let rig = Rig::load(name)?;
+    // Before the rig is disturbed.
+    let file = load_controller(args.controller.as_deref())?;
     // Lives as long as the run: dropping it switches the emulated rig off.
     let emulated = match &args.emulated {
         Some(true_rig) => {
@@ -164,12 +171,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
                     hold: 2.0,
                 },
             };
-            let pilot = SwingUpBalance::design(&rig, session.period(), reference)?;
+            warn_of_another(&file, &rig, 1.0 / session.period());
+            let pilot =
+                SwingUpBalance::from_config(&file.config, &rig, session.period(), reference)?;
             foresight = foresee(&rig, session.hello().period_us, &pilot);
             if let Some(warning) = foresight.as_ref().and_then(Foresight::warning) {
                 eprintln!("note: {warning}");
             }
-            let metadata = metadata(&rig, pilot.describe(), &session);
+            let mut metadata = metadata(&rig, pilot.describe(), &session);
+            let text = file.to_toml();
+            metadata.extra.insert("controller_file".to_owned(), text);
             session.run(
                 &pilot,
                 &settings,
@@ -204,6 +215,32 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }),
         (End::Finished | End::Stopped, Some(error)) => Err(Failure::from(error)),
         (End::Finished | End::Stopped, None) => Ok(()),
+    }
+}
+
+/// The controller file at this path, or the standard one.
+pub(crate) fn load_controller(path: Option<&Path>) -> Result<ControllerFile, Failure> {
+    match path {
+        Some(path) => Ok(ControllerFile::load(path)?),
+        None => Ok(ControllerFile::default()),
+    }
+}
+
+/// Says so where a controller file was made for another rig or another rate (Hz).
+pub(crate) fn warn_of_another(file: &ControllerFile, rig: &Rig, rate: f64) {
+    if let Some(made_for) = file.made_for.rig.as_ref().filter(|name| **name != rig.name) {
+        eprintln!(
+            "warning: the controller was made for the rig {made_for}, not for {}",
+            rig.name
+        );
+    }
+    // Two periods of whole microseconds may stand for one rate.
+    if let Some(made_for) = file
+        .made_for
+        .rate
+        .filter(|made_for| (made_for / rate - 1.0).abs() > 0.01)
+    {
+        eprintln!("warning: the controller was made for {made_for} Hz, not for {rate:.0} Hz");
     }
 }
 

@@ -1,20 +1,24 @@
 //! `furuta simulate`: a rig's model, driven and recorded.
 
 use std::io::{BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use furuta_ctrl::controllers::{Controller, StateFeedback};
 use furuta_ctrl::design::balance_weights;
-use furuta_ctrl::wrap;
-use furuta_hw::Excitation;
+use furuta_ctrl::supervisor::{Mode, Supervisor};
+use furuta_ctrl::{Site, wrap};
+use furuta_design::closed_loop::{self, ClosedLoop, Sensing};
+use furuta_design::supervised::Supervised;
 use furuta_hw::emulate::hidden_effect;
+use furuta_hw::{Excitation, Reference};
 use furuta_model::{Rig, State};
 use serde_json::json;
 
 use super::design::{four, regulator};
 use super::emulate::positive;
+use super::run::{angle, load_controller, warn_of_another};
 use super::signal::{Built, Kind, SignalArgs};
 use crate::failure::Failure;
 
@@ -41,6 +45,16 @@ pub(crate) struct Args {
     input: Input,
     #[command(flatten)]
     signal: SignalArgs,
+    /// Controller file: the whole control system, swing-up included, on the encoders' readings, a command acting one sample after it is decided as
+    /// on a real rig. `furuta design ... --write-controller` writes one; an empty file is the standard one.
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "input")]
+    controller: Option<PathBuf>,
+    /// The file's controller alone, from near upright, on the true state and without delay, as papers simulate it.
+    #[arg(long, requires = "controller")]
+    ideal: bool,
+    /// With a controller: step the arm between plus and minus this angle every 2 s while balancing.
+    #[arg(long, value_name = "RAD", default_value_t = 0.0, value_parser = angle, requires = "controller")]
+    arm_steps: f64,
     /// Length of the run.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = positive)]
     duration: f64,
@@ -122,8 +136,14 @@ impl std::fmt::Display for Source {
     }
 }
 
-/// One row: t, u, theta, alpha, theta_dot, alpha_dot.
-type Row = [f64; 6];
+/// One row.
+#[derive(Copy, Clone, Debug)]
+struct Row {
+    /// t, u, theta, alpha, theta_dot, alpha_dot.
+    numbers: [f64; 6],
+    /// Under a controller: where the arm is asked to be (rad), and the supervisor's mode.
+    asked: Option<(f64, &'static str)>,
+}
 
 const COLUMNS: [&str; 6] = ["t", "u", "theta", "alpha", "theta_dot", "alpha_dot"];
 
@@ -132,20 +152,29 @@ const MOST_SAMPLES: f64 = 2e7;
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let mut rig = Rig::load(&args.rig)?;
+    let known = Rig::load(&args.rig)?;
+    let mut rig = known.clone();
     for text in &args.hide {
         rig.effects.push(hidden_effect(text, &rig.params)?);
     }
-    let (input, rows) = simulate(&rig, args)?;
+    let (input, rows) = match &args.controller {
+        Some(path) => controlled(&known, &rig, path, args)?,
+        None => simulate(&rig, args)?,
+    };
     if args.json {
-        let columns: serde_json::Map<_, _> = COLUMNS
+        let mut columns: serde_json::Map<_, _> = COLUMNS
             .iter()
             .enumerate()
             .map(|(i, name)| {
-                let values: Vec<f64> = rows.iter().map(|row| row[i]).collect();
+                let values: Vec<f64> = rows.iter().map(|row| row.numbers[i]).collect();
                 ((*name).to_owned(), json!(values))
             })
             .collect();
+        if args.controller.is_some() {
+            let (reference, mode): (Vec<_>, Vec<_>) = rows.iter().filter_map(|r| r.asked).unzip();
+            columns.insert("reference".to_owned(), json!(reference));
+            columns.insert("mode".to_owned(), json!(mode));
+        }
         writeln!(
             std::io::stdout().lock(),
             "{}",
@@ -170,17 +199,101 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What the command was, in words, and the rows.
-fn simulate(rig: &Rig, args: &Args) -> Result<(String, Vec<Row>), Failure> {
-    let h = 1.0 / args.rate;
-    let plant = rig.try_plant::<f64>()?;
-    plant.check_period(h)?;
+fn samples(args: &Args) -> Result<u64, Failure> {
     let samples = (args.duration * args.rate).round();
     if samples > MOST_SAMPLES {
         return Err(Failure::new(format!(
             "{samples} samples are too many for one run (at most {MOST_SAMPLES}): give a shorter --duration or a lower --rate"
         )));
     }
+    Ok(samples as u64)
+}
+
+/// The rig under a controller file's control system, which knows of the rig what `known` says.
+fn controlled(
+    known: &Rig,
+    rig: &Rig,
+    path: &Path,
+    args: &Args,
+) -> Result<(String, Vec<Row>), Failure> {
+    let h = 1.0 / args.rate;
+    let file = load_controller(Some(path))?;
+    warn_of_another(&file, known, args.rate);
+    let reference = match args.arm_steps {
+        0.0 => Reference::Constant(0.0),
+        amplitude => Reference::Steps {
+            amplitude,
+            hold: 2.0,
+        },
+    };
+    let supervisor = Supervisor::design(&file.config, &Site::of(known, h))?;
+    let samples = samples(args)?;
+    let input = format!("controller {}; {reference}", supervisor.balance.spec().id);
+    if args.ideal {
+        return Ok((input, ideal(rig, &supervisor, reference, args)?));
+    }
+    let bench = Supervised::new(&supervisor, rig, h)?;
+    let mut run = bench.start(args.start.map_or(State::hanging(), State::from));
+    let mut since = None;
+    let mut rows = Vec::new();
+    for k in 0..samples {
+        let t = k as f64 * h;
+        let [theta, alpha] = bench.angles(&run);
+        let s = bench.sample(&mut run, reference.at(since.map_or(0.0, |since| t - since)));
+        since = match s.output.mode {
+            Mode::Balance => since.or(Some(t)),
+            _ => None,
+        };
+        rows.push(Row {
+            numbers: [t, s.held, theta, alpha, s.x.theta_dot, s.x.alpha_dot],
+            asked: Some((s.output.reference, s.output.mode.name())),
+        });
+        if let Some(fault) = s.fault {
+            eprintln!("{fault} at t = {t:.3} s: motor off");
+            break;
+        }
+    }
+    Ok((input, rows))
+}
+
+/// The controller alone, on the true state and without delay.
+fn ideal(
+    rig: &Rig,
+    supervisor: &Supervisor<f64>,
+    reference: Reference,
+    args: &Args,
+) -> Result<Vec<Row>, Failure> {
+    let h = 1.0 / args.rate;
+    let plant = rig.try_plant::<f64>()?;
+    plant.check_period(h)?;
+    let experiment = ClosedLoop {
+        plants: vec![(0.0, plant.into())],
+        start: args
+            .start
+            .map_or(State::new(0.0, 0.1, 0.0, 0.0), State::from),
+        period: h,
+        substeps: 1,
+        duration: args.duration,
+        sensing: Sensing::Perfect,
+    };
+    let arm = |t| State::new(reference.at(t), 0.0, 0.0, 0.0);
+    let samples = experiment.run(&supervisor.balance, arm);
+    if samples.last().is_some_and(|s| s.t < args.duration - h) {
+        eprintln!("the pendulum fell");
+    }
+    let row = |s: &closed_loop::Sample| Row {
+        numbers: [s.t, s.u, s.x.theta, s.x.alpha, s.x.theta_dot, s.x.alpha_dot],
+        asked: Some((s.reference.theta, Mode::Balance.name())),
+    };
+    Ok(samples.iter().map(row).collect())
+}
+
+/// What the command was, in words, and the rows.
+fn simulate(rig: &Rig, args: &Args) -> Result<(String, Vec<Row>), Failure> {
+    let h = 1.0 / args.rate;
+    let plant = rig.try_plant::<f64>()?;
+    plant.check_period(h)?;
+    let samples = samples(args)?;
     let start = match args.start {
         Some(start) => State::from(start),
         None if args.input == Input::Lqr => State::new(0.0, 0.1, 0.0, 0.0),
@@ -204,11 +317,14 @@ fn simulate(rig: &Rig, args: &Args) -> Result<(String, Vec<Row>), Failure> {
     };
     let mut state = plant.rest(start);
     let mut rows = Vec::new();
-    for k in 0..samples as u64 {
+    for k in 0..samples {
         let t = k as f64 * h;
         let u = source.command(t, &state.x, h);
         let [theta, alpha] = plant.measure(&state);
-        rows.push([t, u, theta, alpha, state.x.theta_dot, state.x.alpha_dot]);
+        rows.push(Row {
+            numbers: [t, u, theta, alpha, state.x.theta_dot, state.x.alpha_dot],
+            asked: None,
+        });
         plant.step(&mut state, u, h);
         if !state.x.is_finite() {
             return Err(Failure::new(format!(
@@ -222,9 +338,16 @@ fn simulate(rig: &Rig, args: &Args) -> Result<(String, Vec<Row>), Failure> {
 fn write_csv(out: impl Write, rig: &Rig, input: &str, rows: &[Row]) -> std::io::Result<()> {
     let mut out = BufWriter::new(out);
     writeln!(out, "# simulated: {}, {input}", rig.name)?;
-    writeln!(out, "{}", COLUMNS.join(","))?;
-    for [t, u, theta, alpha, theta_dot, alpha_dot] in rows {
-        writeln!(out, "{t:.6},{u},{theta},{alpha},{theta_dot},{alpha_dot}")?;
+    let asked = rows.first().is_some_and(|row| row.asked.is_some());
+    let more = if asked { ",reference,mode" } else { "" };
+    writeln!(out, "{}{more}", COLUMNS.join(","))?;
+    for row in rows {
+        let [t, u, theta, alpha, theta_dot, alpha_dot] = row.numbers;
+        write!(out, "{t:.6},{u},{theta},{alpha},{theta_dot},{alpha_dot}")?;
+        match row.asked {
+            Some((reference, mode)) => writeln!(out, ",{reference},{mode}")?,
+            None => writeln!(out)?,
+        }
     }
     out.flush()
 }

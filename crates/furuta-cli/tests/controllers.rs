@@ -1,0 +1,154 @@
+//! Controller files through the built program: designed, checked, simulated with, run with.
+
+mod common;
+
+use common::{Folder, failure, furuta, last_line};
+use serde_json::Value;
+
+fn json(args: &[&str]) -> Value {
+    let output = furuta(args).output().expect("runs");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+/// A column of `furuta simulate --json`.
+fn column(v: &Value, name: &str) -> Vec<f64> {
+    let column = v["columns"][name].as_array().expect("a column");
+    column.iter().filter_map(Value::as_f64).collect()
+}
+
+#[test]
+fn a_designed_controller_is_written_checked_and_simulated() {
+    let folder = Folder::new("designed-controller");
+    let path = folder.path("lqr.toml");
+    let path = path.to_str().expect("a path");
+    let rig = ["--rig", "shahzad2022-srv02"];
+    let design = ["design", "lqr", rig[0], rig[1], "--rate", "500", "--json"];
+    let designed = json(&[&design[..], &["--write-controller", path]].concat());
+    let checked = json(&["controllers", "--check", path, "--json"]);
+    assert_eq!(checked["made_for"]["rate"], 500.0);
+    assert_eq!(
+        checked["sections"]["controller"]["given"]["gain"],
+        designed["k"]
+    );
+    let run = json(&[
+        "simulate",
+        rig[0],
+        rig[1],
+        "--controller",
+        path,
+        "--duration",
+        "5",
+        "--json",
+    ]);
+    let modes = run["columns"]["mode"].as_array().expect("modes");
+    assert_eq!(modes[0], "swing-up");
+    assert_eq!(modes[modes.len() - 1], "balance");
+    let (alpha, u) = (column(&run, "alpha"), column(&run, "u"));
+    let end = alpha[alpha.len() - 1];
+    assert!((end - std::f64::consts::TAU * (end / std::f64::consts::TAU).round()).abs() < 0.02);
+    assert!(u.iter().all(|u| u.abs() <= 10.0));
+    // Nothing acts before the second sample, by when the first has been answered.
+    assert!(u[0] == 0.0 && u[1] != 0.0);
+}
+
+/// The controller alone on true states is u = -K x at every sample.
+#[test]
+fn an_ideal_run_is_the_controller_itself() {
+    let folder = Folder::new("ideal-controller");
+    let gain = [-2.4, 32.6, -2.2, 3.2];
+    let path = folder.file("k.toml", format!("[controller]\ngain = {gain:?}\n"));
+    let path = path.to_str().expect("a path");
+    let rig = ["--rig", "shahzad2022-srv02", "--start", "0.1,0.05,0,0"];
+    let base = ["simulate", "--controller", path, "--ideal", "--json"];
+    let run = json(&[&base[..], &rig[..]].concat());
+    let names = ["theta", "alpha", "theta_dot", "alpha_dot"];
+    let x = names.map(|name| column(&run, name));
+    for (k, u) in column(&run, "u").into_iter().enumerate() {
+        let expected: f64 = -(0..4).map(|i| gain[i] * x[i][k]).sum::<f64>();
+        assert!((u - expected).abs() < 1e-12, "sample {k}: {u}, {expected}");
+    }
+}
+
+#[test]
+fn mistakes_are_named_before_anything_moves() {
+    let folder = Folder::new("controller-mistakes");
+    for (name, text, expected) in [
+        ("kind", "[controller]\nkind = \"lqq\"\n", "it has lqr"),
+        ("range", "[limits]\ncommand = 1e9\n", "command = 1000000000"),
+        (
+            "pair",
+            "[controller]\nq = [1, 1, 1, 1]\n",
+            "give both q and r",
+        ),
+    ] {
+        let path = folder.file(name, text);
+        let path = path.to_str().expect("a path");
+        let simulate = ["simulate", "--rig", "qube-servo-2", "--controller", path];
+        let line = failure(&furuta(&simulate).output().expect("runs"));
+        assert!(line.contains(expected), "{line}");
+        let run = ["run", "--emulated", "qube-servo-2", "--controller", path];
+        let line = last_line(&furuta(&run).output().expect("runs"));
+        assert!(line.contains(expected), "{line}");
+    }
+    let absent = folder.path("absent.toml");
+    let line = failure(
+        &furuta(&["controllers", "--check", absent.to_str().expect("a path")])
+            .output()
+            .expect("runs"),
+    );
+    assert!(line.contains("absent.toml"), "{line}");
+}
+
+#[test]
+fn a_run_obeys_the_files_limits_and_logs_the_file() {
+    let folder = Folder::new("run-controller");
+    let path = folder.file(
+        "tame.toml",
+        "[made_for]\nrig = \"another\"\nrate = 100\n[limits]\ncommand = 2.5\narm_angle = 1.5\n",
+    );
+    let log = folder.path("run.mcap");
+    let text = |p: &std::path::Path| p.to_str().expect("a path").to_owned();
+    let (path, log) = (text(&path), text(&log));
+    let output = furuta(&[
+        "run",
+        "--emulated",
+        "shahzad2022-srv02",
+        "--controller",
+        &path,
+        "--duration",
+        "1",
+        "--log",
+        &log,
+    ])
+    .output()
+    .expect("runs");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("made for the rig another"), "{stderr}");
+    assert!(
+        stderr.contains("made for 100 Hz, not for 500 Hz"),
+        "{stderr}"
+    );
+    let log = furuta_log::read(std::path::Path::new(&log)).expect("a log");
+    assert!(log.records.iter().all(|r| r.command.abs() <= 2.5));
+    let metadata = log.metadata.expect("metadata");
+    let file = furuta_ctrl::ControllerFile::from_toml(&metadata.extra["controller_file"]);
+    let command = file.expect("readable").config.limits.number("command");
+    assert_eq!(command, Some(2.5));
+}
+
+#[test]
+fn everything_a_file_may_say_is_listed_and_explained() {
+    let all = json(&["controllers", "--json"]);
+    for spec in furuta_ctrl::config::specs() {
+        let output = furuta(&["controllers", spec.id]).output().expect("runs");
+        let text = String::from_utf8_lossy(&output.stdout);
+        for p in spec.parameters {
+            assert!(text.contains(p.name) && text.contains(p.sentence), "{text}");
+        }
+        assert!(all.to_string().contains(spec.sentence));
+    }
+    let output = furuta(&["controllers", "pid"]).output().expect("runs");
+    assert!(failure(&output).contains("give one of lqr"));
+}
