@@ -106,6 +106,7 @@ fn missing_spring() -> (Diagnosis, Curves) {
         value,
         std,
         unit: unit.into(),
+        word: None,
     };
     diagnosis.effects.push(NamedEffect {
         id: "arm.spring".into(),

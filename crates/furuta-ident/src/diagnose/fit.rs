@@ -2,6 +2,7 @@
 
 use furuta_model::State;
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 use super::data::{Data, Window};
 use super::hypothesis::{Hypothesis, Nominal};
@@ -77,7 +78,7 @@ impl<'a> Problem<'a> {
         let inner = Inner::<4>::new(h, z, self.nominal);
         let (states, costs): (Vec<_>, Vec<_>) = self
             .windows
-            .iter()
+            .par_iter()
             .enumerate()
             .map(|(i, w)| inner.search(self.data, w, known.map(|k| k[i])))
             .unzip();
@@ -158,12 +159,12 @@ impl<'a> Problem<'a> {
     /// Brings every window's initial state to its optimum.
     fn polish(&self, f: &mut Fit, iterations: usize) {
         let inner = Inner::<4>::new(&f.hypothesis, &f.z, self.nominal);
-        f.costs.clear();
-        for (w, x) in self.windows.iter().zip(&mut f.states) {
-            let (state, cost) = inner.solve(self.data, w, *x, iterations);
-            *x = state;
-            f.costs.push(cost);
-        }
+        (f.states, f.costs) = self
+            .windows
+            .par_iter()
+            .zip(&f.states)
+            .map(|(w, x)| inner.solve(self.data, w, *x, iterations))
+            .unzip();
         f.cost = f.costs.iter().sum();
     }
 
