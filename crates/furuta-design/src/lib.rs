@@ -6,6 +6,7 @@
 //! | [`closed_loop`] | a controller on a plant that may change on the way, with perfect states or encoders |
 //! | [`supervised`] | a whole control system, from swing-up on, timed as a real loop is |
 //! | [`shahzad2022`] | arm steps and a push under an LQR |
+//! | [`ramos_velasco`] | a pendulum that follows a sine, under five controllers, on wrong parameters |
 //! | [`largest_sine`] | the largest sine that a pendulum can follow at all |
 //! | [`chart`] | line charts as SVG |
 #![forbid(unsafe_code)]
@@ -15,5 +16,6 @@
 pub mod chart;
 pub mod closed_loop;
 pub mod largest_sine;
+pub mod ramos_velasco;
 pub mod shahzad2022;
 pub mod supervised;

@@ -8,12 +8,14 @@ use crate::real::{Real, c, command, is_finite};
 use furuta_model::params::Coefficients;
 use furuta_model::{Linear, State, zero_dynamics};
 
-/// `u = c(w) - sigma_A (x - pi(w)) - reach(sigma)` with `sigma = B'P (x - pi(w)) / B'P B`.
+/// `u = c(w) - K (x - pi(w)) - reach(sigma)` with `sigma = B'P (x - pi(w)) / B'P B`.
 ///
 /// `P` solves the Riccati equation of an LQR, whose gain is `K = B'P / R`: the surface is where that gain says "nothing to do". Its motion
 /// is stable, being what remains of the LQR under an infinite gain, and it has relative degree one, so a switching term reaches it:
-/// scaled by `B'P B` the surface is in volts times seconds and moves as `sigma' = sigma_A e + u - c(w) + d`, with `sigma_A = B'P A / B'P B` and
-/// everything unknown that acts like a voltage in `d`.
+/// scaled by `B'P B` the surface is in volts times seconds, and a volt moves it by one a second, the motor's as well as those of a disturbance
+/// that acts like a voltage. Along the cost `e'P e` any such term only lowers the cost further, and where it saturates the LQR remains: with
+/// the equivalent control `-B'P A e / B'P B` in the place of `-K e`, the textbook's choice, wrong parameters let a large error grow as soon as
+/// the switching term is exhausted.
 ///
 /// (V. Utkin, *Sliding Modes in Control and Optimization*, 1992; super-twisting: A. Levant, *Sliding order and sliding accuracy in sliding mode
 /// control*, Int. J. Control 58, 1993.)
@@ -41,8 +43,8 @@ pub struct LqrSliding<T> {
     pub steady: SteadyMotion<T>,
     /// `B'P / B'P B`, V s per unit of the error.
     pub surface: [T; 4],
-    /// `B'P A / B'P B`, V per unit of the error: the equivalent control.
-    pub equivalent: [T; 4],
+    /// `K`, V per unit of the error.
+    pub gain: [T; 4],
     /// How the surface is reached.
     pub reaching: Reaching<T>,
     /// Largest command either way, V.
@@ -102,15 +104,14 @@ impl LqrSliding<f64> {
         reaching: Reaching<f64>,
         command_limit: f64,
     ) -> Result<Self, DesignError> {
-        let cost = lqr(&upright.a, &upright.b, weights)?.cost;
-        let row = upright.b.transpose() * cost;
-        let scale = 1.0 / (row * upright.b)[0];
-        let (surface, equivalent) = (row * scale, row * upright.a * scale);
+        let regulator = lqr(&upright.a, &upright.b, weights)?;
+        let row = upright.b.transpose() * regulator.cost;
+        let surface = row / (row * upright.b)[0];
         Ok(Self {
             model: *model,
             steady: *steady,
             surface: surface.into(),
-            equivalent: equivalent.into(),
+            gain: regulator.gain.into(),
             reaching,
             command_limit,
         })
@@ -122,7 +123,7 @@ impl LqrSliding<f64> {
             model: self.model.cast(),
             steady: self.steady.cast(),
             surface: self.surface.map(c),
-            equivalent: self.equivalent.map(c),
+            gain: self.gain.map(c),
             reaching: match self.reaching {
                 Reaching::BoundaryLayer { gain, width } => Reaching::BoundaryLayer {
                     gain: c(gain),
@@ -183,7 +184,7 @@ impl<T: Real> Controller<T> for LqrSliding<T> {
         let forward = zero_dynamics::command(&self.model, &wanted.state, wanted.alpha_ddot);
         let sigma = product(&self.surface, &error);
         let reach = self.reach(state, sigma, h);
-        let u = forward - product(&self.equivalent, &error) - reach;
+        let u = forward - product(&self.gain, &error) - reach;
         command(u, self.command_limit)
     }
 }
