@@ -1,7 +1,7 @@
 //! A whole control system as settings: what a controller file holds, in fixed size.
 
 use crate::controllers;
-use crate::design::DesignError;
+use crate::design::{DesignError, RegulatorError};
 use crate::settings::{Settings, SettingsError, Spec};
 use crate::{compensation, estimators, supervisor};
 use furuta_model::PlantError;
@@ -147,6 +147,9 @@ pub enum ConfigError {
     /// The gains cannot be designed.
     #[error("no gain can be designed: {0}")]
     Design(#[from] DesignError),
+    /// There is no steady motion for the reference.
+    #[error("{0}")]
+    Regulator(#[from] RegulatorError),
     /// The rig's model is not possible.
     #[error("{0}")]
     Plant(#[from] PlantError),

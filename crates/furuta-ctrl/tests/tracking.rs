@@ -49,7 +49,7 @@ fn lqr_sliding<T: Real>(reaching: Reaching<f64>) -> LqrSliding<T> {
     let linear = linearize(&rig.nominal_plant(), State::upright(), 0.0);
     let weights = Weights::diagonal([1.0, 10.0, 0.1, 0.1], [1.0]);
     let model = rig.params.coefficients();
-    LqrSliding::design(&model, &linear, &steady(), &weights, reaching, 10.0)
+    LqrSliding::on_surface(&model, &linear, &steady(), &weights, reaching, 10.0)
         .expect("a surface")
         .cast()
 }

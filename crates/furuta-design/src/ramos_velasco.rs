@@ -247,7 +247,7 @@ impl Experiment {
         };
         let surface = |reaching| {
             let weights = weights(tuning.surface);
-            LqrSliding::design(&model, &linear, &steady, &weights, reaching, command_limit)
+            LqrSliding::on_surface(&model, &linear, &steady, &weights, reaching, command_limit)
                 .map(|c| Tracker::Surface(Box::new(c)))
         };
         Ok(match contender {

@@ -1,12 +1,64 @@
 //! Sliding mode on the surface of an LQR.
 
-use super::Controller;
 use super::normal_form_sliding::saturation;
-use super::output_regulator::{Wanted, product};
-use crate::design::{DesignError, SteadyMotion, Weights, lqr};
+use super::output_regulator::{LAMBDA, ORDER, Wanted, product, steady_motion};
+use super::{Controller, Design, StateFeedback};
+use crate::config::ConfigError;
+use crate::design::{DesignError, SteadyMotion, Weights, balance_weights, lqr};
 use crate::real::{Real, c, command, is_finite};
+use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::site::Site;
 use furuta_model::params::Coefficients;
-use furuta_model::{Linear, State, zero_dynamics};
+use furuta_model::{Linear, Plant, State, linearize, zero_dynamics};
+
+/// What a controller file may say of it.
+pub(super) static SPEC: Spec = Spec {
+    id: "lqr_sliding",
+    sentence: "Sliding mode on the surface B'P (x - pi(w)) = 0 of a linear-quadratic regulator, which remains where the switching saturates",
+    parameters: &[
+        LAMBDA,
+        ORDER,
+        ParameterSpec::numbers(
+            "q",
+            4,
+            "",
+            0.0,
+            1e12,
+            "diagonal of the state's weight Q; that of `lqr` if left out",
+        ),
+        ParameterSpec::number(
+            "r",
+            "",
+            1e-12,
+            1e12,
+            "weight R of the command; that of `lqr` if left out",
+        ),
+        ParameterSpec::word(
+            "reaching",
+            &["layer", "super_twisting"],
+            "a saturated switching term, or one that is continuous and learns",
+        ),
+        ParameterSpec::number(
+            "strength",
+            "V",
+            0.0,
+            1e3,
+            "largest disturbance that it stands against; a twelfth of the largest command if left out",
+        ),
+        ParameterSpec::number(
+            "rate",
+            "1/s",
+            1e-3,
+            1e4,
+            "layer: how fast a small error is reached; super_twisting: how fast the disturbance changes, of its strength",
+        ),
+    ],
+};
+
+/// How fast the surface is reached in a layer, 1/s: a loop of its own beside the LQR, a tenth of what 500 samples a second carry.
+const LAYER_RATE: f64 = 40.0;
+/// How fast a disturbance changes for the super-twisting, 1/s.
+const TWISTING_RATE: f64 = 1.0;
 
 /// `u = c(w) - K (x - pi(w)) - reach(sigma)` with `sigma = B'P (x - pi(w)) / B'P B`.
 ///
@@ -28,7 +80,7 @@ use furuta_model::{Linear, State, zero_dynamics};
 /// let steady = SteadyMotion::solve(&rig.params.coefficients(), 4.0, 5)?;
 /// let linear = linearize(&rig.nominal_plant(), State::upright(), 0.0);
 /// let reaching = Reaching::BoundaryLayer { gain: 2.0, width: 0.02 };
-/// let control = LqrSliding::design(
+/// let control = LqrSliding::on_surface(
 ///     &rig.params.coefficients(), &linear, &steady, &Weights::diagonal([1.0; 4], [1.0]), reaching, 10.0,
 /// )?;
 /// let u = control.update(&mut control.start(), &State::new(0.0, 0.05, 0.0, 0.0), &State::upright(), 0.002);
@@ -96,7 +148,7 @@ impl LqrSliding<f64> {
     ///
     /// # Errors
     /// Those of [`crate::design::riccati::continuous`].
-    pub fn design(
+    pub fn on_surface(
         model: &Coefficients<f64>,
         upright: &Linear,
         steady: &SteadyMotion<f64>,
@@ -145,6 +197,15 @@ impl LqrSliding<f64> {
 }
 
 impl<T: Real> LqrSliding<T> {
+    /// `c(w) - K e` (V) and `sigma` (V s).
+    fn feedback(&self, x: &State<T>, reference: &State<T>) -> (T, T) {
+        let wanted = Wanted::at(&self.steady, reference);
+        let error = wanted.error(x);
+        let forward = zero_dynamics::command(&self.model, &wanted.state, wanted.alpha_ddot);
+        let feedback = forward - product(&self.gain, &error);
+        (feedback, product(&self.surface, &error))
+    }
+
     /// The reaching term, V.
     fn reach(&self, state: &mut LqrSlidingState<T>, sigma: T, h: T) -> T {
         match self.reaching {
@@ -165,11 +226,69 @@ impl<T: Real> LqrSliding<T> {
     }
 }
 
+impl<T: Real> Design for LqrSliding<T> {
+    fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
+        let mut weights = balance_weights(site.params);
+        match (settings.vector::<4>("q"), settings.number("r")) {
+            (Some(q), Some(r)) => weights = Weights::diagonal(q, [r]),
+            (None, None) => {}
+            _ => {
+                return Err(ConfigError::Contradiction {
+                    section: SPEC.id,
+                    problem: "give both q and r, or neither",
+                });
+            }
+        }
+        let strength = settings
+            .number("strength")
+            .unwrap_or(site.command_limit / 12.0);
+        let rate = settings.number("rate");
+        let reaching = match settings.word("reaching") {
+            Some("super_twisting") => {
+                Reaching::super_twisting(rate.unwrap_or(TWISTING_RATE) * strength, strength)
+            }
+            _ => Reaching::BoundaryLayer {
+                gain: strength,
+                width: strength / rate.unwrap_or(LAYER_RATE),
+            },
+        };
+        let linear = linearize(&Plant::new(site.params, &[])?, State::upright(), 0.0);
+        let designed = LqrSliding::on_surface(
+            &site.params.coefficients(),
+            &linear,
+            &steady_motion(settings, site)?,
+            &weights,
+            reaching,
+            site.command_limit,
+        )?;
+        Ok(designed.cast())
+    }
+}
+
 impl<T: Real> Controller<T> for LqrSliding<T> {
     type State = LqrSlidingState<T>;
 
     fn start(&self) -> LqrSlidingState<T> {
         LqrSlidingState { learnt: T::ZERO }
+    }
+
+    fn take_over(&self, x: &State<T>, reference: &State<T>, u: T) -> LqrSlidingState<T> {
+        let (feedback, sigma) = self.feedback(x, reference);
+        let mut state = self.start();
+        if let Reaching::SuperTwisting { limit, .. } = self.reaching {
+            let learnt = feedback - self.reach(&mut state, sigma, T::ZERO) - u;
+            if is_finite(learnt) {
+                state.learnt = learnt.clamp(-limit, limit);
+            }
+        }
+        state
+    }
+
+    fn stand_in(&self) -> Option<StateFeedback<T>> {
+        Some(StateFeedback {
+            gain: self.gain,
+            command_limit: self.command_limit,
+        })
     }
 
     fn update(
@@ -179,12 +298,8 @@ impl<T: Real> Controller<T> for LqrSliding<T> {
         reference: &State<T>,
         h: T,
     ) -> T {
-        let wanted = Wanted::at(&self.steady, reference);
-        let error = wanted.error(x);
-        let forward = zero_dynamics::command(&self.model, &wanted.state, wanted.alpha_ddot);
-        let sigma = product(&self.surface, &error);
-        let reach = self.reach(state, sigma, h);
-        let u = forward - product(&self.gain, &error) - reach;
+        let (feedback, sigma) = self.feedback(x, reference);
+        let u = feedback - self.reach(state, sigma, h);
         command(u, self.command_limit)
     }
 }

@@ -4,14 +4,10 @@
 //! `controllers!` below. Controller files, `furuta run`, `simulate` and `design`, Python, the wire to a microcontroller and the tests that
 //! every controller must pass know it from then on.
 
-mod lqr_sliding;
-mod normal_form_sliding;
-mod output_regulator;
 mod swing_up;
 
-pub use lqr_sliding::{LqrSliding, LqrSlidingState, Reaching};
-pub use normal_form_sliding::{NormalFormSliding, NormalFormSlidingState, Switching};
-pub use output_regulator::OutputRegulator;
+pub use lqr_sliding::{LqrSlidingState, Reaching};
+pub use normal_form_sliding::{NormalFormSlidingState, Switching};
 pub use swing_up::{SPEC as SWING_UP, SwingUp, SwingUpState};
 
 use crate::config::ConfigError;
@@ -118,7 +114,6 @@ macro_rules! controllers {
             fn update(&self, state: &mut Self::State, x: &State<T>, reference: &State<T>, h: T) -> T {
                 match self {
                     $(Self::$name(c) => {
-                        #[allow(irrefutable_let_patterns)] // while there is one controller only
                         if let AnyControllerState::$name(s) = &mut *state {
                             return c.update(s, x, reference, h);
                         }
@@ -136,6 +131,9 @@ macro_rules! controllers {
 
 controllers! {
     state_feedback::StateFeedback,
+    output_regulator::OutputRegulator,
+    normal_form_sliding::NormalFormSliding,
+    lqr_sliding::LqrSliding,
 }
 
 /// Settings of the controller of this kind, nothing given yet.

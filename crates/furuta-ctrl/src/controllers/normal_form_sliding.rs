@@ -1,12 +1,61 @@
 //! Sliding mode in the normal form: the pendulum's acceleration is the input, the arm its internal dynamics.
 
-use super::Controller;
-use super::output_regulator::{Wanted, product};
-use crate::design::{DesignError, SteadyMotion, Weights, lqr};
+use super::output_regulator::{LAMBDA, ORDER, Wanted, product, steady_motion};
+use super::{Controller, Design};
+use crate::config::ConfigError;
+use crate::design::{DesignError, SteadyMotion, Weights, balance_weights, lqr};
 use crate::real::{Real, c, command, is_finite};
+use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::site::Site;
+use furuta_model::dynamics::acceleration;
 use furuta_model::params::Coefficients;
 use furuta_model::{State, zero_dynamics};
 use nalgebra::{SMatrix, SVector};
+
+/// What a controller file may say of it.
+pub(super) static SPEC: Spec = Spec {
+    id: "normal_form_sliding",
+    sentence: "Sliding mode with the pendulum's acceleration as the input: the model inverted, a saturated switching term on the pendulum's speed",
+    parameters: &[
+        LAMBDA,
+        ORDER,
+        ParameterSpec::number(
+            "gamma",
+            "rad/s2",
+            0.0,
+            1e6,
+            "size of the switching term; if left out, the acceleration of a pendulum that leans by 0.15 rad",
+        ),
+        ParameterSpec::number(
+            "eps",
+            "rad/s",
+            1e-6,
+            1e6,
+            "half of its layer's width; if left out, such that it damps 5.5 times as fast as the pendulum hanging swings",
+        ),
+        ParameterSpec::number(
+            "filter",
+            "s",
+            0.0,
+            1e3,
+            "time constant of the low pass behind it",
+        )
+        .or(0.0),
+        ParameterSpec::numbers(
+            "gain",
+            4,
+            "1/s2, 1/s",
+            -1e9,
+            1e9,
+            "K on the errors of [theta, alpha, theta_dot, alpha_dot]; if left out, an LQR of the normal form with the weights of `lqr`",
+        ),
+    ],
+};
+
+/// Lean whose fall the switching term stands against, rad.
+const LEAN: f64 = 0.15;
+/// Damping of the layer, of the pendulum's own frequency.
+const LAYER: f64 = 5.5;
 
 /// `u = -(1/g41) (f41 - alpha_ref'' + K (x - pi(w)) + gamma sat(H / eps))`, `H = alpha' - alpha_ref'`.
 ///
@@ -123,6 +172,41 @@ impl NormalFormSliding<f64> {
             },
             command_limit: c(self.command_limit),
         }
+    }
+}
+
+impl<T: Real> Design for NormalFormSliding<T> {
+    fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
+        let model = site.params.coefficients();
+        let frequency = site.frequency();
+        let gamma = settings
+            .number("gamma")
+            .unwrap_or(LEAN * frequency * frequency);
+        let switching = Switching {
+            gamma,
+            eps: settings
+                .number("eps")
+                .unwrap_or((gamma / (LAYER * frequency)).max(1e-6)),
+            filter: settings.number("filter").unwrap_or(0.0),
+        };
+        let gain = match settings.vector::<4>("gain") {
+            Some(gain) => gain,
+            None => {
+                // What full command does to the pendulum costs what full command costs.
+                let [_, full] = acceleration(&model, &State::upright(), site.command_limit);
+                let mut weights = balance_weights(site.params);
+                weights.r[0] = 1.0 / (full * full);
+                NormalFormSliding::gain(&model, &switching, &weights)?
+            }
+        };
+        Ok(NormalFormSliding {
+            model,
+            steady: steady_motion(settings, site)?,
+            gain,
+            switching,
+            command_limit: site.command_limit,
+        }
+        .cast())
     }
 }
 

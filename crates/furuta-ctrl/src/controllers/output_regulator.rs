@@ -1,10 +1,64 @@
 //! The nonlinear output regulator: feed-forward of a steady motion, linear feedback about it.
 
-use super::Controller;
+use super::{Controller, Design, StateFeedback};
+use crate::config::ConfigError;
 use crate::design::SteadyMotion;
 use crate::real::{Real, command, wrap};
+use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::site::Site;
 use furuta_model::params::Coefficients;
 use furuta_model::{State, zero_dynamics};
+
+/// What a controller file may say of it.
+pub(super) static SPEC: Spec = Spec {
+    id: "output_regulator",
+    sentence: "u = c(w) - K (x - pi(w)): the pendulum follows a sine, the arm the motion that this takes; without a sine, state feedback",
+    parameters: &[
+        LAMBDA,
+        ORDER,
+        ParameterSpec::numbers(
+            "gain",
+            4,
+            "V/rad, V s/rad",
+            -1e6,
+            1e6,
+            "K on the errors of [theta, alpha, theta_dot, alpha_dot]; that of `lqr` if left out",
+        ),
+    ],
+};
+
+/// Which sine.
+pub(super) const LAMBDA: ParameterSpec = ParameterSpec::number(
+    "lambda",
+    "rad/s",
+    1e-3,
+    1e3,
+    "frequency of the sine that the pendulum's reference is",
+)
+.or(1.0);
+
+/// How well it is known what the arm does meanwhile.
+pub(super) const ORDER: ParameterSpec = ParameterSpec::whole(
+    "order",
+    1.0,
+    7.0,
+    5.0,
+    "order of the power series of the arm's motion in the sine's amplitude",
+);
+
+/// The steady motion that [`LAMBDA`] and [`ORDER`] speak of.
+pub(super) fn steady_motion(
+    settings: &Settings,
+    site: &Site<'_>,
+) -> Result<SteadyMotion<f64>, ConfigError> {
+    let lambda = settings.number(LAMBDA.name).unwrap_or(1.0);
+    let order = settings.whole(ORDER.name).unwrap_or(5);
+    Ok(SteadyMotion::solve(
+        &site.params.coefficients(),
+        lambda,
+        order,
+    )?)
+}
 
 /// `u = c(w) - K (x - pi(w))`: the pendulum follows a sine, the arm the motion that this takes.
 ///
@@ -54,6 +108,22 @@ impl<T: Real> OutputRegulator<T> {
     }
 }
 
+impl<T: Real> Design for OutputRegulator<T> {
+    fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
+        let gain = match settings.vector::<4>("gain") {
+            Some(gain) => gain,
+            None => {
+                let lqr = Settings::new(&super::state_feedback::SPEC);
+                StateFeedback::<f64>::design(&lqr, site)?.gain
+            }
+        };
+        Ok(Self {
+            command_limit: T::from_f64(site.command_limit),
+            ..Self::new(site.params, &steady_motion(settings, site)?, gain)
+        })
+    }
+}
+
 impl<T: Real> Controller<T> for OutputRegulator<T> {
     type State = ();
 
@@ -64,6 +134,13 @@ impl<T: Real> Controller<T> for OutputRegulator<T> {
         let forward = zero_dynamics::command(&self.model, &wanted.state, wanted.alpha_ddot);
         let u = forward - product(&self.gain, &wanted.error(x));
         command(u, self.command_limit)
+    }
+
+    fn stand_in(&self) -> Option<StateFeedback<T>> {
+        Some(StateFeedback {
+            gain: self.gain,
+            command_limit: self.command_limit,
+        })
     }
 }
 
