@@ -344,7 +344,7 @@ fn escaped(text: &str) -> String {
 }
 
 /// Most stretches of a line; each keeps its lowest and highest point, so chatter stays visible.
-const STRETCHES: usize = 500;
+const STRETCHES: usize = 280;
 
 /// The line up to the first point that is not finite, thinned to what a picture can show.
 fn thinned(points: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
@@ -388,7 +388,7 @@ mod tests {
         points[54_321].1 = 7.0;
         points[12_345].1 = -3.0;
         let few = thinned(points);
-        assert!(few.len() < 1100);
+        assert!(few.len() < 600);
         let found = |v: f64| few.iter().any(|p| p.1 == v);
         assert!(found(7.0) && found(-3.0));
         assert!(few.windows(2).all(|p| p[0].0 <= p[1].0), "x ascends");

@@ -7,7 +7,7 @@
 
 mod draws;
 
-pub use draws::{Draw, Draws, Summary, draws};
+pub use draws::{Draw, Draws, Summary, draws, factors};
 
 use crate::closed_loop::{ClosedLoop, FALLEN, Sample, Sensing, variation};
 use furuta_ctrl::controllers::{

@@ -80,11 +80,11 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// 1 kHz; 0.01 N m of friction, what 0.08 V of command overcomes; 100 rad/s; 0.06 N m, as 36 gram on the pendulum's mass.
+    /// 1 kHz; 0.002 N m of friction, what 0.016 V of command overcomes; 100 rad/s; 0.06 N m, as 36 gram on the pendulum's mass.
     fn default() -> Self {
         Self {
             rate: 1000.0,
-            friction: 0.01,
+            friction: 0.002,
             cutoff: 100.0,
             push: 0.06,
         }

@@ -1,5 +1,7 @@
 //! `furuta design`: controllers from a rig's model.
 
+mod steady_motion;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -25,6 +27,7 @@ pub(crate) struct Args {
 #[derive(clap::Subcommand, Debug)]
 enum Method {
     Lqr(LqrArgs),
+    SteadyMotion(steady_motion::Args),
 }
 
 /// Linear-quadratic regulator about upright: u = -K x minimises the integral (sum) of x'Qx + R u^2.
@@ -74,6 +77,7 @@ pub(crate) fn four(text: &str) -> Result<[f64; 4], String> {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     match &args.method {
         Method::Lqr(args) => run_lqr(args),
+        Method::SteadyMotion(args) => steady_motion::run(args),
     }
 }
 

@@ -12,6 +12,7 @@ mod rigs;
 mod run;
 mod signal;
 mod simulate;
+mod study;
 
 use crate::failure::Failure;
 
@@ -28,6 +29,7 @@ pub(crate) enum Command {
     Emulate(emulate::Args),
     Run(run::Args),
     Convert(convert::Args),
+    Study(study::Args),
 }
 
 impl Command {
@@ -44,6 +46,7 @@ impl Command {
             Self::Emulate(args) => emulate::run(args),
             Self::Run(args) => run::run(args),
             Self::Convert(args) => convert::run(args),
+            Self::Study(args) => study::run(args),
         }
     }
 }

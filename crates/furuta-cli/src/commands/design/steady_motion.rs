@@ -1,0 +1,106 @@
+//! `furuta design steady-motion`: the regulator equation's solution.
+
+use std::io::Write;
+
+use furuta_ctrl::design::SteadyMotion;
+use furuta_design::largest_sine;
+use furuta_model::Rig;
+use furuta_model::params::Coefficients;
+use furuta_model::series::{DEGREE, Series};
+use serde_json::{Value, json};
+
+use crate::commands::emulate::positive;
+use crate::failure::Failure;
+use crate::print::significant;
+
+/// Steady motion on which the pendulum follows alpha = w2, a sine: the arm's angle and the command as power series in w1 and w2, with
+/// w1' = lambda w2, w2' = -lambda w1 (the regulator equation of Francis, Byrnes and Isidori).
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Built-in rig or rig file.
+    #[arg(long, value_name = "RIG")]
+    rig: String,
+    /// Frequency of the sine.
+    #[arg(long, value_name = "RAD/S", default_value_t = 1.0, value_parser = positive)]
+    lambda: f64,
+    /// Amplitude at which the series is judged.
+    #[arg(long, value_name = "RAD", default_value_t = 0.05, value_parser = positive)]
+    amplitude: f64,
+    /// Order of the series, 1 to 7.
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    order: usize,
+    /// Without the sin^2(alpha) inertia, as in the planar model of Ramos-Velasco et al. (whose beta is -alpha).
+    #[arg(long)]
+    planar: bool,
+    /// Print one line of JSON in place of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let rig = Rig::load(&args.rig)?;
+    let full = rig.params.coefficients();
+    let c = Coefficients {
+        swing: if args.planar { 0.0 } else { full.swing },
+        ..full
+    };
+    let steady = SteadyMotion::solve(&c, args.lambda, args.order)?;
+    let residual = steady.residual(&c, args.amplitude);
+    let largest = largest_sine::amplitude(&c, args.lambda);
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        let line = json!({
+            "rig": rig.name, "planar": args.planar, "lambda": args.lambda, "order": args.order,
+            "theta": terms(&steady.angle), "theta_dot": terms(&steady.speed), "u": terms(&steady.command),
+            "amplitude": args.amplitude, "residual": residual, "largest_amplitude": largest,
+        });
+        return Ok(writeln!(out, "{line}")?);
+    }
+    writeln!(
+        out,
+        "{}{}: alpha = w2, alpha' = -lambda w1, lambda = {} rad/s",
+        rig.name,
+        if args.planar { ", planar" } else { "" },
+        args.lambda
+    )?;
+    writeln!(
+        out,
+        "  w1 w2        theta [rad]  theta' [rad/s]          u [V]"
+    )?;
+    for (i, j) in exponents(args.order) {
+        let [a, s, u] = [&steady.angle, &steady.speed, &steady.command]
+            .map(|p| significant(p.coefficient(i, j)));
+        writeln!(out, "  {i:2} {j:2}   {a:>16}{s:>16}{u:>15}")?;
+    }
+    writeln!(
+        out,
+        "at {} rad the series misses the arm's acceleration by {} of its largest",
+        args.amplitude,
+        significant(residual)
+    )?;
+    match largest {
+        Some(largest) => writeln!(
+            out,
+            "the largest sine that this pendulum can follow at all (no friction in the hinge): {} rad",
+            significant(largest)
+        )?,
+        None => writeln!(out, "any sine up to 1.5 rad can be followed")?,
+    }
+    Ok(())
+}
+
+/// Exponents of `w1`, `w2` of the terms that are not zero for any model.
+fn exponents(order: usize) -> impl Iterator<Item = (usize, usize)> {
+    (1..=order.min(DEGREE))
+        .step_by(2)
+        .flat_map(|degree| (0..=degree).map(move |j| (degree - j, j)))
+}
+
+/// `[[i, j, coefficient], ...]`.
+fn terms(series: &Series<f64>) -> Value {
+    exponents(DEGREE)
+        .map(|(i, j)| json!([i, j, series.coefficient(i, j)]))
+        .filter(|term| term[2] != json!(0.0))
+        .collect()
+}
