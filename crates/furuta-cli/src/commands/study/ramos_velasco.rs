@@ -314,9 +314,11 @@ fn chart(args: &Args, e: &Experiment, rows: &[Row]) -> Chart {
             beta(1),
         )),
     ];
+    // The paper's two; four areas over one another would be one grey.
+    let papers = |row: &&Row| matches!(row.contender, Contender::Regulator | Contender::NormalForm);
     let areas: Vec<Line> = rows
         .iter()
-        .filter(shown)
+        .filter(papers)
         .enumerate()
         .filter_map(|(k, row)| {
             let envelope = &row.draws.as_ref()?.envelope;
