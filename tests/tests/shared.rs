@@ -54,7 +54,9 @@ fn the_real_qubes_cable_is_found() {
         &["chirp-plus-5", "chirp-minus-5"],
     );
     assert!(
-        d.effects.iter().any(|e| e.id == "arm.spring"),
+        d.effects
+            .iter()
+            .any(|e| e.id == "arm.spring" || e.id == "arm.cable"),
         "{}",
         d.to_json()
     );

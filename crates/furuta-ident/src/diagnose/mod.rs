@@ -278,22 +278,28 @@ fn search_long(
     )
 }
 
-/// The parameters to be used: from half-second windows for a model that explains the data, led to whole runs for one that does not, since
-/// what it lacks pulls the parameters of each horizon elsewhere.
+/// The parameters to be used: from half-second windows for a model that explains the data. For one that does not, what it lacks pulls the
+/// parameters of each horizon elsewhere: of those led to longer and longer windows, those that predict whole runs best.
 fn finish(data: &Data, nominal: &Nominal, fit: &Fit, explained: bool) -> Fit {
     let h = &fit.hypothesis;
-    let mut last = fit.clone();
-    let horizons: &[f64] = if explained { &[] } else { &LADDER };
-    for seconds in std::iter::once(&REPORT).chain(horizons) {
-        let problem = Problem::new(data, nominal, long_windows(data, *seconds));
+    let refit = |last: &Fit, seconds: f64| {
+        let problem = Problem::new(data, nominal, long_windows(data, seconds));
         let start = problem.settle(h, &last.z, None);
-        let next = problem.fit(h, last.z.clone(), &start.states, Effort::FULL);
-        if !next.cost.is_finite() {
-            break;
-        }
-        last = next;
+        problem.fit(h, last.z.clone(), &start.states, Effort::FULL)
+    };
+    let mut last = refit(fit, REPORT);
+    if explained || !data.runs.iter().any(data::Run::hangs) {
+        return last;
     }
-    last
+    let mut best = (predict::open_loop(data, nominal, &last), last.clone());
+    for seconds in LADDER {
+        last = refit(&last, seconds);
+        let error = predict::open_loop(data, nominal, &last);
+        if error < best.0 {
+            best = (error, last.clone());
+        }
+    }
+    best.1
 }
 
 fn name(

@@ -130,3 +130,18 @@ pub(super) fn whole(data: &Data, run: usize, model: Model<'_>, nominal: &Nominal
             .collect()
     })
 }
+
+/// Mean squared error of the runs that hang, predicted as a whole, in units of the noise.
+pub(super) fn open_loop(data: &Data, nominal: &Nominal, fit: &Fit) -> f64 {
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for (i, run) in data.runs.iter().enumerate().filter(|(_, r)| r.hangs()) {
+        let predicted = whole(data, i, fit.into(), nominal);
+        for (k, y) in run.y.iter().enumerate() {
+            for c in 0..2 {
+                sum += (finite(predicted[c][k] - y[c]) / data.noise[c]).powi(2);
+            }
+        }
+        count += run.y.len();
+    }
+    sum / count.max(1) as f64
+}

@@ -11,7 +11,7 @@ use furuta_model::params::Coefficients;
 use furuta_model::{Effect, Plant, Spec, State};
 use nalgebra::{Cholesky, Const, Matrix4, SMatrix, SVector, Vector4};
 use rayon::prelude::*;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::fit::{Fit, Problem};
 use super::hypothesis::{FIRST_EFFECT, Hypothesis};
@@ -63,6 +63,8 @@ pub(super) struct Scout {
     recordings: usize,
     longest: f64,
     period: f64,
+    /// How far the arm turned, rad.
+    range: f64,
 }
 
 /// Whether a scout is needed to find a start.
@@ -107,8 +109,11 @@ impl Scout {
         for i in 0..FIRST_EFFECT {
             normal[(i, i)] += 1e-9 + 1e-9 * normal[(i, i)];
         }
+        let angles = data.runs.iter().flat_map(|r| &r.y).map(|y| y[0]);
+        let (least, most) = angles.fold((f64::MAX, f64::MIN), |(a, b), y| (a.min(y), b.max(y)));
         Self {
             echoes,
+            range: most - least,
             coefficients,
             normal: normal.cholesky(),
             gradient,
@@ -220,6 +225,13 @@ impl Scout {
             Kind::Frequency => even(self.step(p.kind), HIGHEST.min(0.25 / self.period)),
             Kind::Time => even(self.step(p.kind), self.longest),
             Kind::Run => (0..self.recordings).map(|r| r as f64).collect(),
+            // What repeats with the angle must have been seen to turn back: half a period.
+            Kind::Whole => p
+                .starts
+                .iter()
+                .copied()
+                .filter(|order| order * self.range >= PI)
+                .collect(),
             _ => p.starts.iter().map(|s| p.off + s * typical).collect(),
         }
     }

@@ -38,8 +38,9 @@ const WORTH: f64 = 0.25;
 const CLOSE: f64 = 0.8;
 /// Strength (in units of the typical one) at which a candidate that starts from none is tried.
 const TOUCH: f64 = 0.3;
-/// A kick must gain so many times what a usual window has left: where the model is wrong everywhere, something always gains a little.
-const STANDS_OUT: f64 = 1.5;
+/// A kick must gain so many times what nine of ten windows have left at most: where the model is wrong in many places, something always gains a
+/// little in one.
+const STANDS_OUT: f64 = 3.0;
 /// A rival whose excess is within this share is confusable.
 const CONFUSABLE: f64 = 0.10;
 
@@ -146,7 +147,9 @@ impl Problem<'_> {
                 .sum();
             let mut usual = larger.costs.clone();
             usual.sort_by(f64::total_cmp);
-            let usual = usual.get(usual.len() / 2).map_or(0.0, |c| c / per_sample);
+            let usual = usual
+                .get(usual.len() * 9 / 10)
+                .map_or(0.0, |c| c / per_sample);
             // The part of it that is not the encoders' noise.
             let usual = usual * (1.0 - 1.0 / per_sample);
             return Evidence {
@@ -337,12 +340,12 @@ impl Problem<'_> {
             } else {
                 LEAST_GAIN
             };
-            if *promise < WORTH * best || *promise < WORTH * least * per_sample {
-                return false;
-            }
             if let Some((_, n)) = starts.iter_mut().find(|(id, _)| *id == spec.id) {
                 *n += 1;
                 return *n <= STARTS;
+            }
+            if *promise < WORTH * best || *promise < WORTH * least * per_sample {
+                return false;
             }
             let room = starts.len() < FOLLOWED;
             if room {
@@ -449,6 +452,22 @@ impl Problem<'_> {
             .collect()
     }
 
+    /// A simpler rival that comes close is fitted again from where `here` ended: it may have stopped short of what it can explain.
+    fn started_again(&self, here: &Fit, without: &Fit, t: Trial) -> Trial {
+        let close = t.fit.cost - here.cost < (1.0 - CLOSE) * (without.cost - here.cost);
+        if !close || t.fit.hypothesis.free() >= here.hypothesis.free() {
+            return t;
+        }
+        let mut z = here.z[..FIRST_EFFECT].to_vec();
+        z.extend(&t.fit.z[FIRST_EFFECT..]);
+        let fit = self.fit(&t.fit.hypothesis, z, &here.states, Effort::FULL);
+        if fit.cost >= t.fit.cost {
+            return t;
+        }
+        let evidence = self.evidence(without, &fit);
+        Trial { fit, evidence, ..t }
+    }
+
     /// For each effect, the fit without it, and the others that would explain the data nearly as well in its place. `first` are the
     /// candidates for a single effect.
     pub(super) fn rivals(
@@ -470,7 +489,9 @@ impl Problem<'_> {
                 };
                 let near = trials
                     .into_iter()
-                    .filter(|t| t.spec.id != spec.id && t.fit.cost < here.cost + tolerance)
+                    .filter(|t| t.spec.id != spec.id)
+                    .map(|t| self.started_again(here, &without, t))
+                    .filter(|t| t.fit.cost < here.cost + tolerance)
                     .collect();
                 Rival {
                     spec,
