@@ -12,6 +12,7 @@
 //! made of magnitudes: what is noise is not scaled up to look like a signal. Its singular values come from one-sided Jacobi rotations of
 //! its rows, which find small ones to full relative accuracy (the eigenvalues of `W W'` would lose half the digits).
 
+use super::error::finite;
 use super::{DesignError, Entry, Float, spectral_radius};
 use nalgebra::SMatrix;
 
@@ -112,20 +113,6 @@ pub fn observability<T: Float, const N: usize, const P: usize>(
     finite(a, Entry::A)?;
     finite(c, Entry::C)?;
     Ok(rank(&a.transpose(), &c.transpose()))
-}
-
-fn finite<T: Float, const R: usize, const C: usize>(
-    m: &SMatrix<T, R, C>,
-    matrix: Entry,
-) -> Result<(), DesignError> {
-    for row in 0..R {
-        for col in 0..C {
-            if !m[(row, col)].is_finite() {
-                return Err(DesignError::NotFinite { matrix, row, col });
-            }
-        }
-    }
-    Ok(())
 }
 
 fn rank<T: Float, const N: usize, const M: usize>(

@@ -73,11 +73,11 @@ impl<T: Float, const N: usize, const M: usize> Regulator<T, N, M> {
         poles(&self.closed_loop)
     }
 
-    fn from_solution(s: riccati::Solution<T, N, M>) -> Self {
+    fn new(a: &SMatrix<T, N, N>, b: &SMatrix<T, N, M>, s: riccati::Solution<T, N, M>) -> Self {
         Self {
             gain: s.gain,
             cost: s.x,
-            closed_loop: s.closed_loop,
+            closed_loop: a - b * s.gain,
         }
     }
 }
@@ -91,7 +91,7 @@ pub fn dlqr<T: Float, const N: usize, const M: usize>(
     b: &SMatrix<T, N, M>,
     weights: &Weights<T, N, M>,
 ) -> Result<Regulator<T, N, M>, DesignError> {
-    riccati::discrete(a, b, weights).map(Regulator::from_solution)
+    riccati::discrete(a, b, weights).map(|s| Regulator::new(a, b, s))
 }
 
 /// Regulator for the continuous system `dx/dt = A x + B u`.
@@ -112,5 +112,5 @@ pub fn lqr<T: Float, const N: usize, const M: usize>(
     b: &SMatrix<T, N, M>,
     weights: &Weights<T, N, M>,
 ) -> Result<Regulator<T, N, M>, DesignError> {
-    riccati::continuous(a, b, weights).map(Regulator::from_solution)
+    riccati::continuous(a, b, weights).map(|s| Regulator::new(a, b, s))
 }

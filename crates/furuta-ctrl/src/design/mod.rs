@@ -3,7 +3,11 @@
 //! | task | function |
 //! |---|---|
 //! | algebraic Riccati equations | [`riccati::discrete`], [`riccati::continuous`] |
+//! | Lyapunov equations | [`lyapunov::discrete`], [`lyapunov::continuous`] |
 //! | linear-quadratic regulators | [`dlqr`], [`lqr`] |
+//! | the same with the integral of an output | [`dlqi`], [`lqi`], [`with_sum`], [`with_integral`] |
+//! | pole placement for one input | [`place()`] |
+//! | steady-state Kalman gains | [`dlqe`], [`lqe`] |
 //! | a rig's standard balance gain | [`balance`] |
 //! | what the input reaches, what the output shows | [`controllability()`], [`observability`], [`controllability_matrix`] |
 //! | steady motion on which the pendulum follows a sine | [`SteadyMotion`] |
@@ -13,9 +17,14 @@ mod balance;
 pub mod controllability;
 mod elimination;
 mod error;
+mod integral;
+mod kalman;
 mod lqr;
+pub mod lyapunov;
+mod place;
 pub mod regulator_equation;
 pub mod riccati;
+mod scaling;
 mod stability;
 
 pub use balance::{balance, balance_weights};
@@ -23,7 +32,10 @@ pub use controllability::{
     Controllability, controllability, controllability_matrix, observability,
 };
 pub use error::{DesignError, Entry};
+pub use integral::{dlqi, lqi, with_integral, with_sum};
+pub use kalman::{Estimator, Noise, dlqe, lqe};
 pub use lqr::{Regulator, Weights, dlqr, lqr};
+pub use place::place;
 pub use regulator_equation::{RegulatorError, SteadyMotion};
 pub use stability::{is_hurwitz, is_schur, poles, spectral_radius};
 
