@@ -1,7 +1,8 @@
 //! The private extension module `furuta._furuta`. What users see, `furuta`, is `python/furuta/__init__.py`; types and docstrings for
 //! editors are in `_furuta.pyi`.
 //!
-//! Every function copies its numbers in, releases the interpreter for the work, and copies the answer out: other Python threads run meanwhile.
+//! Every function copies its numbers in, releases the interpreter for the work (where that takes longer than
+//! letting go), and copies the answer out: other Python threads run meanwhile.
 
 mod batch;
 mod design;
@@ -29,9 +30,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(signals::signal, m)?)?;
     m.add_function(wrap_pyfunction!(linear::linearize, m)?)?;
     m.add_function(wrap_pyfunction!(linear::zero_order_hold, m)?)?;
-    m.add_function(wrap_pyfunction!(design::lqr, m)?)?;
-    m.add_function(wrap_pyfunction!(design::dlqr, m)?)?;
-    m.add_function(wrap_pyfunction!(design::controllability, m)?)?;
+    design::register(m)?;
     m.add_class::<diagnosis::PyDiagnosis>()?;
     m.add_function(wrap_pyfunction!(diagnosis::diagnose, m)?)?;
     Ok(())

@@ -6,7 +6,7 @@ import furuta
 import numpy as np
 import pytest
 
-SIZES = [(n, m) for n in range(1, 9) for m in (1, 2)]
+SIZES = [(n, m) for n in range(1, 9) for m in (1, 2, 3)]
 
 
 def kalman(a, b):

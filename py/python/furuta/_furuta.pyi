@@ -18,13 +18,19 @@ __all__ = [
     "SignalError",
     "SimulationError",
     "__version__",
+    "care",
     "catalogue",
     "controllability",
+    "dare",
     "diagnose",
+    "dlqe",
     "dlqr",
     "linearize",
+    "lqe",
+    "lqi",
     "lqr",
     "measure",
+    "place",
     "signal",
     "simulate",
     "simulate_batch",
@@ -119,12 +125,24 @@ def linearize(
     rig: Rig, x: ArrayLike | None = None, u: float = 0.0, *, effects: bool = False
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 def zero_order_hold(A: ArrayLike, B: ArrayLike, dt: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
-def lqr(
-    A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128]]: ...
-def dlqr(
-    A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128]]: ...
+
+_Design: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128]]
+_Solution: TypeAlias = tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64]]
+
+def care(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike | None = None, S: ArrayLike | None = None) -> _Solution: ...
+def dare(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, S: ArrayLike | None = None) -> _Solution: ...
+def lqr(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None) -> _Design: ...
+def dlqr(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None) -> _Design: ...
+def lqi(
+    A: ArrayLike, B: ArrayLike, C: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None, *, dt: float | None = None
+) -> _Design: ...
+def lqe(
+    A: ArrayLike, G: ArrayLike, C: ArrayLike, QN: ArrayLike, RN: ArrayLike, NN: ArrayLike | None = None
+) -> _Design: ...
+def dlqe(
+    A: ArrayLike, G: ArrayLike, C: ArrayLike, QN: ArrayLike, RN: ArrayLike, NN: ArrayLike | None = None
+) -> _Design: ...
+def place(A: ArrayLike, B: ArrayLike, poles: ArrayLike) -> NDArray[np.float64]: ...
 def controllability(A: ArrayLike, B: ArrayLike) -> tuple[NDArray[np.float64], int, float]: ...
 
 _Path: TypeAlias = str | os.PathLike[str]

@@ -1,0 +1,69 @@
+//! Pole placement.
+
+use crate::error;
+use crate::matrix::{Matrix, Small};
+use furuta_ctrl::design;
+use numpy::{AllowTypeChange, Complex64, PyArray2, PyArrayLike1};
+use pyo3::prelude::*;
+
+/// The gain that gives A - B K these poles, for one input: u = -K x.
+///
+/// The same for sampled and for continuous systems. The gain of an estimator is place(A.T, C.T, poles).T.
+///
+/// Parameters
+/// ----------
+/// A : array_like, shape (n, n)
+///     n from 1 to 8.
+/// B : array_like, shape (n, 1)
+/// poles : array_like of complex, shape (n,)
+///     Complex ones with their conjugates.
+///
+/// Returns
+/// -------
+/// K : numpy.ndarray, shape (1, n)
+///
+/// Raises
+/// ------
+/// DesignError
+///     Shapes that do not fit, a complex pole without its conjugate, or a system that the input does not reach entirely.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> furuta.place([[0, 1], [0, 0]], [[0], [1]], [-1 + 1j, -1 - 1j]).tolist()
+/// [[2.0, 2.0]]
+#[pyfunction]
+#[pyo3(text_signature = "(A, B, poles)")]
+pub(crate) fn place<'py>(
+    py: Python<'py>,
+    a: Matrix<'py>,
+    b: Matrix<'py>,
+    poles: PyArrayLike1<'py, Complex64, AllowTypeChange>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (a, b) = (Small::read("A", &a)?, Small::read("B", &b)?);
+    let poles: Vec<Complex64> = poles.as_array().iter().copied().collect();
+    let n = a.rows();
+    a.expect("A", (n, n))?;
+    b.expect("B", (n, 1))?;
+    if poles.len() != n {
+        return Err(error::design(format!(
+            "{} poles for {n} states; give one for each",
+            poles.len()
+        )));
+    }
+    macro_rules! sized {
+        ($($n:literal)*) => {
+            match n {
+                $($n => sized::<$n>(&a, &b, &poles)?,)*
+                _ => return Err(error::design(format!("{n} states; 1 to 8 are possible"))),
+            }
+        };
+    }
+    sized!(1 2 3 4 5 6 7 8).array(py)
+}
+
+fn sized<const N: usize>(a: &Small, b: &Small, poles: &[Complex64]) -> PyResult<Small> {
+    let wanted = std::array::from_fn(|i| poles[i]);
+    let gain = design::place(&a.fixed::<N, N>("A")?, &b.fixed::<N, 1>("B")?, &wanted);
+    Ok(Small::from_fixed(&gain.map_err(error::design)?))
+}

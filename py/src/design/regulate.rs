@@ -1,0 +1,219 @@
+//! Linear-quadratic regulators.
+
+use super::riccati::{Answer, Equation};
+use crate::error;
+use crate::matrix::{Matrix, Small};
+use pyo3::prelude::*;
+
+/// Continuous-time linear-quadratic regulator: u = -K x minimises the integral of x'Q x + u'R u + 2 x'N u for x' = A x + B u.
+///
+/// Parameters
+/// ----------
+/// A : array_like, shape (n, n)
+///     n from 1 to 8.
+/// B : array_like, shape (n, m)
+///     m from 1 to 3.
+/// Q : array_like, shape (n, n)
+///     Weight of the state, symmetric.
+/// R : array_like, shape (m, m)
+///     Weight of the input, symmetric, positive definite.
+/// N : array_like, shape (n, m), optional
+///     Cross weight.
+///
+/// Returns
+/// -------
+/// K : numpy.ndarray, shape (m, n)
+///     The gain, V per unit of state for a furuta rig.
+/// S : numpy.ndarray, shape (n, n)
+///     The cost from state x on is x'S x.
+/// poles : numpy.ndarray of complex, shape (n,)
+///     Poles of A - B K, 1/s.
+///
+/// Raises
+/// ------
+/// DesignError
+///     Shapes that do not fit, weights that cannot be, or no gain that stabilises.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, furuta
+/// >>> A, B = furuta.linearize(furuta.Rig.load("shahzad2022-srv02"))
+/// >>> K, S, poles = furuta.lqr(A, B, np.eye(4), [[1]])
+/// >>> K.round(1).tolist()
+/// [[-1.0, 27.7, -2.0, 3.6]]
+#[pyfunction]
+#[pyo3(signature = (a, b, q, r, n=None), text_signature = "(A, B, Q, R, N=None)")]
+pub(crate) fn lqr<'py>(
+    py: Python<'py>,
+    a: Matrix<'py>,
+    b: Matrix<'py>,
+    q: Matrix<'py>,
+    r: Matrix<'py>,
+    n: Option<Matrix<'py>>,
+) -> PyResult<Answer<'py>> {
+    let (a, b) = (Small::read("A", &a)?, Small::read("B", &b)?);
+    regulator(py, false, a, b, &q, &r, n)
+}
+
+/// Discrete-time linear-quadratic regulator: u = -K x minimises the sum of x'Q x + u'R u + 2 x'N u for x[k+1] = A x[k] + B u[k].
+///
+/// Parameters
+/// ----------
+/// A : array_like, shape (n, n)
+///     n from 1 to 8.
+/// B : array_like, shape (n, m)
+///     m from 1 to 3.
+/// Q : array_like, shape (n, n)
+///     Weight of the state, symmetric.
+/// R : array_like, shape (m, m)
+///     Weight of the input, symmetric, positive definite.
+/// N : array_like, shape (n, m), optional
+///     Cross weight.
+///
+/// Returns
+/// -------
+/// K : numpy.ndarray, shape (m, n)
+/// S : numpy.ndarray, shape (n, n)
+/// poles : numpy.ndarray of complex, shape (n,)
+///     Poles of A - B K, inside the unit circle.
+///
+/// Raises
+/// ------
+/// DesignError
+///     Shapes that do not fit, weights that cannot be, or no gain that stabilises.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> K, S, poles = furuta.dlqr([[2.0]], [[1.0]], [[1.0]], [[1.0]])
+/// >>> round(float(S[0, 0]), 6)  # 2 + sqrt(5)
+/// 4.236068
+#[pyfunction]
+#[pyo3(signature = (a, b, q, r, n=None), text_signature = "(A, B, Q, R, N=None)")]
+pub(crate) fn dlqr<'py>(
+    py: Python<'py>,
+    a: Matrix<'py>,
+    b: Matrix<'py>,
+    q: Matrix<'py>,
+    r: Matrix<'py>,
+    n: Option<Matrix<'py>>,
+) -> PyResult<Answer<'py>> {
+    let (a, b) = (Small::read("A", &a)?, Small::read("B", &b)?);
+    regulator(py, true, a, b, &q, &r, n)
+}
+
+/// Linear-quadratic regulator with integral action: u = -K [x, integral of C x], so that a constant disturbance leaves no error in C x.
+///
+/// Parameters
+/// ----------
+/// A : array_like, shape (n, n)
+///     n from 1 to 7.
+/// B : array_like, shape (n, m)
+///     m from 1 to 3.
+/// C : array_like, shape (1, n)
+///     The output to integrate, for the arm's angle [[1, 0, 0, 0]].
+/// Q : array_like, shape (n + 1, n + 1)
+///     Weight of the state and, last, of the integral.
+/// R : array_like, shape (m, m)
+///     Weight of the input, symmetric, positive definite.
+/// N : array_like, shape (n + 1, m), optional
+///     Cross weight.
+/// dt : float, optional
+///     Sample period in s, if A and B are those of a sampled system; the integral is then the sum s[k+1] = s[k] + dt C x[k].
+///
+/// Returns
+/// -------
+/// K : numpy.ndarray, shape (m, n + 1)
+/// S : numpy.ndarray, shape (n + 1, n + 1)
+/// poles : numpy.ndarray of complex, shape (n + 1,)
+///
+/// Raises
+/// ------
+/// DesignError
+///     As for lqr; without a weight on the integral there is no solution.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, furuta
+/// >>> A, B = furuta.linearize(furuta.Rig.load("qube-servo-2"))
+/// >>> K, S, poles = furuta.lqi(A, B, [[1, 0, 0, 0]], np.diag([5, 1, 0.1, 0.1, 20]), [[0.1]])
+/// >>> K.shape, bool((poles.real < 0).all())
+/// ((1, 5), True)
+#[pyfunction]
+#[pyo3(
+    signature = (a, b, c, q, r, n=None, *, dt=None),
+    text_signature = "(A, B, C, Q, R, N=None, *, dt=None)"
+)]
+#[allow(clippy::too_many_arguments)] // They are the matrices' usual names, in python-control's order.
+pub(crate) fn lqi<'py>(
+    py: Python<'py>,
+    a: Matrix<'py>,
+    b: Matrix<'py>,
+    c: Matrix<'py>,
+    q: Matrix<'py>,
+    r: Matrix<'py>,
+    n: Option<Matrix<'py>>,
+    dt: Option<f64>,
+) -> PyResult<Answer<'py>> {
+    let (a, b, c) = (
+        Small::read("A", &a)?,
+        Small::read("B", &b)?,
+        Small::read("C", &c)?,
+    );
+    let states = a.rows();
+    if states > 7 {
+        return Err(error::design(format!(
+            "{states} states; with the integral one more, 1 to 7 are possible here"
+        )));
+    }
+    for (name, m, shape) in [
+        ("A", &a, (states, states)),
+        ("B", &b, (states, b.cols())),
+        ("C", &c, (1, states)),
+    ] {
+        m.expect(name, shape)?;
+    }
+    if let Some(dt) = dt.filter(|dt| !(*dt > 0.0 && dt.is_finite())) {
+        return Err(error::design(format!(
+            "dt = {dt} s; a sample period is above 0"
+        )));
+    }
+    let (keep, gain) = dt.map_or((0.0, 1.0), |dt| (1.0, dt));
+    let a = Small::from_fn(states + 1, states + 1, |i, j| {
+        match (i < states, j < states) {
+            (true, true) => a.at(i, j),
+            (false, true) => gain * c.at(0, j),
+            (true, false) => 0.0,
+            (false, false) => keep,
+        }
+    });
+    let b = Small::from_fn(states + 1, b.cols(), |i, j| {
+        if i < states { b.at(i, j) } else { 0.0 }
+    });
+    regulator(py, dt.is_some(), a, b, &q, &r, n)
+}
+
+fn regulator<'py>(
+    py: Python<'py>,
+    discrete: bool,
+    a: Small,
+    b: Small,
+    q: &Matrix<'py>,
+    r: &Matrix<'py>,
+    n: Option<Matrix<'py>>,
+) -> PyResult<Answer<'py>> {
+    let equation = Equation {
+        discrete,
+        a,
+        b,
+        q: Small::read("Q", q)?,
+        r: Small::read("R", r)?,
+        cross: n.map(|n| Small::read("N", &n)).transpose()?,
+    };
+    let solved = equation.solve()?.map_err(error::design)?;
+    Ok((
+        solved.gain.array(py)?,
+        solved.x.array(py)?,
+        solved.poles(py),
+    ))
+}
