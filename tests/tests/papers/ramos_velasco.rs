@@ -93,7 +93,7 @@ impl Table1 {
     }
 
     /// `[f_31, f_41]` from (38) with the motor's damping on `speed`.
-    fn corrected_f(&self, x: &State<f64>, speed: f64) -> [f64; 2] {
+    pub(super) fn corrected_f(&self, x: &State<f64>, speed: f64) -> [f64; 2] {
         let (beta, x4) = (x.alpha, x.alpha_dot);
         let moment = self.t2 * speed + self.c12(beta, x4) * x4;
         let (d12, g2) = (self.d12(beta), self.g2(beta));
@@ -104,7 +104,7 @@ impl Table1 {
     }
 
     /// `[g_31, g_41]`, right as printed.
-    fn g31_g41(&self, beta: f64) -> [f64; 2] {
+    pub(super) fn g31_g41(&self, beta: f64) -> [f64; 2] {
         [
             -self.t1 * self.d22 / self.p(beta),
             self.t1 * self.d12(beta) / self.p(beta),

@@ -3,11 +3,14 @@
 
 use super::ramos_velasco::{RIG, Table1, planar};
 use super::{ROUNDING, rig};
-use furuta_model::State;
+use furuta_ctrl::design::SteadyMotion;
+use furuta_ctrl::design::regulator_equation::arm_angle;
 use furuta_model::dynamics::acceleration;
 use furuta_model::published::Paper;
 use furuta_model::published::Quantity::{SteadyArmAngle, SteadyArmSpeed};
+use furuta_model::series::Series;
 use furuta_model::zero_dynamics::arm_acceleration;
+use furuta_model::{Scalar, State};
 use std::collections::BTreeMap;
 
 #[test]
@@ -238,4 +241,85 @@ fn erratum_section_4_2_solution_carries_the_lost_factors() {
         (b - 36.418_803).abs() < 1e-5 && (c - 14.933_048).abs() < 1e-5,
         "{b} {c}"
     );
+}
+
+/// `f_31 + d22/d12 (lambda² w2 + f_41)` of (39) as printed, on series: what `pi_eta1` must accelerate by for the printed model.
+fn printed_demand(t: &Table1, x: &State<Series<f64>>, beta_ddot: Series<f64>) -> Series<f64> {
+    let (sin, cos) = x.alpha.sin_cos();
+    let number = Series::constant;
+    let ml = number(t.m2 * t.l1 * t.l2);
+    let (d12, g2) = (ml * cos, sin.scale(-t.m2 * t.l2 * t.g));
+    let c12 = -(ml * sin * x.alpha_dot);
+    let p = d12 * d12 - number(t.d11 * t.d22);
+    let damping = (number(t.t2) + c12) * x.alpha_dot;
+    let f31 = (damping - d12 * g2) / p;
+    let f41 = (g2.scale(t.d11) - damping) / p;
+    f31 + number(t.d22) / d12 * (f41 - beta_ddot)
+}
+
+/// The solver for the regulator equation finds the coefficients of sec. 4.2: from the model those that are right, from (39) as printed those
+/// that carry its lost factors; from the printed equation with the sign of one term turned, all.
+#[test]
+fn the_series_solver_gives_both_the_corrected_and_the_printed_coefficients() {
+    let t = Table1::printed();
+    // alpha = -beta: the paper's series is ours with the other sign.
+    let ours = SteadyMotion::solve(&planar(), 1.0, 5).expect("solvable");
+    for (&(i, j), c) in &fifth_order() {
+        let found = -ours.angle.coefficient(i as usize, j as usize);
+        assert!((found - c).abs() < 1e-5 * c.abs(), "w1^{i} w2^{j}: {found}");
+    }
+    let printed = printed_polynomial("sec. 4.2", "pi_eta1");
+    let solved = arm_angle(1.0, 3, |x, b| printed_demand(&t, x, b)).expect("solvable");
+    // Of all printed ones the two that contradict pi_eta2 are not among the solution's.
+    for (&(i, j), c) in &printed {
+        let found = solved.coefficient(i as usize, j as usize);
+        let expected = match (i, j) {
+            (2, 1) => 36.418_803,
+            (0, 3) => 14.933_048,
+            _ => *c,
+        };
+        assert!(
+            (found - expected).abs() < 0.0051,
+            "w1^{i} w2^{j}: {found} {c}"
+        );
+    }
+    // The sign of its w2³ term turned round, every one is.
+    let turned = arm_angle(1.0, 3, |x, b| {
+        let right = printed_demand(&t, x, b);
+        right.map(|i, j, c| if (i, j) == (0, 3) { -c } else { c })
+    })
+    .expect("solvable");
+    for (&(i, j), c) in &printed {
+        let found = turned.coefficient(i as usize, j as usize);
+        assert!((found - c).abs() < 0.0051, "w1^{i} w2^{j}: {found} {c}");
+    }
+    // Sec. 4.1 says lambda = 1 and has the ratio of lambda = 3, whose solution starts with -14.15.
+    let three = SteadyMotion::solve(&planar(), 3.0, 3).expect("solvable");
+    assert!((three.angle.coefficient(0, 1) - 14.1538).abs() < 1e-4);
+}
+
+/// Erratum, (46) and (53): printed `z_2' = f_41 + g_41 u` for the error `z_2 = beta' + lambda w1`; corrected `z_2' = f_41 + g_41 u + lambda² w2`,
+/// as sec. 4.1 has it (`c(w) = -(w2 + f_41) / g_41`).
+#[test]
+fn erratum_equation_46_lacks_the_references_acceleration() {
+    let (t, planar) = (Table1::printed(), planar());
+    let lambda = 1.0;
+    for (w1, w2) in [(0.1, 0.0), (0.06, 0.08), (0.0, 0.1)] {
+        // On the steady motion the error must stay zero: with the command of sec. 4.1 it does.
+        let steady = SteadyMotion::solve(&planar, lambda, 7).expect("solvable");
+        let x = steady.state([-w1, -w2]);
+        let held = |u: f64| {
+            let [_, alpha_ddot] = acceleration(&planar, &x, u);
+            // z_2' = beta'' + lambda² w2.
+            -alpha_ddot + lambda * lambda * w2
+        };
+        let [g31, g41] = t.g31_g41(w2);
+        assert!(g31 > 0.0 && g41 < 0.0);
+        let [_, f41] = t.corrected_f(&State::new(0.0, w2, x.theta_dot, -lambda * w1), x.theta_dot);
+        let corrected = -(lambda * lambda * w2 + f41) / g41;
+        let printed = -f41 / g41;
+        assert!(held(corrected).abs() < 1e-9, "{}", held(corrected));
+        // As printed, the pendulum's acceleration is zero: what is missed is the reference's.
+        assert!((held(printed) - lambda * lambda * w2).abs() < 1e-9);
+    }
 }

@@ -52,6 +52,12 @@ pub(super) const PAPER: Paper = Paper {
             reason: "pi_2 = d pi_1 / dt makes their ratio lambda, here 3; and the terms of second order cannot have derivatives of third order",
         },
         Erratum {
+            place: "(46), (53)",
+            printed: "z_2' = f_41 + g_41 u",
+            corrected: "z_2' = f_41 + g_41 u + lambda^2 w2",
+            reason: "z_2 = beta' + lambda w1 is the rate of beta - w2; sec. 4.1 has the term, c(w) = -(w2 + f_41) / g_41 for lambda = 1, and without it (53) asks for another acceleration than the reference's",
+        },
+        Erratum {
             place: "sec. 4.2, pi_eta",
             printed: "530.92 w1 - 147.97 w1^3 + 73.80 w1^2 w2 - 221.95 w1 w2^2 + 58.55 w2^3 beside -81.23 w2",
             corrected: "-81.23 w2 - 18.69 w1^2 w2 - 21.81 w2^3",
