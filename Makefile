@@ -4,7 +4,8 @@
 #   make test       every test, Rust and Python
 #   make lint       formatting, clippy, the crates for the microcontroller, documentation: warnings are errors
 #   make py         the Python package `furuta`, into .venv
-#   make docs       the Rust documentation, target/doc/furuta_model/index.html
+#   make docs       the Rust documentation, target/doc/furuta_model/index.html, and the figures
+#   make figures    every figure in docs that a command of this program draws
 #   make bench      benchmarks (criterion)
 #   make no-std     the crates without an operating system, for a Cortex-M4F
 #   make firmware   the programs for the microcontroller (folder firmware)
@@ -23,7 +24,7 @@ export PYO3_PYTHON := $(CURDIR)/$(VENV)/bin/python
 # Where the Python tests find the command-line program (as maturin and cargo do, this honours CARGO_TARGET_DIR).
 TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 
-.PHONY: help demo build test test-rust test-python lint fmt no-std firmware same-bits docs bench py clean
+.PHONY: help demo build test test-rust test-python lint fmt no-std firmware same-bits docs figures bench py clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -74,8 +75,17 @@ firmware:
 same-bits:
 	CARGO_TARGET_DIR=$(TARGET) bash .ci/same-bits
 
-docs: $(VENV)/ready
+docs: $(VENV)/ready figures
 	$(CARGO) doc --workspace --no-deps --locked
+
+FURUTA = $(TARGET)/release/furuta
+figures: build
+	$(FURUTA) study shahzad2022 --task step --plot docs/shahzad2022-step.svg
+	$(FURUTA) study shahzad2022 --task steps --plot docs/shahzad2022-steps.svg
+	$(FURUTA) study shahzad2022 --task push --plot docs/shahzad2022-push.svg
+	$(FURUTA) study ramos-velasco --plot docs/ramos-velasco-planar.svg
+	$(FURUTA) study ramos-velasco --on full --plot docs/ramos-velasco-full.svg
+	$(FURUTA) study ramos-velasco --on rig --plot docs/ramos-velasco-rig.svg
 
 bench:
 	$(CARGO) bench -p furuta-benches --locked

@@ -8,6 +8,7 @@ mod batch;
 mod design;
 mod diagnosis;
 mod error;
+mod experiments;
 mod linear;
 mod matrix;
 mod recording;
@@ -31,6 +32,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(linear::linearize, m)?)?;
     m.add_function(wrap_pyfunction!(linear::zero_order_hold, m)?)?;
     design::register(m)?;
+    experiments::register(m)?;
     m.add_class::<diagnosis::PyDiagnosis>()?;
     m.add_function(wrap_pyfunction!(diagnosis::diagnose, m)?)?;
     Ok(())

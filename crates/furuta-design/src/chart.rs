@@ -104,7 +104,7 @@ impl Panel {
 const WIDTH: f64 = 860.0;
 const LEFT: f64 = 74.0;
 const RIGHT: f64 = 16.0;
-const TOP: f64 = 34.0;
+const TOP: f64 = 52.0;
 const PANEL: f64 = 190.0;
 const GAP: f64 = 30.0;
 const BOTTOM: f64 = 46.0;

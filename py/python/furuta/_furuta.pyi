@@ -25,15 +25,20 @@ __all__ = [
     "diagnose",
     "dlqe",
     "dlqr",
+    "largest_sine",
     "linearize",
     "lqe",
     "lqi",
     "lqr",
     "measure",
     "place",
+    "ramos_velasco",
+    "ramos_velasco_draws",
+    "shahzad2022",
     "signal",
     "simulate",
     "simulate_batch",
+    "steady_motion",
     "zero_order_hold",
 ]
 
@@ -125,6 +130,44 @@ def linearize(
     rig: Rig, x: ArrayLike | None = None, u: float = 0.0, *, effects: bool = False
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 def zero_order_hold(A: ArrayLike, B: ArrayLike, dt: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+def steady_motion(
+    rig: Rig, lambda_: float, *, order: int = 5, planar: bool = False
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
+def largest_sine(rig: Rig, lambda_: float, *, planar: bool = False) -> float | None: ...
+
+class _Run(TypedDict):
+    t: NDArray[np.float64]
+    u: NDArray[np.float64]
+    x: NDArray[np.float64]
+    reference: NDArray[np.float64]
+
+class _Draws(TypedDict):
+    factors: NDArray[np.float64]
+    bound: NDArray[np.float64]
+    rms: NDArray[np.float64]
+    chatter: NDArray[np.float64]
+
+_Tracker: TypeAlias = Literal["regulator", "regulator_lqr", "normal_form", "layer", "twisting"]
+
+def shahzad2022(task: Literal["step", "steps", "push"] = "steps", on: Literal["linear", "nonlinear", "rig"] = "nonlinear") -> _Run: ...
+def ramos_velasco(
+    controller: _Tracker = "normal_form",
+    on: Literal["planar", "full", "rig"] = "planar",
+    *,
+    factors: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    amplitude: float | None = None,
+    order: int | None = None,
+) -> _Run: ...
+def ramos_velasco_draws(
+    controller: _Tracker = "normal_form",
+    on: Literal["planar", "full", "rig"] = "planar",
+    *,
+    draws: int = 500,
+    spread: float = 0.2,
+    seed: int = 1,
+    amplitude: float | None = None,
+    order: int | None = None,
+) -> _Draws: ...
 
 _Design: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128]]
 _Solution: TypeAlias = tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64]]

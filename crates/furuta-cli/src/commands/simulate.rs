@@ -9,6 +9,7 @@ use furuta_ctrl::controllers::{Controller, StateFeedback};
 use furuta_ctrl::design::balance_weights;
 use furuta_ctrl::supervisor::{Mode, Supervisor};
 use furuta_ctrl::{Site, wrap};
+use furuta_design::chart::{Chart, Line, Panel};
 use furuta_design::closed_loop::{self, ClosedLoop, Sensing};
 use furuta_design::supervised::Supervised;
 use furuta_hw::emulate::hidden_effect;
@@ -20,6 +21,7 @@ use super::design::{four, regulator};
 use super::emulate::positive;
 use super::run::{angle, load_controller, warn_of_another};
 use super::signal::{Built, Kind, SignalArgs};
+use super::study::plot;
 use crate::failure::Failure;
 
 /// Simulate a rig and write a recording: what sensors without error or steps would see, with the true speeds beside it.
@@ -67,6 +69,9 @@ pub(crate) struct Args {
     /// Print one line of JSON, an array for each column, in place of CSV.
     #[arg(long, conflicts_with = "output")]
     json: bool,
+    /// Draw arm, pendulum and command (SVG); without an output no recording is written then.
+    #[arg(long, value_name = "OUT.svg")]
+    plot: Option<PathBuf>,
 }
 
 /// Motor command during a simulation.
@@ -161,6 +166,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Some(path) => controlled(&known, &rig, path, args)?,
         None => simulate(&rig, args)?,
     };
+    if let Some(path) = &args.plot {
+        plot(path, &chart(&rig, &input, &rows))?;
+        if args.output.is_none() && !args.json {
+            return Ok(());
+        }
+    }
     if args.json {
         let mut columns: serde_json::Map<_, _> = COLUMNS
             .iter()
@@ -197,6 +208,27 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+fn chart(rig: &Rig, input: &str, rows: &[Row]) -> Chart {
+    let column = |name: &str, i: usize| {
+        let points = rows.iter().map(|r| (r.numbers[0], r.numbers[i]));
+        Line::new(name, points).colour(0)
+    };
+    let mut arm = vec![column("", 2)];
+    if rows.iter().any(|r| r.asked.is_some()) {
+        let asked = rows.iter().filter_map(|r| Some((r.numbers[0], r.asked?.0)));
+        arm.push(Line::new("reference", asked).dashed().colour(6));
+    }
+    Chart::new(
+        &format!("{}: {input}", rig.name),
+        "t [s]",
+        vec![
+            Panel::new("theta [rad]", arm),
+            Panel::new("alpha [rad]", vec![column("", 3)]),
+            Panel::new("u [V]", vec![column("", 1)]),
+        ],
+    )
 }
 
 fn samples(args: &Args) -> Result<u64, Failure> {

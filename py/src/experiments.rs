@@ -1,0 +1,325 @@
+//! Steady motions and the source papers' experiments.
+
+use crate::error;
+use crate::rig::PyRig;
+use furuta_ctrl::design::SteadyMotion;
+use furuta_design::closed_loop::Sample;
+use furuta_design::ramos_velasco::{Contender, Experiment};
+use furuta_design::{largest_sine as sine, ramos_velasco as ramos, shahzad2022 as shahzad};
+use furuta_model::Rig;
+use furuta_model::params::Coefficients;
+use furuta_model::series::{DEGREE, Series};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Adds the functions of this file to the module.
+pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(steady_motion, m)?)?;
+    m.add_function(wrap_pyfunction!(largest_sine, m)?)?;
+    m.add_function(wrap_pyfunction!(shahzad2022, m)?)?;
+    m.add_function(wrap_pyfunction!(ramos_velasco, m)?)?;
+    m.add_function(wrap_pyfunction!(ramos_velasco_draws, m)?)
+}
+
+fn coefficients(rig: &Rig, planar: bool) -> Coefficients<f64> {
+    let c = rig.params.coefficients();
+    Coefficients {
+        swing: if planar { 0.0 } else { c.swing },
+        ..c
+    }
+}
+
+type Polynomials<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f64>>,
+);
+
+/// The steady motion on which a pendulum follows alpha = w2, a sine: power series in (w1, w2), w1' = lambda_ w2, w2' = -lambda_ w1.
+///
+/// The solution of the regulator equation (Francis, Byrnes, Isidori). Coefficients are laid out as `numpy.polynomial.polynomial.polyval2d(w1, w2, c)`
+/// expects them.
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+///     Its effects are left out.
+/// lambda_ : float
+///     Frequency of the sine, rad/s.
+/// order : int
+///     Of the series, 1 to 7.
+/// planar : bool
+///     Without the sin(alpha)**2 inertia, as in the model of Ramos-Velasco et al. (whose beta is -alpha).
+///
+/// Returns
+/// -------
+/// theta, theta_dot, u : numpy.ndarray, shape (8, 8)
+///     Coefficient [i, j] of w1**i w2**j in the arm's angle (rad), its speed (rad/s), the command (V).
+///
+/// Raises
+/// ------
+/// DesignError
+///     An order or a frequency that is not possible.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> theta, theta_dot, u = furuta.steady_motion(furuta.Rig.load("ramos-velasco"), 1.0, planar=True)
+/// >>> [float(theta[i, j].round(2)) for i, j in [(0, 1), (2, 1), (0, 3)]]
+/// [81.23, 18.69, 21.81]
+#[pyfunction]
+#[pyo3(signature = (rig, lambda_, *, order = 5, planar = false))]
+pub(crate) fn steady_motion<'py>(
+    py: Python<'py>,
+    rig: PyRef<'py, PyRig>,
+    lambda_: f64,
+    order: usize,
+    planar: bool,
+) -> PyResult<Polynomials<'py>> {
+    let c = coefficients(&rig.rig, planar);
+    let steady = SteadyMotion::solve(&c, lambda_, order).map_err(error::design)?;
+    let array = |series: &Series<f64>| {
+        let rows: Vec<f64> = (0..=DEGREE)
+            .flat_map(|i| (0..=DEGREE).map(move |j| series.coefficient(i, j)))
+            .collect();
+        rows.into_pyarray(py).reshape([DEGREE + 1, DEGREE + 1])
+    };
+    Ok((
+        array(&steady.angle)?,
+        array(&steady.speed)?,
+        array(&steady.command)?,
+    ))
+}
+
+/// The largest amplitude (rad) of a sine of `lambda_` rad/s that a pendulum can follow while its arm moves periodically, friction of the hinge left out;
+/// None where any up to 1.5 rad is possible.
+///
+/// A fast arm pulls the pendulum outwards: beyond this amplitude no controller tracks.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> round(furuta.largest_sine(furuta.Rig.load("ramos-velasco"), 1.0), 3)
+/// 0.073
+#[pyfunction]
+#[pyo3(signature = (rig, lambda_, *, planar = false))]
+pub(crate) fn largest_sine(
+    rig: PyRef<'_, PyRig>,
+    lambda_: f64,
+    planar: bool,
+) -> PyResult<Option<f64>> {
+    if !(lambda_ > 0.0 && lambda_.is_finite()) {
+        return Err(error::design(format!(
+            "lambda_ = {lambda_} rad/s is not possible; a finite frequency above 0 is needed"
+        )));
+    }
+    Ok(sine::amplitude(&coefficients(&rig.rig, planar), lambda_))
+}
+
+/// A run as arrays.
+fn run<'py>(py: Python<'py>, samples: &[Sample]) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    let column = |value: fn(&Sample) -> f64| -> Vec<f64> { samples.iter().map(value).collect() };
+    let rows = |value: fn(&Sample) -> [f64; 4]| {
+        let rows: Vec<f64> = samples.iter().flat_map(value).collect();
+        rows.into_pyarray(py).reshape([samples.len(), 4])
+    };
+    out.set_item("t", column(|s| s.t).into_pyarray(py))?;
+    out.set_item("u", column(|s| s.u).into_pyarray(py))?;
+    out.set_item("x", rows(|s| s.x.to_array())?)?;
+    out.set_item("reference", rows(|s| s.reference.to_array())?)?;
+    Ok(out)
+}
+
+/// Ten seconds of the experiments of Shahzad et al. 2022: the LQR of Q = I, R = 1 holds the pendulum.
+///
+/// Parameters
+/// ----------
+/// task : {"step", "steps", "push"}
+///     The arm's reference steps by 0.1 rad after a second; it does so every second, there and back; the pendulum is pushed.
+/// on : {"linear", "nonlinear", "rig"}
+///     The paper's linear model, the nonlinear one, that with encoders and friction. The push acts in the nonlinear ones alone.
+///
+/// Returns
+/// -------
+/// dict
+///     t, u of shape (N,), x, reference of shape (N, 4); 1000 samples a second.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> run = furuta.shahzad2022("step", "nonlinear")
+/// >>> float(abs(run["x"][:, 1]).max().round(4))
+/// 0.0032
+#[pyfunction]
+#[pyo3(signature = (task = "steps", on = "nonlinear"))]
+pub(crate) fn shahzad2022<'py>(
+    py: Python<'py>,
+    task: &str,
+    on: &str,
+) -> PyResult<Bound<'py, PyDict>> {
+    let task = match task {
+        "step" => shahzad::Task::Step,
+        "steps" => shahzad::Task::Steps,
+        "push" => shahzad::Task::Push,
+        _ => return Err(unknown("task", task, "step, steps, push")),
+    };
+    let on = match on {
+        "linear" => shahzad::On::Linear,
+        "nonlinear" => shahzad::On::Nonlinear,
+        "rig" => shahzad::On::Rig,
+        _ => return Err(unknown("on", on, "linear, nonlinear, rig")),
+    };
+    let rig = builtin("shahzad2022-srv02")?;
+    let samples = py
+        .detach(|| shahzad::run(&rig, task, on, &shahzad::Settings::default()))
+        .map_err(error::simulation)?;
+    run(py, &samples)
+}
+
+fn unknown(name: &str, given: &str, known: &str) -> PyErr {
+    error::simulation(format!("{name} = \"{given}\" is none of {known}"))
+}
+
+fn builtin(name: &str) -> PyResult<Rig> {
+    Rig::builtin(name).ok_or_else(|| error::rig(format!("{name} is not built in")))
+}
+
+fn experiment(on: &str, amplitude: Option<f64>, order: Option<usize>) -> PyResult<Experiment> {
+    let rig = builtin("ramos-velasco")?;
+    let mut experiment = match on {
+        "planar" => Experiment::paper(&rig),
+        "full" => Experiment::full(&rig),
+        "rig" => Experiment::rig_like(&rig),
+        _ => return Err(unknown("on", on, "planar, full, rig")),
+    };
+    experiment.amplitude = amplitude.unwrap_or(experiment.amplitude);
+    experiment.order = order.unwrap_or(experiment.order);
+    Ok(experiment)
+}
+
+fn contender(controller: &str) -> PyResult<Contender> {
+    Ok(match controller {
+        "regulator" => Contender::Regulator,
+        "regulator_lqr" => Contender::RegulatorLqr,
+        "normal_form" => Contender::NormalForm,
+        "layer" => Contender::Layer,
+        "twisting" => Contender::Twisting,
+        _ => {
+            return Err(unknown(
+                "controller",
+                controller,
+                "regulator, regulator_lqr, normal_form, layer, twisting",
+            ));
+        }
+    })
+}
+
+/// The experiment of Ramos-Velasco et al.: the pendulum follows a sine while arm length, pendulum length and mass are off from 2 to 10 s.
+///
+/// Parameters
+/// ----------
+/// controller : {"regulator", "regulator_lqr", "normal_form", "layer", "twisting"}
+///     Their sec. 4.1 with their gain; with that of an LQR; their sec. 4.2; sliding modes on the LQR's surface with a boundary layer, by super-twisting.
+/// on : {"planar", "full", "rig"}
+///     Their planar model; the full one with a smaller sine; that at 500 Hz with encoders and friction.
+/// factors : (float, float, float)
+///     On the arm's length, the pendulum's length, its mass, while they are off.
+/// amplitude : float, optional
+///     Of the sine, rad.
+/// order : int, optional
+///     Of the series for the regulator equation, 1 to 7.
+///
+/// Returns
+/// -------
+/// dict
+///     t, u of shape (N,), x, reference of shape (N, 4); alpha = -beta. A run ends where the pendulum has fallen.
+///
+/// Raises
+/// ------
+/// SimulationError
+///     An experiment that is not possible.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> run = furuta.ramos_velasco("normal_form", factors=(1.2, 1.2, 1.2))
+/// >>> error = run["x"][4000:10000, 1] - run["reference"][4000:10000, 1]
+/// >>> bool(abs(error).max() < 0.03)
+/// True
+#[pyfunction]
+#[pyo3(signature = (controller = "normal_form", on = "planar", *, factors = (1.0, 1.0, 1.0), amplitude = None, order = None))]
+pub(crate) fn ramos_velasco<'py>(
+    py: Python<'py>,
+    controller: &str,
+    on: &str,
+    factors: (f64, f64, f64),
+    amplitude: Option<f64>,
+    order: Option<usize>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let experiment = experiment(on, amplitude, order)?;
+    let contender = contender(controller)?;
+    let factors = [factors.0, factors.1, factors.2];
+    if !factors.iter().all(|f| f.is_finite() && *f > 0.0) {
+        return Err(error::simulation(format!(
+            "factors = {factors:?} must be finite and above 0"
+        )));
+    }
+    let samples = py
+        .detach(|| experiment.run(&experiment.controller(contender)?, factors))
+        .map_err(error::simulation)?;
+    run(py, &samples)
+}
+
+/// The same experiment on many draws of the three parameters, each uniform within `spread`, on all cores.
+///
+/// Returns
+/// -------
+/// dict
+///     factors of shape (draws, 3); bound (rad, largest tracking error from 4 to 10 s, inf where the pendulum fell), rms (rad), chatter (V/s, total
+///     variation of the command a second) of shape (draws,).
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> bool(furuta.ramos_velasco_draws("layer", draws=8)["bound"].max() < 0.05)
+/// True
+#[pyfunction]
+#[pyo3(signature = (controller = "normal_form", on = "planar", *, draws = 500, spread = 0.2, seed = 1, amplitude = None, order = None))]
+#[allow(clippy::too_many_arguments)] // keywords of a Python function
+pub(crate) fn ramos_velasco_draws<'py>(
+    py: Python<'py>,
+    controller: &str,
+    on: &str,
+    draws: usize,
+    spread: f64,
+    seed: u64,
+    amplitude: Option<f64>,
+    order: Option<usize>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let experiment = experiment(on, amplitude, order)?;
+    let contender = contender(controller)?;
+    if !(0.0..=0.9).contains(&spread) {
+        return Err(error::simulation(format!(
+            "spread = {spread} must be between 0 and 0.9"
+        )));
+    }
+    let drawn = py
+        .detach(|| ramos::draws(&experiment, contender, draws, spread, seed, &|| ()))
+        .map_err(error::simulation)?
+        .draws;
+    let out = PyDict::new(py);
+    let column = |value: fn(&ramos::Outcome) -> f64| -> Vec<f64> {
+        drawn.iter().map(|d| value(&d.outcome)).collect()
+    };
+    let factors: Vec<f64> = drawn.iter().flat_map(|d| d.factors).collect();
+    out.set_item(
+        "factors",
+        factors.into_pyarray(py).reshape([drawn.len(), 3])?,
+    )?;
+    out.set_item("bound", column(|o| o.bound).into_pyarray(py))?;
+    out.set_item("rms", column(|o| o.rms).into_pyarray(py))?;
+    out.set_item("chatter", column(|o| o.chatter).into_pyarray(py))?;
+    Ok(out)
+}
