@@ -92,10 +92,27 @@ pub(crate) fn steady_motion<'py>(
     ))
 }
 
-/// The largest amplitude (rad) of a sine of `lambda_` rad/s that a pendulum can follow while its arm moves periodically, friction of the hinge left out;
-/// None where any up to 1.5 rad is possible.
+/// The largest sine of `lambda_` rad/s that a pendulum can follow while its arm moves periodically, friction of the hinge left out.
 ///
 /// A fast arm pulls the pendulum outwards: beyond this amplitude no controller tracks.
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+/// lambda_ : float
+///     Frequency of the sine, rad/s.
+/// planar : bool
+///     Without the sin(alpha)**2 inertia.
+///
+/// Returns
+/// -------
+/// float or None
+///     Amplitude, rad; None where any up to 1.5 rad is possible.
+///
+/// Raises
+/// ------
+/// DesignError
+///     A frequency that is not possible.
 ///
 /// Examples
 /// --------
@@ -224,8 +241,8 @@ fn contender(controller: &str) -> PyResult<Contender> {
 ///     Their sec. 4.1 with their gain; with that of an LQR; their sec. 4.2; sliding modes on the LQR's surface with a boundary layer, by super-twisting.
 /// on : {"planar", "full", "rig"}
 ///     Their planar model; the full one with a smaller sine; that at 500 Hz with encoders and friction.
-/// factors : (float, float, float)
-///     On the arm's length, the pendulum's length, its mass, while they are off.
+/// factors : (float, float, float), optional
+///     On the arm's length, the pendulum's length, its mass, while they are off; nothing is off if not given.
 /// amplitude : float, optional
 ///     Of the sine, rad.
 /// order : int, optional
@@ -249,18 +266,19 @@ fn contender(controller: &str) -> PyResult<Contender> {
 /// >>> bool(abs(error).max() < 0.03)
 /// True
 #[pyfunction]
-#[pyo3(signature = (controller = "normal_form", on = "planar", *, factors = (1.0, 1.0, 1.0), amplitude = None, order = None))]
+#[pyo3(signature = (controller = "normal_form", on = "planar", *, factors = None, amplitude = None, order = None))]
 pub(crate) fn ramos_velasco<'py>(
     py: Python<'py>,
     controller: &str,
     on: &str,
-    factors: (f64, f64, f64),
+    factors: Option<(f64, f64, f64)>,
     amplitude: Option<f64>,
     order: Option<usize>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let experiment = experiment(on, amplitude, order)?;
     let contender = contender(controller)?;
-    let factors = [factors.0, factors.1, factors.2];
+    let (length, com, mass) = factors.unwrap_or((1.0, 1.0, 1.0));
+    let factors = [length, com, mass];
     if !factors.iter().all(|f| f.is_finite() && *f > 0.0) {
         return Err(error::simulation(format!(
             "factors = {factors:?} must be finite and above 0"

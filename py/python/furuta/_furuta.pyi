@@ -154,7 +154,7 @@ def ramos_velasco(
     controller: _Tracker = "normal_form",
     on: Literal["planar", "full", "rig"] = "planar",
     *,
-    factors: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    factors: tuple[float, float, float] | None = None,
     amplitude: float | None = None,
     order: int | None = None,
 ) -> _Run: ...

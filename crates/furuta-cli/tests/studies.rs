@@ -1,0 +1,183 @@
+//! The papers' experiments, steady motions and pictures from the command line.
+
+mod common;
+
+use common::{Folder, furuta};
+use serde_json::Value;
+
+fn json(args: &[&str]) -> Value {
+    let output = furuta(args).output().expect("the binary runs");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+/// The one line that a command which fails says.
+fn failure(args: &[&str]) -> String {
+    common::failure(&furuta(args).output().expect("the binary runs"))
+}
+
+#[test]
+fn arm_steps_are_measured_and_drawn() {
+    let folder = Folder::new("study-shahzad");
+    let picture = folder.path("step.svg");
+    let picture = picture.to_str().expect("UTF-8");
+    let study = json(&[
+        "study",
+        "shahzad2022",
+        "--task",
+        "step",
+        "--plot",
+        picture,
+        "--json",
+    ]);
+    let runs = study["runs"].as_array().expect("a list");
+    assert_eq!(runs.len(), 3);
+    assert!((runs[0]["settle"].as_f64().expect("settles") - 4.802).abs() < 2e-3);
+    let svg = std::fs::read_to_string(picture).expect("drawn");
+    assert!(svg.starts_with("<svg") && svg.contains("Fig. 3"));
+    assert_eq!(
+        json(&["study", "shahzad2022", "--json"])["runs"]
+            .as_array()
+            .map(Vec::len),
+        Some(8)
+    );
+}
+
+#[test]
+fn a_sine_is_followed_on_wrong_parameters() {
+    let folder = Folder::new("study-ramos");
+    let picture = folder.path("planar.svg");
+    let picture = picture.to_str().expect("UTF-8");
+    let study = json(&[
+        "study",
+        "ramos-velasco",
+        "--draws",
+        "4",
+        "--plot",
+        picture,
+        "--json",
+    ]);
+    let controllers = study["controllers"].as_array().expect("a list");
+    assert_eq!(controllers.len(), 5);
+    for c in controllers {
+        assert_eq!(c["draws"]["up"], 1.0, "{c}");
+        let bound = |run: &str| c[run]["bound"].as_f64().expect("stays up");
+        assert!(bound("nominal") < bound("above"), "{c}");
+    }
+    assert!(
+        std::fs::read_to_string(picture)
+            .expect("drawn")
+            .contains("4 draws")
+    );
+    // Beyond the largest sine everyone falls: JSON has null for a bound that is none.
+    let fallen = json(&[
+        "study",
+        "ramos-velasco",
+        "--on",
+        "full",
+        "--amplitude",
+        "0.1",
+        "--draws",
+        "0",
+        "--json",
+    ]);
+    assert!(
+        fallen["largest_amplitude"]
+            .as_f64()
+            .is_some_and(|a| a < 0.08)
+    );
+    for c in fallen["controllers"].as_array().expect("a list") {
+        assert!(
+            c["nominal"]["up"] == false && c["nominal"]["bound"].is_null(),
+            "{c}"
+        );
+    }
+    // The printed gain is for the paper's rig alone: others have one controller less.
+    let qube = json(&[
+        "study",
+        "ramos-velasco",
+        "--rig",
+        "qube-servo-2",
+        "--on",
+        "full",
+        "--lambda",
+        "4",
+        "--amplitude",
+        "0.01",
+        "--start",
+        "0.02",
+        "--draws",
+        "0",
+        "--json",
+    ]);
+    assert_eq!(qube["controllers"].as_array().map(Vec::len), Some(4));
+}
+
+#[test]
+fn the_steady_motion_is_the_papers() {
+    let steady = json(&[
+        "design",
+        "steady-motion",
+        "--rig",
+        "ramos-velasco",
+        "--planar",
+        "--order",
+        "3",
+        "--json",
+    ]);
+    let theta = steady["theta"].as_array().expect("a list");
+    assert_eq!(theta.len(), 3);
+    assert!((theta[0][2].as_f64().expect("a number") - 81.230_77).abs() < 1e-5);
+    assert!(steady["largest_amplitude"].is_null());
+}
+
+#[test]
+fn a_simulation_is_drawn() {
+    let folder = Folder::new("simulate-plot");
+    let picture = folder.path("swing.svg");
+    let output = furuta(&[
+        "simulate",
+        "--rig",
+        "qube-servo-2",
+        "--duration",
+        "1",
+        "--plot",
+    ])
+    .arg(&picture)
+    .output()
+    .expect("the binary runs");
+    assert!(output.status.success() && output.stdout.is_empty());
+    assert!(
+        std::fs::read_to_string(picture)
+            .expect("drawn")
+            .contains("alpha [rad]")
+    );
+}
+
+#[test]
+fn mistakes_say_what_to_do() {
+    let wrong = failure(&[
+        "study",
+        "shahzad2022",
+        "--task",
+        "push",
+        "--plot",
+        "push.png",
+    ]);
+    assert!(wrong.contains("end in .svg"), "{wrong}");
+    let wrong = failure(&["study", "ramos-velasco", "--order", "9", "--draws", "0"]);
+    assert!(wrong.contains("1 to 7"), "{wrong}");
+    let wrong = failure(&[
+        "design",
+        "steady-motion",
+        "--rig",
+        "qube-servo-2",
+        "--order",
+        "0",
+    ]);
+    assert!(wrong.contains("1 to 7"), "{wrong}");
+}
