@@ -373,7 +373,7 @@ proptest! {
             .iter()
             .map(|q| {
                 let value = (q.off + size * (q.typical)(&p)).clamp(q.min, q.max);
-                if q.kind == furuta_model::effects::Kind::Real { value } else { value.floor() }
+                if q.kind.is_continuous() { value } else { value.floor() }
             })
             .collect();
         let plant = plant(&p, &[(spec.id, &values)]);
