@@ -25,7 +25,7 @@ pub fn discrete<T: Float, const N: usize>(
     let (mut power, mut x) = (*a, *q);
     for _ in 0..SQUARINGS {
         x += power.transpose() * x * power;
-        power *= power;
+        power = squared(&power);
         let size = power.norm_squared();
         if size < T::default_epsilon() {
             // What is left of the sum is below rounding; the next term settles it.
@@ -69,6 +69,15 @@ pub(crate) fn cayley<T: Float, const N: usize>(
     let one = SMatrix::<T, N, N>::identity();
     let inverse = Lu::new(one * g - a)?.solve(one);
     Some((inverse * (g + g) - one, inverse * (g + g).sqrt()))
+}
+
+/// `m^2`.
+///
+/// Never inlined: LLVM 22.1 (rustc 1.95 with `opt-level = 3` and thin LTO) vectorises a loop that squares a 2 x 2 matrix in place into one
+/// that squares something else; without its SLP vectoriser, and in nightly 1.97, the same source is right.
+#[inline(never)]
+pub(crate) fn squared<T: Float, const N: usize>(m: &SMatrix<T, N, N>) -> SMatrix<T, N, N> {
+    m * m
 }
 
 /// Half of `m` and its transpose.

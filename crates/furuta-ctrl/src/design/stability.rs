@@ -2,6 +2,7 @@
 
 use super::Float;
 use super::elimination::solve;
+use super::lyapunov::squared;
 use nalgebra::allocator::Allocator;
 use nalgebra::{Complex, Const, DefaultAllocator, DimDiff, DimSub, SMatrix, Schur, U1};
 
@@ -33,7 +34,7 @@ pub fn spectral_radius<T: Float, const N: usize>(m: &SMatrix<T, N, N>) -> T {
         }
         log_radius += share * size.ln();
         power /= size;
-        power *= power;
+        power = squared(&power);
         share *= half;
     }
     log_radius.exp()

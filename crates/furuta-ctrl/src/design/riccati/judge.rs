@@ -3,7 +3,7 @@
 use super::Solution;
 use super::problem::Problem;
 use crate::design::elimination::Lu;
-use crate::design::lyapunov::{self, SQUARINGS, cayley, symmetric};
+use crate::design::lyapunov::{self, SQUARINGS, cayley, squared, symmetric};
 use crate::design::stability::{cayley_radius, spectral_radius};
 use crate::design::{DesignError, Float, as_f64};
 use nalgebra::SMatrix;
@@ -175,7 +175,7 @@ impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
                     && shift == T::zero();
                 return clear || self.stands_shaken(time, t, shift);
             }
-            power *= power;
+            power = squared(&power);
             steps += steps;
         }
         false
