@@ -123,7 +123,7 @@ def test_without_any_damping(name):
     assert worst < SMOOTH
 
 
-@pytest.mark.parametrize("effect", ("drive.compliance",))
+@pytest.mark.parametrize("effect", ("drive.compliance", "drive.backlash"))
 def test_a_hanging_pendulum_leaves_the_rotor_in_the_middle(effect):
     """Nothing to pass on: the play is free on both sides, the spring is not twisted."""
     if effect not in furuta.catalogue():
