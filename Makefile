@@ -86,6 +86,7 @@ figures: build
 	$(FURUTA) study ramos-velasco --plot docs/ramos-velasco-planar.svg
 	$(FURUTA) study ramos-velasco --on full --plot docs/ramos-velasco-full.svg
 	$(FURUTA) study ramos-velasco --on rig --plot docs/ramos-velasco-rig.svg
+	$(FURUTA) study swing-up --plot docs/swing-up.svg
 
 bench:
 	$(CARGO) bench -p furuta-benches --locked

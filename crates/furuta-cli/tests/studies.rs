@@ -181,3 +181,57 @@ fn mistakes_say_what_to_do() {
     ]);
     assert!(wrong.contains("1 to 7"), "{wrong}");
 }
+
+#[test]
+fn drawn_rigs_are_swung_up() {
+    let folder = Folder::new("study-swing-up");
+    let picture = folder.path("times.svg");
+    let picture = picture.to_str().expect("UTF-8");
+    let rig = ["study", "swing-up", "--rig", "shahzad2022-srv02"];
+    let few = [&rig[..], &["--draws", "8", "--plot", picture]].concat();
+    let study = json(&[&few[..], &["--json"]].concat());
+    let count = |name: &str| study[name].as_u64();
+    assert_eq!((count("draws"), count("up")), (Some(8), Some(8)));
+    assert!(study["time"]["median"].as_f64().is_some_and(|t| t < 5.0));
+    assert!(study["limit"].is_null(), "nothing to explain");
+    let svg = std::fs::read_to_string(picture).expect("drawn");
+    assert!(svg.contains("shahzad2022-srv02"));
+    let text = furuta(&few).output().expect("the binary runs").stdout;
+    assert!(String::from_utf8_lossy(&text).contains("8 of 8 up"));
+    let wrong = failure(&[&rig[..], &["--set", "motor.volts=3"]].concat());
+    assert!(wrong.contains("motor.command_limit"), "{wrong}");
+}
+
+#[test]
+fn a_rig_that_cannot_come_up_is_told_apart() {
+    // A tenth of a volt: nothing comes up, and the command says what the motor can do.
+    let weak = ["--rig", "qube-servo-2", "--set", "motor.command_limit=0.1"];
+    let study = [
+        &["study", "swing-up", "--draws", "2", "--patience", "2"][..],
+        &weak,
+    ]
+    .concat();
+    let v = json(&[&study[..], &["--json"]].concat());
+    assert_eq!(v["up"].as_u64(), Some(0));
+    assert!(
+        v["limit"]["nearest"].as_f64().is_some_and(|a| a > 2.5),
+        "{v}"
+    );
+    let text = furuta(&study).output().expect("the binary runs").stdout;
+    assert!(String::from_utf8_lossy(&text).contains("no voltage"));
+    let reach = [
+        &[
+            "study",
+            "reach",
+            "--restarts",
+            "1",
+            "--seconds",
+            "0.5",
+            "--json",
+        ][..],
+        &weak,
+    ];
+    let v = json(&reach.concat());
+    let number = |name: &str| v[name]["value"].as_f64().expect("a number");
+    assert!(number("nearest") > 2.5 && number("work") < number("needed"));
+}

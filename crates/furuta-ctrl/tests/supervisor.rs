@@ -111,7 +111,8 @@ fn balances_every_rig_from_a_hand_held_start() {
         let rig = Rig::builtin(name).unwrap();
         let angle = if *name == "ramos-velasco" { 0.05 } else { 0.15 };
         let r = run::<f64>(&rig, State::new(0.3, angle, 0.0, 0.0), 0.002, 10.0);
-        assert_eq!(r.caught, Some(0.0), "{name}");
+        // A sample or two are spent on waiting for a smoother moment.
+        assert!(r.caught.is_some_and(|t| t < 0.02), "{name}: {:?}", r.caught);
         assert!(
             r.fault.is_none() && r.rest_angle < 0.02,
             "{name}: {} rad",

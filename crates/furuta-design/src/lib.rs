@@ -5,6 +5,8 @@
 //! |---|---|
 //! | [`closed_loop`] | a controller on a plant that may change on the way, with perfect states or encoders |
 //! | [`supervised`] | a whole control system, from swing-up on, timed as a real loop is |
+//! | [`reach`] | how near to upright any voltage brings a hanging pendulum |
+//! | [`swing_up`] | how surely a rig is swung up that is not quite as its file says |
 //! | [`shahzad2022`] | arm steps and a push under an LQR |
 //! | [`ramos_velasco`] | a pendulum that follows a sine, under five controllers, on wrong parameters |
 //! | [`largest_sine`] | the largest sine that a pendulum can follow at all |
@@ -17,5 +19,7 @@ pub mod chart;
 pub mod closed_loop;
 pub mod largest_sine;
 pub mod ramos_velasco;
+pub mod reach;
 pub mod shahzad2022;
 pub mod supervised;
+pub mod swing_up;

@@ -69,6 +69,17 @@ impl<'a> Supervised<'a> {
         })
     }
 
+    /// The same with at least so many steps of the integrator per sample.
+    ///
+    /// # Errors
+    /// So many that a step is shorter than the model can take.
+    pub fn with_substeps(mut self, substeps: u32) -> Result<Self, PlantError> {
+        self.substeps = self.substeps.max(substeps);
+        self.plant
+            .check_period(self.period / f64::from(self.substeps))?;
+        Ok(self)
+    }
+
     /// Before the first sample, asked to swing up and balance.
     #[must_use]
     pub fn start(&self, x: State<f64>) -> Run {
@@ -103,6 +114,11 @@ impl<'a> Supervised<'a> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn sample(&self, run: &mut Run, target: f64) -> Sample {
+        self.disturbed(run, target, 0.0)
+    }
+
+    /// The same with `added` (V) on top of the command decided, within the rig's limit: a test signal in closed loop.
+    pub fn disturbed(&self, run: &mut Run, target: f64, added: f64) -> Sample {
         let angles = self.plant.measure(&run.plant);
         let reading = [0, 1].map(|i| (angles[i] / self.resolution[i]).round() * self.resolution[i]);
         let measurement = Measurement::new(reading[0], reading[1], run.held);
@@ -116,12 +132,19 @@ impl<'a> Supervised<'a> {
             output,
             fault: run.memory.fault(),
         };
+        self.advance(run, run.held);
+        // The rig clips what its own file does not allow.
+        run.held = (output.u + added).clamp(-self.command_limit, self.command_limit);
+        sample
+    }
+
+    /// Moves the rig on by a sample under the command `u` (V), no supervisor asked; what of it the rig's limit lets through.
+    pub fn advance(&self, run: &mut Run, u: f64) -> f64 {
+        let u = u.clamp(-self.command_limit, self.command_limit);
         let h = self.period / f64::from(self.substeps);
         for _ in 0..self.substeps {
-            self.plant.step(&mut run.plant, run.held, h);
+            self.plant.step(&mut run.plant, u, h);
         }
-        // The rig clips what its own file does not allow.
-        run.held = output.u.clamp(-self.command_limit, self.command_limit);
-        sample
+        u
     }
 }

@@ -1,17 +1,21 @@
 //! `furuta study`: experiments on controllers, the source papers' among them.
 
 mod ramos_velasco;
+mod reach;
 mod shahzad2022;
+mod swing_up;
 
 use std::path::Path;
 use std::time::Duration;
 
 use furuta_design::chart::Chart;
+use furuta_model::params::RANGES;
+use furuta_model::{Params, Rig};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;
 
-/// Repeat an experiment of a source paper, print its figures and draw it.
+/// Experiments on controllers: those of the source papers, repeated and drawn; swing-up of many rigs that are not quite as their file says.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -23,6 +27,8 @@ enum Study {
     #[command(name = "shahzad2022")]
     Shahzad2022(shahzad2022::Args),
     RamosVelasco(ramos_velasco::Args),
+    SwingUp(swing_up::Args),
+    Reach(reach::Args),
 }
 
 /// Runs the command.
@@ -30,6 +36,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     match &args.study {
         Study::Shahzad2022(args) => shahzad2022::run(args),
         Study::RamosVelasco(args) => ramos_velasco::run(args),
+        Study::SwingUp(args) => swing_up::run(args),
+        Study::Reach(args) => reach::run(args),
     }
 }
 
@@ -56,4 +64,32 @@ fn bar(count: u64) -> ProgressBar {
     }
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
+}
+
+/// A rig with some of its file's values replaced, each given as KEY=VALUE.
+fn rig_with(name: &str, changes: &[String]) -> Result<Rig, Failure> {
+    let mut rig = Rig::load(name)?;
+    let mut values = rig.params.to_array();
+    for change in changes {
+        let wrong = || {
+            Failure::new(format!(
+                "{change:?} is not KEY=NUMBER, as in motor.command_limit=15"
+            ))
+        };
+        let (key, value) = change.split_once('=').ok_or_else(wrong)?;
+        let place = RANGES
+            .iter()
+            .position(|range| range.key == key.trim())
+            .ok_or_else(|| {
+                let keys: Vec<_> = RANGES.iter().map(|range| range.key).collect();
+                Failure::new(format!(
+                    "a rig has no {key:?}: give one of {}",
+                    keys.join(", ")
+                ))
+            })?;
+        values[place] = value.trim().parse().map_err(|_| wrong())?;
+    }
+    rig.params = Params::from_array(values);
+    rig.params.validate()?;
+    Ok(rig)
 }

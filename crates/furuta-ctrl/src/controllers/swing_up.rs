@@ -24,45 +24,96 @@ use furuta_model::{Params, State, energy};
 /// Intervals of the table over `0..=pi`.
 const ASCENT: usize = 64;
 
-// Found by a random search over all of them at once, for the built-in rigs at 200 to 1000 Hz, with their encoders, one sample of delay and
-// eight starts about hanging; the score was the time until the catch. All are ratios: angles in
-// rad, times in units of the pendulum's own 1/omega, energies in units of 2 m g c.
-/// Amplitude of the arm's target, of the arm's range.
-const DRIVE: f64 = 1.05;
-/// Frequency of the arm's oscillator, of the pendulum's.
-const ARM_FREQUENCY: f64 = 1.472;
-/// Its damping ratio.
-const ARM_DAMPING: f64 = 0.21;
-/// Energy error at which the amplitude is full.
-const FULL_DRIVE: f64 = 0.433;
-/// `cos(alpha) alpha' / omega` beyond which the direction may change: keeps encoder steps at rest from chattering.
-const DIRECTION_DEADBAND: f64 = 0.151;
-/// Friction's share of the target, of what the table says: too fast can be caught, too slow falls back.
-const FRICTION_MARGIN: f64 = 1.643;
-/// On the last ascent: largest distance from the speed wanted, over omega, and how quickly it is driven to 0.
-const ASCENT_WINDOW: f64 = 0.087;
-const ASCENT_RATE: f64 = 1.732;
-/// Where the last ascent begins, rad from upright.
-const ASCENT_ANGLE: f64 = 1.226;
-/// The arm is braked before it passes this share of its range.
-const BRAKE_AT: f64 = 1.4;
-/// How far the arm may go in the prediction of a catch, of its range.
-const CATCH_RANGE: f64 = 1.82;
-
 /// Half of the arm's travel where nothing is given and the rig leaves it free, rad.
 const ARM_RANGE: f64 = 2.16;
 
+/// How far the arm may go in the prediction of a catch, of its range.
+const CATCH_RANGE: f64 = 1.82;
+/// Largest error of the weight that is learnt, of it.
+const LEARN_LIMIT: f64 = 0.3;
+/// How much nearer to horizontal the pendulum may fall while the arm is braked, in `sin(alpha)`.
+const FALLING: f64 = 0.3;
+/// Height, of the pendulum's centre of mass over its distance from the hinge, over which energies are compared: less drowns in encoder steps.
+const LEARN_HEIGHT: f64 = 0.25;
+
 /// What a controller file may say of it.
+///
+/// The defaults were found by a random search over all of them at once, for the built-in rigs with drawn parameters, frictions, their
+/// encoders and one sample of delay; the score was the time until the catch. All but the first are ratios.
 pub static SPEC: Spec = Spec {
     id: "swing_up",
     sentence: "Energy swing-up, the arm kept within a range",
-    parameters: &[ParameterSpec::number(
-        "arm_range",
-        "rad",
-        0.1,
-        20.0,
-        "the arm swings so far to either side, and is braked before 1.4 times that; 2.16 or what the arm's limit allows if left out",
-    )],
+    parameters: &[
+        ParameterSpec::number(
+            "arm_range",
+            "rad",
+            0.1,
+            20.0,
+            "the arm swings so far to either side; 2.16 or what the arm's limit allows if left out",
+        ),
+        ParameterSpec::number("brake_at", "", 1.0, 10.0, "the arm is braked before it passes this share of its range").or(1.4),
+        ParameterSpec::number("drive", "", 0.05, 5.0, "amplitude of the arm's target, of its range").or(1.4),
+        ParameterSpec::number("arm_frequency", "", 0.2, 10.0, "frequency of the arm's oscillator, of the pendulum's").or(1.22),
+        ParameterSpec::number("arm_damping", "", 0.0, 5.0, "its damping ratio").or(0.63),
+        ParameterSpec::number("full_drive", "", 1e-3, 10.0, "energy missing, in units of 2 m g c, at which the amplitude is full").or(0.49),
+        ParameterSpec::number(
+            "deadband",
+            "",
+            0.0,
+            2.0,
+            "cos(alpha) alpha' over the pendulum's frequency beyond which the drive's direction may change",
+        )
+        .or(0.356),
+        ParameterSpec::number(
+            "friction_margin",
+            "",
+            0.0,
+            10.0,
+            "friction's share of the target, of what the model says: too fast can be caught, too slow falls back",
+        )
+        .or(1.32),
+        ParameterSpec::number(
+            "ascent_angle",
+            "rad",
+            0.0,
+            1.5,
+            "distance from upright within which the arm holds the pendulum to the ascent that just reaches the top",
+        )
+        .or(1.07),
+        ParameterSpec::number(
+            "ascent_window",
+            "",
+            0.0,
+            2.0,
+            "largest distance from that ascent's speed, over the pendulum's frequency",
+        )
+        .or(0.059),
+        ParameterSpec::number("ascent_rate", "", 0.0, 20.0, "how quickly that distance is driven to 0, over the frequency").or(2.05),
+        ParameterSpec::number(
+            "break_away",
+            "",
+            0.0,
+            0.5,
+            "command added in the direction of the wanted one, of the command limit: the arm's dry friction swallows small ones",
+        )
+        .or(0.1),
+        ParameterSpec::number(
+            "aim",
+            "",
+            0.0,
+            1.0,
+            "speed with which the pendulum is to pass the top, of the largest that can be caught",
+        )
+        .or(0.9),
+        ParameterSpec::number(
+            "learn",
+            "",
+            0.0,
+            1.0,
+            "how quickly the pendulum's weight over its inertia is learnt from its ascents; 0: as the model says",
+        )
+        .or(0.3),
+    ],
 };
 
 /// Pumps energy into the pendulum until it rises to upright, with the arm kept near the reference's `theta`.
@@ -80,6 +131,26 @@ pub struct SwingUp<T> {
     /// The arm's acceleration that the motor can give wherever the pendulum is, rad/s^2.
     brake: T,
     command_limit: T,
+    tuning: Tuning<T>,
+    /// Speed wanted at the top, rad/s.
+    top_speed: T,
+}
+
+/// As in [`SPEC`].
+#[derive(Copy, Clone, Debug)]
+struct Tuning<T> {
+    brake_at: T,
+    drive: T,
+    arm_frequency: T,
+    arm_damping: T,
+    full_drive: T,
+    deadband: T,
+    ascent_angle: T,
+    ascent_window: T,
+    ascent_rate: T,
+    break_away: T,
+    aim: T,
+    learn: T,
 }
 
 /// Memory of [`SwingUp`].
@@ -87,21 +158,73 @@ pub struct SwingUp<T> {
 pub struct SwingUpState<T> {
     /// Which way the arm is being driven, 1 or -1.
     direction: T,
+    /// For how long, s.
+    waited: T,
+    /// How often the direction has changed since the swing-up began.
+    strokes: u32,
+    /// What the pendulum's weight is above the model's, N m.
+    heavier: T,
+    /// The ascent under way.
+    ascent: Option<Ascent<T>>,
+}
+
+/// Energy on a piece of an ascent.
+#[derive(Copy, Clone, Debug, PartialEq)]
+struct Ascent<T> {
+    /// The pendulum's energy at the last sample, by the model, J.
+    energy: T,
+    /// `cos(alpha)` and the arm's speed (rad/s) then.
+    cos: T,
+    theta_dot: T,
+    /// What it has lost that the model does not explain, J.
+    lost: T,
+    /// How much it has risen meanwhile, of its distance from the hinge.
+    risen: T,
 }
 
 impl<T: Real> SwingUp<T> {
-    /// For a rig with these parameters, the arm swinging about `arm_range` (rad, 1 to 2.2 are sensible; a heavy pendulum on a short arm needs most) to either side and braked
-    /// before 1.4 times that.
+    /// For a rig with these parameters: the standard settings, the arm swinging about `arm_range` (rad, 1 to 2.2 are sensible; a heavy
+    /// pendulum on a short arm needs most) to either side.
     pub fn new(params: &Params<T>, arm_range: T) -> Self {
+        Self::tuned(params, arm_range, &Settings::new(&SPEC))
+    }
+
+    fn tuned(params: &Params<T>, arm_range: T, settings: &Settings) -> Self {
+        // Every one has a default.
+        let number = |name| T::from_f64(settings.number(name).unwrap_or_default());
         let coefficients = params.coefficients();
         let torque = coefficients.drive * params.motor.command_limit;
         Self {
             coefficients,
-            friction: friction_of_ascent(&coefficients),
+            friction: friction_of_ascent(&coefficients, number("friction_margin")),
             frequency: (coefficients.weight / coefficients.pendulum).sqrt(),
             arm_range,
             brake: c::<T>(0.63) * torque / (coefficients.arm + coefficients.swing),
             command_limit: params.motor.command_limit,
+            top_speed: T::ZERO,
+            tuning: Tuning {
+                brake_at: number("brake_at"),
+                drive: number("drive"),
+                arm_frequency: number("arm_frequency"),
+                arm_damping: number("arm_damping"),
+                full_drive: number("full_drive"),
+                deadband: number("deadband"),
+                ascent_angle: number("ascent_angle"),
+                ascent_window: number("ascent_window"),
+                ascent_rate: number("ascent_rate"),
+                break_away: number("break_away"),
+                aim: number("aim"),
+                learn: number("learn"),
+            },
+        }
+    }
+
+    /// The memory for another swing-up after this one: what has been learnt stays.
+    pub fn again(&self, state: &SwingUpState<T>) -> SwingUpState<T> {
+        SwingUpState {
+            strokes: 0,
+            ascent: None,
+            ..*state
         }
     }
 
@@ -144,38 +267,119 @@ impl<T: Real> SwingUp<T> {
         self.friction[index.min(ASCENT)]
     }
 
+    /// Where the arm comes to rest under full braking, rad: the nearer to upright the pendulum, the less of its inertia the arm carries.
+    pub fn stops_at(&self, x: &State<T>) -> T {
+        let k = &self.coefficients;
+        let sin = Angle::of(wrap(x.alpha)).sin.abs() + c(FALLING);
+        let sin = sin.if_less(T::ONE, sin, T::ONE);
+        let lighter = (k.arm + k.swing) / (k.arm + k.swing * sin * sin);
+        x.theta + x.theta_dot * x.theta_dot.abs() / (c::<T>(2.0) * self.brake * lighter)
+    }
+
+    /// Compares the energy that the rising pendulum loses with what the model says: friction that it does not know counts as weight, as it
+    /// should on the way up.
+    fn learn(&self, state: &mut SwingUpState<T>, x: &State<T>, angle: Angle<T>, h: T) {
+        let k = &self.coefficients;
+        let alpha = wrap(x.alpha);
+        if !(alpha * x.alpha_dot < T::ZERO) || self.tuning.learn == T::ZERO {
+            state.ascent = None;
+            return;
+        }
+        let still = State::new(T::ZERO, x.alpha, T::ZERO, x.alpha_dot);
+        let energy = energy::total(k, &still);
+        let mut now = Ascent {
+            energy,
+            cos: angle.cos,
+            theta_dot: x.theta_dot,
+            lost: T::ZERO,
+            risen: T::ZERO,
+        };
+        if let Some(last) = state.ascent {
+            // What the arm does on the hinge, and the hinge's friction.
+            let pumped = k.coupling * angle.cos * x.alpha_dot * (x.theta_dot - last.theta_dot);
+            let thrown = k.swing * angle.sin * angle.cos * x.theta_dot * x.theta_dot * x.alpha_dot;
+            let damped = k.pendulum_damping * x.alpha_dot * x.alpha_dot;
+            now.lost = last.lost + last.energy - energy + pumped + (thrown - damped) * h;
+            now.risen = last.risen + angle.cos - last.cos;
+            if now.risen > c(LEARN_HEIGHT) {
+                let limit = c::<T>(LEARN_LIMIT) * k.weight;
+                let heavier = (now.lost / now.risen).clamp(-limit, limit);
+                state.heavier += self.tuning.learn * (heavier - state.heavier);
+                (now.lost, now.risen) = (T::ZERO, T::ZERO);
+            }
+        }
+        state.ascent = Some(now);
+    }
+
+    /// The pendulum's weight over the model's, as learnt.
+    pub fn weight_ratio(&self, state: &SwingUpState<T>) -> T {
+        T::ONE + state.heavier / self.coefficients.weight
+    }
+
+    /// The same, to pass the top with its share of `fastest` (rad/s), the largest speed that can be caught there.
+    #[must_use]
+    pub fn aiming_at(self, fastest: T) -> Self {
+        Self {
+            top_speed: self.tuning.aim * fastest,
+            ..self
+        }
+    }
+
+    /// Energy (J) that the pendulum needs to pass the top as it should, above what it has, with the weight that was learnt.
+    fn shortage(&self, state: &SwingUpState<T>, x: &State<T>, angle: Angle<T>) -> T {
+        let faster = c::<T>(0.5) * self.coefficients.pendulum * self.top_speed * self.top_speed;
+        self.missing_energy(x) + faster + state.heavier * (T::ONE - angle.cos)
+    }
+
     /// The arm's acceleration that pumps, rad/s^2.
-    fn pump(&self, state: &mut SwingUpState<T>, x: &State<T>, theta: T, angle: Angle<T>) -> T {
+    fn pump(
+        &self,
+        state: &mut SwingUpState<T>,
+        x: &State<T>,
+        theta: T,
+        angle: Angle<T>,
+        h: T,
+    ) -> T {
+        let t = &self.tuning;
         let w = self.frequency;
         let stroke = angle.cos * x.alpha_dot / w;
-        if stroke.abs() > c(DIRECTION_DEADBAND) {
-            state.direction = if stroke > T::ZERO { T::ONE } else { -T::ONE };
+        // A pendulum that swings less than the deadband would never be pumped: after a period without a change, any stroke will do.
+        state.waited += h;
+        let waiting =
+            (T::ONE - state.waited * w / c(core::f64::consts::TAU)).clamp(T::ZERO, T::ONE);
+        if stroke.abs() > t.deadband * waiting {
+            let direction = if stroke > T::ZERO { T::ONE } else { -T::ONE };
+            if direction != state.direction {
+                state.waited = T::ZERO;
+                state.strokes = state.strokes.saturating_add(1);
+            }
+            state.direction = direction;
         }
-        let shortage =
-            self.missing_energy(x) / (self.coefficients.weight + self.coefficients.weight);
-        let drive = (shortage / c(FULL_DRIVE)).clamp(-T::ONE, T::ONE) * state.direction;
-        let target = c::<T>(DRIVE) * self.arm_range * drive;
-        let arm = c::<T>(ARM_FREQUENCY) * w;
-        arm * (arm * (target - theta) - c::<T>(2.0 * ARM_DAMPING) * x.theta_dot)
+        let unit = self.coefficients.weight + self.coefficients.weight;
+        let shortage = self.shortage(state, x, angle) / unit;
+        let drive = (shortage / t.full_drive).clamp(-T::ONE, T::ONE) * state.direction;
+        let target = t.drive * self.arm_range * drive * variation(state.strokes);
+        let arm = t.arm_frequency * w;
+        arm * (arm * (target - theta) - c::<T>(2.0) * t.arm_damping * x.theta_dot)
     }
 
     /// The arm's acceleration that holds the pendulum to the ascent, where it is close to it.
-    fn ascend(&self, x: &State<T>, angle: Angle<T>) -> Option<T> {
+    fn ascend(&self, state: &SwingUpState<T>, x: &State<T>, angle: Angle<T>) -> Option<T> {
         let k = &self.coefficients;
         let alpha = wrap(x.alpha);
-        if alpha.abs() > c(ASCENT_ANGLE) || !(alpha * x.alpha_dot < T::ZERO) {
+        if alpha.abs() > self.tuning.ascent_angle || !(alpha * x.alpha_dot < T::ZERO) {
             return None;
         }
         let two = c::<T>(2.0);
-        let climb = k.weight * (T::ONE - angle.cos) + self.friction_ahead(x);
-        let wanted = (two * climb / k.pendulum).sqrt();
+        let climb = (k.weight + state.heavier) * (T::ONE - angle.cos) + self.friction_ahead(x);
+        let wanted = (two * climb / k.pendulum + self.top_speed * self.top_speed).sqrt();
         let excess = x.alpha_dot.abs() - wanted;
-        if excess.abs() > c::<T>(ASCENT_WINDOW) * self.frequency {
+        if excess.abs() > self.tuning.ascent_window * self.frequency {
             return None;
         }
         let toward_top = if alpha > T::ZERO { -T::ONE } else { T::ONE };
         // M22 alpha'' = M_c cos(alpha) theta'' + ...: brake the excess, and cancel the arm's centrifugal pull.
-        let brake = k.pendulum * c(ASCENT_RATE) * self.frequency * excess * toward_top;
+        let brake = k.pendulum * self.tuning.ascent_rate * self.frequency * excess * toward_top;
         let centrifugal = k.swing * angle.sin * angle.cos * x.theta_dot * x.theta_dot;
         Some(-(brake + centrifugal) / (k.coupling * angle.cos))
     }
@@ -183,12 +387,17 @@ impl<T: Real> SwingUp<T> {
     /// The acceleration, replaced by full braking where the arm could not be stopped within its range otherwise.
     fn within_range(&self, acceleration: T, theta: T, theta_dot: T) -> T {
         let stop = theta + theta_dot * theta_dot.abs() / (self.brake + self.brake);
-        let beyond = stop.abs() - c::<T>(BRAKE_AT) * self.arm_range;
+        let beyond = stop.abs() - self.tuning.brake_at * self.arm_range;
         if !(beyond > T::ZERO) {
             return acceleration;
         }
+        // What stops it in the room that is left, where that is more: a pendulum that falls drags the arm along.
+        let room = self.catch_range() - theta.abs();
+        let room = room.if_less(c(0.1), c(0.1), room);
+        let needed = theta_dot * theta_dot / (room + room);
+        let most = needed.if_less(self.brake, self.brake, needed);
         // Comes in over 0.1 rad, so that the brake does not chatter.
-        let brake = self.brake * (beyond * c(10.0)).clamp(T::ZERO, T::ONE);
+        let brake = most * (beyond * c(10.0)).clamp(T::ZERO, T::ONE);
         if stop > T::ZERO {
             acceleration.if_less(-brake, acceleration, -brake)
         } else {
@@ -216,7 +425,7 @@ impl<T: Real> Design for SwingUp<T> {
         let arm_range = settings.number("arm_range").unwrap_or(room);
         Ok(Self {
             command_limit: T::from_f64(site.command_limit),
-            ..Self::new(&site.params.cast(), T::from_f64(arm_range))
+            ..Self::tuned(&site.params.cast(), T::from_f64(arm_range), settings)
         })
     }
 }
@@ -225,27 +434,54 @@ impl<T: Real> Controller<T> for SwingUp<T> {
     type State = SwingUpState<T>;
 
     fn start(&self) -> SwingUpState<T> {
-        SwingUpState { direction: T::ONE }
+        SwingUpState {
+            direction: T::ONE,
+            waited: T::ZERO,
+            strokes: 0,
+            heavier: T::ZERO,
+            ascent: None,
+        }
     }
 
-    fn update(&self, state: &mut SwingUpState<T>, x: &State<T>, reference: &State<T>, _: T) -> T {
+    fn update(&self, state: &mut SwingUpState<T>, x: &State<T>, reference: &State<T>, h: T) -> T {
         let theta = x.theta - reference.theta;
         if !x.is_finite() || !is_finite(theta) {
             return T::ZERO;
         }
         let angle = Angle::of(wrap(x.alpha));
-        let wanted = match self.ascend(x, angle) {
+        self.learn(state, x, angle, h);
+        let wanted = match self.ascend(state, x, angle) {
             Some(acceleration) => acceleration,
-            None => self.pump(state, x, theta, angle),
+            None => self.pump(state, x, theta, angle, h),
         };
         let acceleration = self.within_range(wanted, theta, x.theta_dot);
-        command(self.command_for(acceleration, x, angle), self.command_limit)
+        let u = self.command_for(acceleration, x, angle);
+        // Comes in over twice its own size, so that it does not chatter.
+        let push = self.tuning.break_away * self.command_limit;
+        let push = (u * c(0.5)).clamp(-push, push);
+        command(u + push, self.command_limit)
     }
+}
+
+/// What the drive is multiplied with: 1 at first, then different at every stroke. Pendulum and drive can settle into a swing below the top
+/// that repeats itself for ever; strokes that differ leave it.
+fn variation<T: Real>(strokes: u32) -> T {
+    const SAME: u32 = 8;
+    /// The golden ratio's fractional part: its multiples fill an interval evenly.
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    if strokes <= SAME {
+        return T::ONE;
+    }
+    // Few enough for a product exact in either precision.
+    let turns = f64::from(strokes % 1000) * GOLDEN;
+    #[allow(clippy::cast_possible_truncation)]
+    let share = turns - f64::from(turns as u32);
+    T::from_f64(0.6 + 0.6 * share)
 }
 
 /// Friction's work (J) from each angle of the table up to upright, along the ascent that just gets there with the arm at rest:
 /// `dW/dalpha = b_p |alpha'|`, `J alpha'^2 / 2 = W + m g c (1 - cos(alpha))`.
-fn friction_of_ascent<T: Real>(k: &Coefficients<T>) -> [T; ASCENT + 1] {
+fn friction_of_ascent<T: Real>(k: &Coefficients<T>, margin: T) -> [T; ASCENT + 1] {
     const STEPS: usize = 8;
     let step = c::<T>(core::f64::consts::PI / (ASCENT * STEPS) as f64);
     // At upright both sides vanish; the ascent leaves along the stable direction alpha' = -rate alpha.
@@ -255,7 +491,7 @@ fn friction_of_ascent<T: Real>(k: &Coefficients<T>) -> [T; ASCENT + 1] {
     let mut middle = step * c(0.5);
     let mut table = [T::ZERO; ASCENT + 1];
     for (i, entry) in table.iter_mut().enumerate() {
-        *entry = work * c(FRICTION_MARGIN);
+        *entry = work * margin;
         for _ in 0..STEPS {
             let kinetic = work + k.weight * (T::ONE - middle.sin_cos().1);
             let speed = if i == 0 {

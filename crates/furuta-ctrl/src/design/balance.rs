@@ -12,6 +12,9 @@ const ARM_WEIGHT_AT: f64 = 4.0;
 const ARM_WEIGHT_AT_GRIP: f64 = 1.7;
 /// Pendulum angle that weighs as much as the full command, rad.
 const PENDULUM_WEIGHT_AT: f64 = 0.5;
+/// The same where the arm has little grip, of it: to catch an angle `a`, the arm moves at about `omega a / grip`, and from `a = grip` on its
+/// centrifugal pull tips the pendulum more than gravity does.
+const PENDULUM_WEIGHT_AT_GRIP: f64 = 0.55;
 
 /// Weights that suit any rig, by Bryson's rule: full command, 0.5 rad of the pendulum and 4 rad of the arm (more where the pendulum is
 /// long against the arm) cost alike; speeds are free.
@@ -19,11 +22,9 @@ pub fn balance_weights(params: &Params<f64>) -> Weights<f64, 4, 1> {
     let k = params.coefficients();
     let grip = k.coupling / k.pendulum;
     let arm = (ARM_WEIGHT_AT_GRIP / grip).max(ARM_WEIGHT_AT);
+    let pendulum = (PENDULUM_WEIGHT_AT_GRIP * grip).min(PENDULUM_WEIGHT_AT);
     let free = f64::INFINITY;
-    Weights::bryson(
-        [arm, PENDULUM_WEIGHT_AT, free, free],
-        [params.motor.command_limit],
-    )
+    Weights::bryson([arm, pendulum, free, free], [params.motor.command_limit])
 }
 
 /// The gain that keeps this rig's pendulum upright at the sample period `h` (s): [`dlqr`] on the upright linearisation held over a

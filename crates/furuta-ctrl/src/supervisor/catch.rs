@@ -9,8 +9,6 @@ use furuta_model::{Params, State};
 /// Length of the prediction and of its steps, in units of `1/omega` of the pendulum.
 const HORIZON: f64 = 6.0;
 const STEP: f64 = 0.05;
-/// Further from upright than this, no prediction is made, rad.
-const FURTHEST: f64 = 1.2;
 /// Close enough at the end: angle in rad, speed over omega.
 const NEAR_ANGLE: f64 = 0.25;
 const NEAR_SPEED: f64 = 0.5;
@@ -27,6 +25,10 @@ pub struct Catch<T> {
     arm_angle: T,
     /// Small-angle frequency of the hanging pendulum, rad/s.
     frequency: T,
+    /// Further from upright than this, no prediction is made, rad.
+    furthest: T,
+    /// By how much the weight may be wrong, of it.
+    error: T,
 }
 
 impl<T: Real> Catch<T> {
@@ -38,22 +40,75 @@ impl<T: Real> Catch<T> {
             feedback,
             arm_angle,
             frequency: (coefficients.weight / coefficients.pendulum).sqrt(),
+            furthest: c(1.2),
+            error: T::ZERO,
         }
+    }
+
+    /// The same, catching no further than `furthest` (rad) from upright, and where the weight may be wrong by the share `error`.
+    #[must_use]
+    pub fn within(self, furthest: T, error: T) -> Self {
+        Self {
+            furthest,
+            error,
+            ..self
+        }
+    }
+
+    /// The largest speed (rad/s) at the top, the arm resting at its middle, that the feedback can catch.
+    pub fn fastest(&self) -> T {
+        let step = c::<T>(0.05) * self.frequency;
+        let mut speed = T::ZERO;
+        for _ in 0..40 {
+            let x = State::new(T::ZERO, T::ZERO, T::ZERO, speed + step);
+            if !self.holds(&x, T::ZERO) {
+                break;
+            }
+            speed += step;
+        }
+        speed
+    }
+
+    /// The same with a pendulum of so many times the weight and of the same inertia.
+    pub(crate) fn weighing(&self, times: T) -> Self {
+        let mut other = *self;
+        other.coefficients.weight = times * self.coefficients.weight;
+        other
     }
 
     /// Whether the feedback, asked to hold the arm where it is now, brings the pendulum from `x` to upright.
     pub fn succeeds(&self, x: &State<T>) -> bool {
+        self.travel(x).is_some()
+    }
+
+    /// How far the arm moves (rad) while the feedback, asked to hold it where it is now, brings the pendulum from `x` to upright; `None` where it
+    /// does not.
+    pub fn travel(&self, x: &State<T>) -> Option<T> {
         let alpha = wrap(x.alpha);
         // Falling away from upright: only from very near is that worth a prediction.
         let falling = alpha * x.alpha_dot > c::<T>(0.1);
-        !falling && alpha.abs() <= c(FURTHEST) && self.holds(x, x.theta)
+        if falling || !(alpha.abs() <= self.furthest) {
+            return None;
+        }
+        let travel = self.prediction(x, x.theta)?;
+        let sure = self.error == T::ZERO
+            || self.weighing(T::ONE + self.error).holds(x, x.theta)
+                && self.weighing(T::ONE - self.error).holds(x, x.theta);
+        sure.then_some(travel)
     }
 
     /// Whether the feedback, asked to hold the arm at `theta`, brings the pendulum from `x` to upright, falling or not.
     pub fn holds(&self, x: &State<T>, theta: T) -> bool {
+        self.prediction(x, theta).is_some()
+    }
+
+    /// How far the arm goes from where it is, rad; `None` where the pendulum does not come up.
+    fn prediction(&self, x: &State<T>, theta: T) -> Option<T> {
         if !x.is_finite() {
-            return false;
+            return None;
         }
+        let from = x.theta;
+        let mut travel = T::ZERO;
         let alpha = wrap(x.alpha);
         let reference = State::new(theta, T::ZERO, T::ZERO, T::ZERO);
         let step = c::<T>(STEP) / self.frequency;
@@ -67,10 +122,14 @@ impl<T: Real> Catch<T> {
             // Written so that a NaN counts as failure.
             let inside = x.theta.abs() < self.arm_angle && x.alpha.abs() < c(1.6);
             if !inside {
-                return false;
+                return None;
             }
+            let gone = (x.theta - from).abs();
+            travel = travel.if_less(gone, gone, travel);
         }
-        x.alpha.abs() < c(NEAR_ANGLE) && x.alpha_dot.abs() < c::<T>(NEAR_SPEED) * self.frequency
+        let near = x.alpha.abs() < c(NEAR_ANGLE)
+            && x.alpha_dot.abs() < c::<T>(NEAR_SPEED) * self.frequency;
+        near.then_some(travel)
     }
 
     fn rate(&self, x: &State<T>, u: T) -> State<T> {

@@ -33,6 +33,14 @@ use crate::settings::{ParameterSpec, Settings, Spec};
 use crate::site::{Limits, Site};
 use furuta_model::State;
 
+/// A jump of the command at the catch that is small enough, of the command limit.
+const SMALL_JUMP: f64 = 0.1;
+
+/// Balancing is given up where full braking would stop the arm beyond this share of its limit.
+const LAST_BRAKE: f64 = 0.9;
+/// No catch is tried where it would stop beyond this: the distance from the other is a hysteresis.
+const CATCH_BRAKE: f64 = 0.7;
+
 /// What the supervisor is doing.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Mode {
@@ -134,6 +142,22 @@ pub static SPEC: Spec = Spec {
             "how fast the arm is led to its reference",
         )
         .or(1.0),
+        ParameterSpec::number(
+            "catch_angle",
+            "rad",
+            0.01,
+            1.5,
+            "distance from upright beyond which no catch is tried",
+        )
+        .or(1.2),
+        ParameterSpec::number(
+            "catch_error",
+            "",
+            0.0,
+            0.5,
+            "a catch must succeed by the model with its weight so much greater, and so much less; 0: by the model as it is",
+        )
+        .or(0.0),
         ParameterSpec::whole(
             "catch_every",
             1.0,
@@ -236,6 +260,8 @@ pub struct SupervisorState<T: Real> {
     u: T,
     /// Samples since the last test of the catch.
     since_test: u32,
+    /// By how much the command would have jumped at the last test, had the pendulum been caught, V.
+    catch_jump: Option<T>,
     /// For how long both axes have been at rest, s.
     resting: T,
 }
@@ -287,10 +313,12 @@ impl<T: Real> Supervisor<T> {
                 site.command_limit,
             ),
         };
-        let catch = Catch::new(&site.params.cast(), stand_in, swing_up.catch_range());
+        let number = |name| T::from_f64(config.supervisor.number(name).unwrap_or_default());
+        let catch = Catch::new(&site.params.cast(), stand_in, swing_up.catch_range())
+            .within(number("catch_angle"), number("catch_error"));
         Ok(Self {
             estimator: AnyEstimator::design(&config.estimator, site)?,
-            swing_up,
+            swing_up: swing_up.aiming_at(catch.fastest()),
             balance,
             catch,
             compensation: Compensation::design(&config.compensate, site)?,
@@ -310,6 +338,7 @@ impl<T: Real> Supervisor<T> {
             arm_reference: T::ZERO,
             u: T::ZERO,
             since_test: u32::MAX,
+            catch_jump: None,
             resting: T::ZERO,
         }
     }
@@ -377,13 +406,28 @@ impl<T: Real> Supervisor<T> {
                     return Mode::SwingUp;
                 }
                 state.since_test = 0;
-                if self.catch.succeeds(ahead) {
-                    Mode::Balance
-                } else {
-                    Mode::SwingUp
+                if self.runs_away(ahead, CATCH_BRAKE) {
+                    state.catch_jump = None;
+                    return Mode::SwingUp;
+                }
+                let ratio = self.swing_up.weight_ratio(&state.swing_up);
+                let jump = self
+                    .catch
+                    .weighing(ratio)
+                    .succeeds(ahead)
+                    .then(|| self.jump(state, ahead));
+                let before = core::mem::replace(&mut state.catch_jump, jump);
+                let small = c::<T>(SMALL_JUMP) * self.thresholds.command_limit;
+                match (before, jump) {
+                    (None, None) => Mode::SwingUp,
+                    // It will be smoother yet.
+                    (None, Some(now)) if now > small => Mode::SwingUp,
+                    (Some(before), Some(now)) if now > small && now < before => Mode::SwingUp,
+                    // The smoothest moment, or just after it.
+                    _ => Mode::Balance,
                 }
             }
-            Mode::Balance if self.is_lost(ahead, state.arm_reference) => Mode::SwingUp,
+            Mode::Balance if self.is_lost(state, ahead) => Mode::SwingUp,
             Mode::Stopping => {
                 let rest = self.thresholds.rest_speed;
                 let moving = now.theta_dot.abs() > rest || now.alpha_dot.abs() > rest;
@@ -402,14 +446,33 @@ impl<T: Real> Supervisor<T> {
         }
     }
 
+    /// Whether the arm, going outwards, would stop beyond this share of its limit under full braking.
+    fn runs_away(&self, x: &State<T>, share: f64) -> bool {
+        let stop = self.swing_up.stops_at(x).abs();
+        x.theta * x.theta_dot > T::ZERO && stop > c::<T>(share) * self.thresholds.arm_angle_limit
+    }
+
+    /// By how much the command would jump if the balance controller took over now, V.
+    fn jump(&self, state: &SupervisorState<T>, x: &State<T>) -> T {
+        // Before the limit, or all that saturate would be alike.
+        let u = self.catch.feedback.unlimited(x, &arm_at(x.theta));
+        (u - state.u).abs()
+    }
+
     /// Whether the pendulum falls whatever the balance controller does: better swing it up again than let the arm run after it. While it
     /// still rises, nothing is lost: a catch at the edge of what the model promises would be given up and tried again at every other sample.
-    fn is_lost(&self, x: &State<T>, arm_reference: T) -> bool {
+    fn is_lost(&self, state: &SupervisorState<T>, x: &State<T>) -> bool {
         let alpha = wrap(x.alpha);
         let falling = alpha * x.alpha_dot > T::ZERO;
         let doubtful = falling && alpha.abs() > self.thresholds.doubt_angle;
-        alpha.abs() > self.thresholds.release_angle
-            || doubtful && !self.catch.holds(x, arm_reference)
+        // The arm is on its way into its limit: the swing-up brakes.
+        self.runs_away(x, LAST_BRAKE)
+            || alpha.abs() > self.thresholds.release_angle
+            || doubtful
+                && !self
+                    .catch
+                    .weighing(self.swing_up.weight_ratio(&state.swing_up))
+                    .holds(x, state.arm_reference)
     }
 
     fn enter(&self, state: &mut SupervisorState<T>, mode: Mode, x: &State<T>) {
@@ -420,7 +483,10 @@ impl<T: Real> Supervisor<T> {
                 state.arm_reference = x.theta;
                 state.balance = self.balance.take_over(x, &arm_at(x.theta), state.u);
             }
-            Mode::SwingUp => state.swing_up = self.swing_up.start(),
+            Mode::SwingUp => {
+                state.catch_jump = None;
+                state.swing_up = self.swing_up.again(&state.swing_up);
+            }
             Mode::Idle | Mode::Stopping | Mode::Fault => {}
         }
     }
@@ -495,6 +561,11 @@ fn arm_at<T: Real>(theta: T) -> State<T> {
 }
 
 impl<T: Real> SupervisorState<T> {
+    /// What the swing-up remembers.
+    pub fn swing_up_state(&self) -> &SwingUpState<T> {
+        &self.swing_up
+    }
+
     /// The present mode.
     pub fn mode(&self) -> Mode {
         self.mode

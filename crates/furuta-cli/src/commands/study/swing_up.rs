@@ -1,0 +1,224 @@
+//! `furuta study swing-up`: many rigs that are not quite as their file says, swung up from hanging.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use furuta_design::chart::{Chart, Line, Panel};
+use furuta_design::reach::{Reach, Search};
+use furuta_design::swing_up::{Attempt, Outcome, PUSH, SETTLED, Study};
+use furuta_model::Rig;
+use serde_json::json;
+
+use super::{bar, plot, rig_with};
+use crate::commands::emulate::positive;
+use crate::commands::run::load_controller;
+use crate::failure::Failure;
+
+/// The share of the drawn rigs that shall come up. Where fewer do, the command looks for the reason.
+const GOAL: f64 = 0.995;
+/// Nearer to upright than this, a search over voltages has brought a rig up, rad.
+const UPRIGHT: f64 = 0.1;
+
+/// Swing up rigs drawn about a rig file, from hanging, with its encoders and voltage limit, dry friction that the control system does not know,
+/// and one sample of delay; push each one over once it is up. Where fewer than 99.5 of 100 come up, a search over all voltages says whether the
+/// rig can be brought up at all.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Built-in rig or rig file; may be repeated. All built-in ones if not given.
+    #[arg(long, value_name = "RIG")]
+    rig: Vec<String>,
+    /// Replace a value of the rig files, for example motor.command_limit=15; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Controller file; the standard control system if not given.
+    #[arg(long, value_name = "FILE.toml")]
+    controller: Option<PathBuf>,
+    /// How many rigs are drawn.
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    draws: usize,
+    /// Seed of the draws.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How far each parameter is off at most, of its value.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = share)]
+    spread: f64,
+    /// Samples per second.
+    #[arg(long, value_name = "HZ", default_value_t = 500.0, value_parser = positive)]
+    rate: f64,
+    /// Arm limit; that of the rig or controller file if not given, else a turn.
+    #[arg(long, value_name = "RAD", value_parser = positive)]
+    arm_limit: Option<f64>,
+    /// An attempt ends after this time.
+    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = positive)]
+    patience: f64,
+    /// Draw the share that is up over time, from hanging and after the push (SVG).
+    #[arg(long, value_name = "OUT.svg")]
+    plot: Option<PathBuf>,
+    /// Print one line of JSON per rig in place of text.
+    #[arg(long)]
+    json: bool,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=0.5).contains(&value) => Ok(value),
+        _ => Err("must be a number from 0 to 0.5".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let names: Vec<&str> = if args.rig.is_empty() {
+        Rig::BUILTIN.to_vec()
+    } else {
+        args.rig.iter().map(String::as_str).collect()
+    };
+    let config = load_controller(args.controller.as_deref())?.config;
+    let mut drawn = Vec::new();
+    for name in names {
+        let mut rig = rig_with(name, &args.set)?;
+        if args.arm_limit.is_some() {
+            rig.limits.arm_angle = args.arm_limit;
+        }
+        let study = Study {
+            config: config.clone(),
+            period: 1.0 / args.rate,
+            seed: args.seed,
+            spread: args.spread,
+            patience: args.patience,
+            ..Study::new(rig.clone(), args.draws)
+        };
+        let progress = bar(args.draws as u64);
+        let attempts = study.run(&|done| progress.set_position(done as u64))?;
+        progress.finish_and_clear();
+        let outcome = Outcome::of(&attempts);
+        let limit = if (outcome.up as f64) < GOAL * outcome.attempts as f64 {
+            Some(best_possible(&rig)?)
+        } else {
+            None
+        };
+        if args.json {
+            print_json(args, &rig.name, &outcome, limit.as_ref())?;
+        } else {
+            print_text(&rig, &outcome, limit.as_ref())?;
+        }
+        drawn.push((rig.name, attempts));
+    }
+    match &args.plot {
+        Some(path) => plot(path, &chart(&drawn, args.draws)),
+        None => Ok(()),
+    }
+}
+
+/// What voltages that know the model and the future come to on the rig of the file.
+fn best_possible(rig: &Rig) -> Result<Reach, Failure> {
+    let arm = rig.limits.arm_angle.unwrap_or(std::f64::consts::TAU);
+    let search = Search::new(arm);
+    let progress = bar(search.restarts * search.rounds);
+    let reach = search.run(rig, &|done| progress.set_position(done))?;
+    progress.finish_and_clear();
+    Ok(reach)
+}
+
+fn print_text(rig: &Rig, o: &Outcome, limit: Option<&Reach>) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    let percent = |n: usize, of: usize| 100.0 * n as f64 / of.max(1) as f64;
+    writeln!(
+        out,
+        "{}: {} of {} up for {SETTLED} s ({:.1} %)",
+        rig.name,
+        o.up,
+        o.attempts,
+        percent(o.up, o.attempts)
+    )?;
+    writeln!(out, "  {}", times(o.time))?;
+    writeln!(
+        out,
+        "  pushed to {PUSH} times the pendulum's frequency: {} of {} up again ({:.1} %)",
+        o.up_again,
+        o.up,
+        percent(o.up_again, o.up)
+    )?;
+    writeln!(out, "  {}", times(o.time_again))?;
+    writeln!(
+        out,
+        "  {:.2} catches let go per draw, arm to {:.2} rad at most, {} faults",
+        o.dropped, o.arm, o.faults
+    )?;
+    let Some(r) = limit else { return Ok(()) };
+    let volts = rig.params.motor.command_limit;
+    if r.nearest < UPRIGHT {
+        writeln!(
+            out,
+            "  why: not for want of voltage: a search over all of them brings the rig of the file up in {:.2} s",
+            r.at
+        )?;
+    } else {
+        writeln!(
+            out,
+            "  why: no voltage within {volts} V brings the rig of the file nearer to upright than {:.2} rad, as far as a search finds:\n  \
+             of the {:.4} J that the arm puts into the pendulum, the hinge's friction leaves {:.4} J; upright takes {:.4} J",
+            r.nearest,
+            r.work,
+            r.work - r.friction,
+            r.needed
+        )?;
+    }
+    Ok(())
+}
+
+fn print_json(args: &Args, name: &str, o: &Outcome, limit: Option<&Reach>) -> Result<(), Failure> {
+    let times = |t: [f64; 3]| json!({"median": finite(t[0]), "p95": finite(t[1]), "longest": finite(t[2]), "unit": "s"});
+    let limit = limit.map(|r| {
+        json!({
+            "nearest": r.nearest, "nearest_unit": "rad", "work": r.work, "friction": r.friction, "needed": r.needed, "energy_unit": "J",
+        })
+    });
+    let line = json!({
+        "rig": name, "set": args.set, "draws": o.attempts, "seed": args.seed, "spread": args.spread, "rate": args.rate,
+        "up": o.up, "time": times(o.time), "pushed": o.up, "up_again": o.up_again, "time_again": times(o.time_again),
+        "dropped_per_draw": o.dropped, "arm": {"largest": o.arm, "unit": "rad"}, "faults": o.faults, "limit": limit,
+    });
+    writeln!(std::io::stdout().lock(), "{line}")?;
+    Ok(())
+}
+
+fn times([median, late, longest]: [f64; 3]) -> String {
+    if median.is_nan() {
+        return "none to take the time of".to_owned();
+    }
+    format!("median {median:.2} s, 95 of 100 within {late:.2} s, longest {longest:.2} s")
+}
+
+/// JSON knows no NaN.
+fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
+
+/// The share that is up, over time; on the right, where most of them are long up, nothing is to be seen.
+fn chart(drawn: &[(String, Vec<Attempt>)], draws: usize) -> Chart {
+    const SHOWN: f64 = 12.0;
+    let panel = |label: &str, time: fn(&Attempt) -> Option<f64>, of: fn(&Attempt) -> bool| {
+        let lines = drawn.iter().map(|(name, attempts)| {
+            let asked = attempts.iter().filter(|a| of(a)).count().max(1) as f64;
+            let mut t: Vec<f64> = attempts.iter().filter_map(time).collect();
+            t.sort_by(f64::total_cmp);
+            let up_at = |at: f64| 100.0 * t.partition_point(|t| *t <= at) as f64 / asked;
+            Line::new(
+                name,
+                (0..=240)
+                    .map(|k| SHOWN / 240.0 * f64::from(k))
+                    .map(|s| (s, up_at(s))),
+            )
+        });
+        Panel::new(label, lines.collect()).showing(0.0, 102.0)
+    };
+    Chart::new(
+        &format!("Swing-up of {draws} drawn rigs each"),
+        "t [s]",
+        vec![
+            panel("up from hanging [%]", |a| a.up, |_| true),
+            panel("up after the push [%]", |a| a.up_again, |a| a.up.is_some()),
+        ],
+    )
+}
