@@ -42,6 +42,12 @@ create_exception!(
 );
 create_exception!(
     furuta,
+    ControllerError,
+    FurutaError,
+    "A controller file, or a controller that a rig cannot have."
+);
+create_exception!(
+    furuta,
     DesignError,
     FurutaError,
     "A design problem without a usable answer."
@@ -56,6 +62,7 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("SignalError", py.get_type::<SignalError>())?;
     m.add("RecordingError", py.get_type::<RecordingError>())?;
     m.add("DiagnoseError", py.get_type::<DiagnoseError>())?;
+    m.add("ControllerError", py.get_type::<ControllerError>())?;
     m.add("DesignError", py.get_type::<DesignError>())
 }
 
@@ -72,6 +79,11 @@ pub(crate) fn simulation(e: impl std::fmt::Display) -> PyErr {
 /// A signal's error as Python's.
 pub(crate) fn signal(e: impl std::fmt::Display) -> PyErr {
     SignalError::new_err(e.to_string())
+}
+
+/// A controller's error as Python's.
+pub(crate) fn controller(e: impl std::fmt::Display) -> PyErr {
+    ControllerError::new_err(e.to_string())
 }
 
 /// A design error as Python's.

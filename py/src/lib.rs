@@ -5,6 +5,8 @@
 //! letting go), and copies the answer out: other Python threads run meanwhile.
 
 mod batch;
+mod controlled;
+mod controller;
 mod design;
 mod diagnosis;
 mod error;
@@ -33,6 +35,8 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(linear::zero_order_hold, m)?)?;
     design::register(m)?;
     experiments::register(m)?;
+    m.add_class::<controller::PyController>()?;
+    m.add_function(wrap_pyfunction!(controller::controllers, m)?)?;
     m.add_class::<diagnosis::PyDiagnosis>()?;
     m.add_function(wrap_pyfunction!(diagnosis::diagnose, m)?)?;
     Ok(())

@@ -1,12 +1,14 @@
 //! Trajectories of the plant, one at a time.
 
+use crate::controlled::{Asked, controlled, targets};
+use crate::controller::PyController;
 use crate::error;
 use crate::matrix::{Matrix, Vector, state};
 use crate::rig::PyRig;
 use furuta_model::effects::{Acts, Law};
 use furuta_model::simulate::{SimulationError, follow};
 use furuta_model::{Plant, Rig};
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
+use numpy::{AllowTypeChange, IntoPyArray, PyArray2, PyArrayLikeDyn, PyArrayMethods};
 use pyo3::prelude::*;
 
 /// Simulates the rig, its effects included, under a command held between samples.
@@ -27,11 +29,22 @@ use pyo3::prelude::*;
 ///     Which run this is, from 0: a kick ("disturbance.kick", "disturbance.arm_kick") belongs to one run.
 /// encoders : bool, optional
 ///     True: return what the encoders read as well.
+/// controller : Controller, optional
+///     A control system: it swings up, catches and balances, on the encoders' readings, and its command acts one sample after it is decided, as
+///     on a real rig. `u` is then added to its command (zeros: nothing is), within the rig's command limit.
+/// reference : array_like, shape () or (N,), optional
+///     With a controller: where the arm is to be once the pendulum is up, rad; 0 if not given.
+/// ideal : bool, optional
+///     With a controller: the file's controller alone, on the true states and without delay; the pendulum must start near upright.
 ///
 /// Returns
 /// -------
 /// numpy.ndarray, shape (N + 1, 4)
 ///     True states, row 0 being x0.
+/// numpy.ndarray, shape (N,)
+///     Only with `controller`: the command that acts from row k to row k + 1, V.
+/// list of str, N entries
+///     Only with `controller`: its mode: "swing-up", "balance" or "fault", from which on the motor is off.
 /// numpy.ndarray, shape (N + 1, 2)
 ///     Only with `encoders`: measured [theta, alpha] in rad, rounded to counts, effects of the sensors included.
 ///
@@ -54,10 +67,15 @@ use pyo3::prelude::*;
 /// >>> x, y = furuta.simulate(late, [0, np.pi, 0, 0], np.full(500, 0.5), dt=0.002, encoders=True)
 /// >>> bool(abs(y[2:] - x[:-2, :2]).max() < 2 * np.pi / 2048)  # two samples late, rounded to counts
 /// True
+/// >>> srv02 = furuta.Rig.load("shahzad2022-srv02")
+/// >>> standard = furuta.Controller.from_toml("", srv02, dt=0.002)
+/// >>> x, u, modes = furuta.simulate(srv02, [0, np.pi, 0, 0], np.zeros(2500), dt=0.002, controller=standard)
+/// >>> modes[0], modes[-1], bool(abs(u).max() <= 10)
+/// ('swing-up', 'balance', True)
 #[pyfunction]
 #[pyo3(
-    signature = (rig, x0, u, dt, *, substeps=1, run=0, encoders=false),
-    text_signature = "(rig, x0, u, dt, *, substeps=1, run=0, encoders=False)"
+    signature = (rig, x0, u, dt, *, substeps=1, run=0, encoders=false, controller=None, reference=None, ideal=false),
+    text_signature = "(rig, x0, u, dt, *, substeps=1, run=0, encoders=False, controller=None, reference=None, ideal=False)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn simulate<'py>(
@@ -69,7 +87,28 @@ pub(crate) fn simulate<'py>(
     substeps: usize,
     run: usize,
     encoders: bool,
+    controller: Option<PyRef<'py, PyController>>,
+    reference: Option<PyArrayLikeDyn<'py, f64, AllowTypeChange>>,
+    ideal: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
+    if let Some(controller) = &controller {
+        let asked = Asked {
+            x0: state("x0", &x0)?,
+            added: u.as_array().iter().copied().collect(),
+            reference: targets(reference.as_ref(), u.as_array().len())?,
+            period: dt,
+            substeps,
+            run,
+            encoders,
+            ideal,
+        };
+        return controlled(py, &rig.rig, controller, &asked);
+    }
+    if reference.is_some() || ideal {
+        return Err(error::simulation(
+            "reference and ideal belong to a controller: give controller=...",
+        ));
+    }
     let rig = &rig.rig;
     let plant = rig.try_plant::<f64>().map_err(error::rig)?;
     let mut start = plant.rest(state("x0", &x0)?);
@@ -168,7 +207,7 @@ pub(crate) fn measure<'py>(
 }
 
 /// Angles rounded to the encoders' counts, rad.
-fn counted(rig: &Rig, angles: [f64; 2]) -> [f64; 2] {
+pub(crate) fn counted(rig: &Rig, angles: [f64; 2]) -> [f64; 2] {
     let counts = rig.sensors.resolution();
     std::array::from_fn(|i| (angles[i] / counts[i]).round() * counts[i])
 }

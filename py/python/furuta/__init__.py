@@ -12,6 +12,8 @@ True
 """
 
 from furuta._furuta import (
+    Controller,
+    ControllerError,
     DesignError,
     DiagnoseError,
     Diagnosis,
@@ -25,6 +27,7 @@ from furuta._furuta import (
     care,
     catalogue,
     controllability,
+    controllers,
     dare,
     diagnose,
     dlqe,
@@ -47,6 +50,8 @@ from furuta._furuta import (
 )
 
 __all__ = [
+    "Controller",
+    "ControllerError",
     "DesignError",
     "DiagnoseError",
     "Diagnosis",
@@ -60,6 +65,7 @@ __all__ = [
     "care",
     "catalogue",
     "controllability",
+    "controllers",
     "dare",
     "diagnose",
     "dlqe",

@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
 __all__ = [
+    "Controller",
+    "ControllerError",
     "DesignError",
     "DiagnoseError",
     "Diagnosis",
@@ -21,6 +23,7 @@ __all__ = [
     "care",
     "catalogue",
     "controllability",
+    "controllers",
     "dare",
     "diagnose",
     "dlqe",
@@ -50,6 +53,7 @@ class SimulationError(FurutaError): ...
 class SignalError(FurutaError): ...
 class RecordingError(FurutaError): ...
 class DiagnoseError(FurutaError): ...
+class ControllerError(FurutaError): ...
 class DesignError(FurutaError): ...
 
 class _ParameterDetail(TypedDict):
@@ -104,14 +108,93 @@ def signal(
     dt: float,
     **parameters: float | str,
 ) -> NDArray[np.float64]: ...
+@final
+class Controller:
+    KINDS: ClassVar[list[str]]
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str], rig: Rig, dt: float) -> Self: ...
+    @classmethod
+    def from_toml(cls, text: str, rig: Rig, dt: float) -> Self: ...
+    def to_toml(self) -> str: ...
+    @property
+    def kind(self) -> str: ...
+    @property
+    def dt(self) -> float: ...
+    @property
+    def command_limit(self) -> float: ...
+    def start(self) -> None: ...
+    def update(self, x: ArrayLike, reference: ArrayLike | None = None, h: float | None = None) -> float: ...
+
+class _ControllerParameter(TypedDict):
+    unit: str
+    sentence: str
+    numbers: int
+    words: list[str] | None
+    min: float
+    max: float
+    default: float | None
+
+class _ControllerKind(TypedDict):
+    sentence: str
+    parameters: dict[str, _ControllerParameter]
+
+def controllers() -> dict[str, dict[str, _ControllerKind]]: ...
 @overload
 def simulate(
-    rig: Rig, x0: ArrayLike, u: ArrayLike, dt: float, *, substeps: int = 1, run: int = 0, encoders: Literal[False] = False
+    rig: Rig,
+    x0: ArrayLike,
+    u: ArrayLike,
+    dt: float,
+    *,
+    substeps: int = 1,
+    run: int = 0,
+    encoders: Literal[False] = False,
+    controller: None = None,
+    reference: None = None,
+    ideal: Literal[False] = False,
 ) -> NDArray[np.float64]: ...
 @overload
 def simulate(
-    rig: Rig, x0: ArrayLike, u: ArrayLike, dt: float, *, substeps: int = 1, run: int = 0, encoders: Literal[True]
+    rig: Rig,
+    x0: ArrayLike,
+    u: ArrayLike,
+    dt: float,
+    *,
+    substeps: int = 1,
+    run: int = 0,
+    encoders: Literal[True],
+    controller: None = None,
+    reference: None = None,
+    ideal: Literal[False] = False,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+@overload
+def simulate(
+    rig: Rig,
+    x0: ArrayLike,
+    u: ArrayLike,
+    dt: float,
+    *,
+    substeps: int = 1,
+    run: int = 0,
+    encoders: Literal[False] = False,
+    controller: Controller,
+    reference: ArrayLike | None = None,
+    ideal: bool = False,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], list[str]]: ...
+@overload
+def simulate(
+    rig: Rig,
+    x0: ArrayLike,
+    u: ArrayLike,
+    dt: float,
+    *,
+    substeps: int = 1,
+    run: int = 0,
+    encoders: Literal[True],
+    controller: Controller,
+    reference: ArrayLike | None = None,
+    ideal: bool = False,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], list[str], NDArray[np.float64]]: ...
 def simulate_batch(
     rig: Rig,
     x0: ArrayLike,

@@ -1,0 +1,254 @@
+//! The class `Controller`: a controller file at work.
+
+use crate::error;
+use crate::matrix::{Vector, state};
+use crate::rig::PyRig;
+use furuta_ctrl::controllers::{AnyControllerState, Controller};
+use furuta_ctrl::supervisor::Supervisor;
+use furuta_ctrl::{ControllerFile, Site, config};
+use furuta_model::State;
+use pyo3::prelude::*;
+use pyo3::types::PyType;
+use std::path::PathBuf;
+
+/// A controller file, made for a rig and a sample period: what `furuta run`, `furuta simulate` and a microcontroller read alike.
+///
+/// `update` is the file's controller alone, from a state to a command, with a memory of its own that `start` clears. The whole control
+/// system, estimator, swing-up, limits and all, is at work in `furuta.simulate(..., controller=...)`.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> rig = furuta.Rig.load("shahzad2022-srv02")
+/// >>> balance = furuta.Controller.from_toml('''
+/// ... [controller]
+/// ... kind = "lqr"
+/// ... gain = [-1.0, 27.7, -2.0, 3.6]
+/// ... ''', rig, dt=0.002)
+/// >>> round(balance.update([0, 0.1, 0, 0]), 3)
+/// -2.77
+/// >>> furuta.Controller.from_toml("", rig, dt=0.002).kind  # everything standard
+/// 'lqr'
+#[pyclass(name = "Controller", module = "furuta")]
+pub(crate) struct PyController {
+    file: ControllerFile,
+    rig: furuta_model::Rig,
+    period: f64,
+    pub(crate) supervisor: Box<Supervisor<f64>>,
+    memory: AnyControllerState<f64>,
+}
+
+impl PyController {
+    fn new(file: ControllerFile, rig: &PyRig, period: f64) -> PyResult<Self> {
+        let rig = rig.rig.clone();
+        let supervisor =
+            Supervisor::design(&file.config, &Site::of(&rig, period)).map_err(error::controller)?;
+        Ok(Self {
+            memory: supervisor.balance.start(),
+            supervisor: Box::new(supervisor),
+            file,
+            rig,
+            period,
+        })
+    }
+
+    /// Whether it can be used at this sample period (s).
+    pub(crate) fn check_period(&self, period: f64) -> PyResult<()> {
+        // Written so that a NaN fails.
+        if (period / self.period - 1.0).abs() < 1e-9 {
+            return Ok(());
+        }
+        Err(error::controller(format!(
+            "the controller is made for dt = {} s, not for {period} s",
+            self.period
+        )))
+    }
+}
+
+#[pymethods]
+impl PyController {
+    /// From a controller file (TOML).
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or os.PathLike
+    /// rig : Rig
+    ///     What is designed, and what the estimator believes.
+    /// dt : float
+    ///     Sample period in s.
+    ///
+    /// Raises
+    /// ------
+    /// ControllerError
+    ///     A file that cannot be read, an unknown key, a value out of range, or a controller that the rig cannot have.
+    #[classmethod]
+    #[pyo3(text_signature = "(path, rig, dt)")]
+    fn from_file(
+        _cls: &Bound<'_, PyType>,
+        path: PathBuf,
+        rig: PyRef<'_, PyRig>,
+        dt: f64,
+    ) -> PyResult<Self> {
+        let file = ControllerFile::load(path).map_err(error::controller)?;
+        Self::new(file, &rig, dt)
+    }
+
+    /// The same from a file's text.
+    #[classmethod]
+    #[pyo3(text_signature = "(text, rig, dt)")]
+    fn from_toml(
+        _cls: &Bound<'_, PyType>,
+        text: &str,
+        rig: PyRef<'_, PyRig>,
+        dt: f64,
+    ) -> PyResult<Self> {
+        let file = ControllerFile::from_toml(text).map_err(error::controller)?;
+        Self::new(file, &rig, dt)
+    }
+
+    /// The kinds that a file's section `[controller]` can have.
+    #[classattr]
+    #[pyo3(name = "KINDS")]
+    fn kinds() -> Vec<&'static str> {
+        furuta_ctrl::controllers::CATALOGUE
+            .iter()
+            .map(|spec| spec.id)
+            .collect()
+    }
+
+    /// The text of the controller file.
+    fn to_toml(&self) -> String {
+        self.file.to_toml()
+    }
+
+    /// Kind of the controller, for example "lqr".
+    #[getter]
+    fn kind(&self) -> &'static str {
+        self.supervisor.balance.spec().id
+    }
+
+    /// Sample period, s.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.period
+    }
+
+    /// Largest command, V.
+    #[getter]
+    fn command_limit(&self) -> f64 {
+        self.supervisor.thresholds.command_limit
+    }
+
+    /// Forgets everything: as before the first sample.
+    fn start(&mut self) {
+        self.memory = self.supervisor.balance.start();
+    }
+
+    /// The command in V for the state x, to be held for one sample period.
+    ///
+    /// Parameters
+    /// ----------
+    /// x : array_like, shape (4,)
+    ///     State [theta, alpha, theta_dot, alpha_dot] in rad and rad/s.
+    /// reference : array_like, shape (4,), optional
+    ///     Where to go; upright with the arm at 0 if not given.
+    /// h : float, optional
+    ///     Sample period in s; the controller's own if not given.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     Always finite and within the command limit.
+    #[pyo3(signature = (x, reference=None, h=None))]
+    fn update(
+        &mut self,
+        x: Vector<'_>,
+        reference: Option<Vector<'_>>,
+        h: Option<f64>,
+    ) -> PyResult<f64> {
+        let reference = match reference {
+            Some(reference) => state("reference", &reference)?,
+            None => State::upright(),
+        };
+        let h = h.unwrap_or(self.period);
+        if !(h > 0.0 && h <= 1.0) {
+            return Err(error::controller(format!(
+                "h = {h} s is outside the allowed range (0, 1] s"
+            )));
+        }
+        let x = state("x", &x)?;
+        let balance = &self.supervisor.balance;
+        Ok(balance.update(&mut self.memory, &x, &reference, h))
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<furuta.Controller {:?} for {:?} at {} s>",
+            self.kind(),
+            self.rig.name,
+            self.period
+        )
+    }
+
+    /// Pickles as the file's text; what the controller remembers stays behind.
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (String, PyRig, f64))> {
+        let this = slf.borrow();
+        let rig = PyRig {
+            rig: this.rig.clone(),
+        };
+        Ok((
+            slf.get_type().getattr("from_toml")?,
+            (this.file.to_toml(), rig, this.period),
+        ))
+    }
+}
+
+/// What a controller file may say: `furuta controllers` as a dict.
+///
+/// Returns
+/// -------
+/// dict
+///     By section, by kind: `sentence` and `parameters`, which by name hold `unit`, `sentence`, `numbers` (how many), `words`, `min`, `max`
+///     and `default`; None where there is none.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> furuta.controllers()["limits"]["limits"]["parameters"]["command"]["unit"]
+/// 'V'
+#[pyfunction]
+#[pyo3(text_signature = "()")]
+pub(crate) fn controllers(py: Python<'_>) -> PyResult<Bound<'_, pyo3::types::PyDict>> {
+    use furuta_ctrl::settings::Shape;
+    use pyo3::types::PyDict;
+    let all = PyDict::new(py);
+    for (section, kinds) in &config::SECTIONS {
+        let of_section = PyDict::new(py);
+        for spec in *kinds {
+            let parameters = PyDict::new(py);
+            for p in spec.parameters {
+                let entry = PyDict::new(py);
+                entry.set_item("unit", p.unit)?;
+                entry.set_item("sentence", p.sentence)?;
+                entry.set_item("numbers", p.shape.len())?;
+                let words = match p.shape {
+                    Shape::Word(words) => Some(words.to_vec()),
+                    _ => None,
+                };
+                entry.set_item("words", words)?;
+                entry.set_item("min", p.min)?;
+                entry.set_item("max", p.max)?;
+                entry.set_item("default", p.default)?;
+                parameters.set_item(p.name, entry)?;
+            }
+            let kind = PyDict::new(py);
+            kind.set_item("sentence", spec.sentence)?;
+            kind.set_item("parameters", parameters)?;
+            of_section.set_item(spec.id, kind)?;
+        }
+        all.set_item(*section, of_section)?;
+    }
+    Ok(all)
+}
