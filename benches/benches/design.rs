@@ -1,12 +1,9 @@
-//! Controller design and one sample of the supervisor.
+//! Controller design.
 
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use furuta_ctrl::design::{Float, Noise, Weights, balance, dlqe, dlqr, lqi, lqr, place, poles};
-use furuta_ctrl::estimators::Measurement;
-use furuta_ctrl::supervisor::{Request, Supervisor};
-use furuta_ctrl::{Config, Site};
 use furuta_model::{Rig, State, linearize};
 use nalgebra::{Complex, RowSVector, SMatrix};
 
@@ -119,26 +116,5 @@ fn design(c: &mut Criterion) {
     });
 }
 
-fn supervise(c: &mut Criterion) {
-    let rig = Rig::builtin("fong2014-emecs").expect("built in");
-    let supervisor =
-        Supervisor::<f64>::design(&Config::default(), &Site::of(&rig, 0.001)).expect("has a gain");
-    let mut state = supervisor.start();
-    state.request(Request::Start);
-    c.bench_function("supervisor, swing-up sample", |bench| {
-        bench.iter(|| {
-            supervisor.update(
-                &mut state,
-                &Measurement::new(black_box(0.1), black_box(3.0), 0.0),
-                0.0,
-            )
-        });
-    });
-    let x = State::new(0.1, 0.2, 0.0, -1.2);
-    c.bench_function("supervisor, one prediction of the catch", |bench| {
-        bench.iter(|| supervisor.catch.succeeds(black_box(&x)));
-    });
-}
-
-criterion_group!(benches, design, supervise);
+criterion_group!(benches, design);
 criterion_main!(benches);
