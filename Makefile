@@ -83,6 +83,7 @@ figures: build
 	$(FURUTA) study shahzad2022 --task step --plot docs/shahzad2022-step.svg
 	$(FURUTA) study shahzad2022 --task steps --plot docs/shahzad2022-steps.svg
 	$(FURUTA) study shahzad2022 --task push --plot docs/shahzad2022-push.svg
+	$(FURUTA) study mpc --plot docs/mpc.svg
 	$(FURUTA) study ramos-velasco --plot docs/ramos-velasco-planar.svg
 	$(FURUTA) study ramos-velasco --on full --plot docs/ramos-velasco-full.svg
 	$(FURUTA) study ramos-velasco --on rig --plot docs/ramos-velasco-rig.svg

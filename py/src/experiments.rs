@@ -3,6 +3,7 @@
 use crate::error;
 use crate::rig::PyRig;
 use furuta_ctrl::design::SteadyMotion;
+use furuta_design::arm_step::{self as step, Contender as Holder};
 use furuta_design::closed_loop::Sample;
 use furuta_design::ramos_velasco::{Contender, Experiment};
 use furuta_design::{largest_sine as sine, ramos_velasco as ramos, shahzad2022 as shahzad};
@@ -18,6 +19,7 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(steady_motion, m)?)?;
     m.add_function(wrap_pyfunction!(largest_sine, m)?)?;
     m.add_function(wrap_pyfunction!(shahzad2022, m)?)?;
+    m.add_function(wrap_pyfunction!(arm_step, m)?)?;
     m.add_function(wrap_pyfunction!(ramos_velasco, m)?)?;
     m.add_function(wrap_pyfunction!(ramos_velasco_draws, m)?)
 }
@@ -193,6 +195,102 @@ pub(crate) fn shahzad2022<'py>(
         .detach(|| shahzad::run(&rig, task, on, &shahzad::Settings::default()))
         .map_err(error::simulation)?;
     run(py, &samples)
+}
+
+/// A step of the arm under four controllers with the same weights, from rest on the nonlinear model: what knowing the limits is worth.
+///
+/// LQR; sliding mode on its surface; model predictive control that lets the pendulum lean only so far, solved to the end in each sample
+/// (Clarabel) and by a fixed number of steps (ADMM, as on a microcontroller).
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+///     Its effects are left out.
+/// step : float
+///     Where the arm is to go from zero, rad.
+/// q : sequence of 4 floats, optional
+///     Diagonal of Q; together with r. If left out the step asks for twice the full command.
+/// r : float, optional
+///     Weight of the command.
+/// pendulum_angle : float, optional
+///     How far the pendulum may lean, rad; half of what it leans under the LQR if left out.
+/// rate : float
+///     Samples per second, Hz.
+/// duration : float
+///     s.
+/// iterations : int
+///     Steps of ADMM in each sample.
+///
+/// Returns
+/// -------
+/// dict
+///     pendulum_limit (rad), command_limit (V), and for each of "lqr", "sliding", "mpc_clarabel", "mpc_admm" a dict: t, u of shape (N,), x,
+///     reference of shape (N, 4); settle (s, None where it does not), overshoot (part of the step), alpha_max (rad), u_max (V), violations
+///     (samples beyond the pendulum's limit), saturated (samples at the command limit), effort (V**2 s), cost, up.
+///
+/// Raises
+/// ------
+/// SimulationError
+///     Numbers outside their ranges, weights with which there is no gain.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> study = furuta.arm_step(furuta.Rig.load("qube-servo-2"), pendulum_angle=0.1, duration=2.0)
+/// >>> [round(study[name]["alpha_max"], 2) for name in ("lqr", "mpc_clarabel", "mpc_admm")]
+/// [0.21, 0.1, 0.1]
+#[pyfunction]
+#[pyo3(signature = (rig, step = 0.5, *, q = None, r = None, pendulum_angle = None, rate = 500.0, duration = 5.0, iterations = 30))]
+#[allow(clippy::too_many_arguments)] // keywords of a Python function
+pub(crate) fn arm_step<'py>(
+    py: Python<'py>,
+    rig: PyRef<'py, PyRig>,
+    step: f64,
+    q: Option<[f64; 4]>,
+    r: Option<f64>,
+    pendulum_angle: Option<f64>,
+    rate: f64,
+    duration: f64,
+    iterations: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    if q.is_some() != r.is_some() {
+        return Err(error::simulation("give both q and r, or neither"));
+    }
+    let experiment = step::Experiment {
+        step,
+        rate,
+        duration,
+        weights: q.zip(r),
+        pendulum: pendulum_angle,
+        iterations,
+    };
+    let rig = rig.rig.clone();
+    let study = py
+        .detach(|| experiment.run(&rig))
+        .map_err(error::simulation)?;
+    let out = PyDict::new(py);
+    out.set_item("pendulum_limit", study.pendulum)?;
+    out.set_item("command_limit", study.command)?;
+    for one in &study.runs {
+        let name = match one.contender {
+            Holder::Lqr => "lqr",
+            Holder::Sliding => "sliding",
+            Holder::InteriorPoint => "mpc_clarabel",
+            Holder::Admm => "mpc_admm",
+        };
+        let (f, columns) = (&one.figures, run(py, &one.samples)?);
+        columns.set_item("settle", f.settle)?;
+        columns.set_item("overshoot", f.overshoot)?;
+        columns.set_item("alpha_max", f.alpha)?;
+        columns.set_item("u_max", f.command)?;
+        columns.set_item("violations", f.violations)?;
+        columns.set_item("saturated", f.saturated)?;
+        columns.set_item("effort", f.effort)?;
+        columns.set_item("cost", f.cost)?;
+        columns.set_item("up", f.up)?;
+        out.set_item(name, columns)?;
+    }
+    Ok(out)
 }
 
 fn unknown(name: &str, given: &str, known: &str) -> PyErr {

@@ -159,6 +159,36 @@ fn a_simulation_is_drawn() {
 }
 
 #[test]
+fn predictive_control_is_compared() {
+    let folder = Folder::new("study-mpc");
+    let picture = folder.path("mpc.svg");
+    let picture = picture.to_str().expect("UTF-8");
+    let study = json(&[
+        "study",
+        "mpc",
+        "--duration",
+        "2",
+        "--pendulum-angle",
+        "0.1",
+        "--plot",
+        picture,
+        "--json",
+    ]);
+    let runs = study["runs"].as_array().expect("a list");
+    assert_eq!(runs.len(), 4);
+    let figure = |k: usize, name: &str| runs[k][name].as_f64().expect("a number");
+    assert!(figure(0, "alpha_max") > 0.2 && figure(3, "alpha_max") < 0.102);
+    assert!((figure(2, "cost") - figure(3, "cost")).abs() < 1e-4);
+    assert!(
+        std::fs::read_to_string(picture)
+            .expect("drawn")
+            .contains("MPC, ADMM")
+    );
+    let wrong = failure(&["study", "mpc", "--step", "0"]);
+    assert!(wrong.contains("step = 0 rad"), "{wrong}");
+}
+
+#[test]
 fn mistakes_say_what_to_do() {
     let wrong = failure(&[
         "study",

@@ -9,15 +9,19 @@
 //! | [`swing_up`] | how surely a rig is swung up that is not quite as its file says |
 //! | [`shahzad2022`] | arm steps and a push under an LQR |
 //! | [`ramos_velasco`] | a pendulum that follows a sine, under five controllers, on wrong parameters |
+//! | [`arm_step`] | a step of the arm under LQR, sliding mode and model predictive control |
+//! | [`mpc`] | model predictive control by an interior-point method |
 //! | [`largest_sine`] | the largest sine that a pendulum can follow at all |
 //! | [`chart`] | line charts as SVG |
 #![forbid(unsafe_code)]
 // `!(x > 0)` is how a NaN is made to fail a test.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
+pub mod arm_step;
 pub mod chart;
 pub mod closed_loop;
 pub mod largest_sine;
+pub mod mpc;
 pub mod ramos_velasco;
 pub mod reach;
 pub mod shahzad2022;

@@ -20,6 +20,7 @@ __all__ = [
     "SignalError",
     "SimulationError",
     "__version__",
+    "arm_step",
     "care",
     "catalogue",
     "controllability",
@@ -232,7 +233,37 @@ class _Draws(TypedDict):
 
 _Tracker: TypeAlias = Literal["regulator", "regulator_lqr", "normal_form", "layer", "twisting"]
 
+class _ArmStepRun(_Run):
+    settle: float | None
+    overshoot: float
+    alpha_max: float
+    u_max: float
+    violations: int
+    saturated: int
+    effort: float
+    cost: float
+    up: bool
+
+class _ArmStep(TypedDict):
+    pendulum_limit: float
+    command_limit: float
+    lqr: _ArmStepRun
+    sliding: _ArmStepRun
+    mpc_clarabel: _ArmStepRun
+    mpc_admm: _ArmStepRun
+
 def shahzad2022(task: Literal["step", "steps", "push"] = "steps", on: Literal["linear", "nonlinear", "rig"] = "nonlinear") -> _Run: ...
+def arm_step(
+    rig: Rig,
+    step: float = 0.5,
+    *,
+    q: Sequence[float] | None = None,
+    r: float | None = None,
+    pendulum_angle: float | None = None,
+    rate: float = 500.0,
+    duration: float = 5.0,
+    iterations: int = 30,
+) -> _ArmStep: ...
 def ramos_velasco(
     controller: _Tracker = "normal_form",
     on: Literal["planar", "full", "rig"] = "planar",

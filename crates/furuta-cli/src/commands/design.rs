@@ -53,7 +53,8 @@ struct LqrArgs {
     json: bool,
 }
 
-fn weights(text: &str) -> Result<[f64; 4], String> {
+/// Four weights with commas between them.
+pub(crate) fn weights(text: &str) -> Result<[f64; 4], String> {
     match four(text)? {
         q if q.iter().all(|w| *w >= 0.0) => Ok(q),
         _ => Err("a weight is at least 0".to_owned()),

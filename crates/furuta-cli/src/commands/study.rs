@@ -1,5 +1,6 @@
 //! `furuta study`: experiments on controllers, the source papers' among them.
 
+mod mpc;
 mod ramos_velasco;
 mod reach;
 mod shahzad2022;
@@ -15,7 +16,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;
 
-/// Experiments on controllers: those of the source papers, repeated and drawn; swing-up of many rigs that are not quite as their file says.
+/// Experiments on controllers: those of the source papers, repeated and drawn; swing-up of many rigs that are not quite as their file says; a step with and without limits in mind.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -29,6 +30,7 @@ enum Study {
     RamosVelasco(ramos_velasco::Args),
     SwingUp(swing_up::Args),
     Reach(reach::Args),
+    Mpc(mpc::Args),
 }
 
 /// Runs the command.
@@ -38,6 +40,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Study::RamosVelasco(args) => ramos_velasco::run(args),
         Study::SwingUp(args) => swing_up::run(args),
         Study::Reach(args) => reach::run(args),
+        Study::Mpc(args) => mpc::run(args),
     }
 }
 

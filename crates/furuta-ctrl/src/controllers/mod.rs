@@ -7,6 +7,7 @@
 mod swing_up;
 
 pub use lqr_sliding::{LqrSlidingState, Reaching};
+pub use mpc::{Bounds, LIMITED, MOVES, MpcState, Rows};
 pub use normal_form_sliding::{NormalFormSlidingState, Switching};
 pub use swing_up::{SPEC as SWING_UP, SwingUp, SwingUpState};
 
@@ -134,6 +135,7 @@ controllers! {
     output_regulator::OutputRegulator,
     normal_form_sliding::NormalFormSliding,
     lqr_sliding::LqrSliding,
+    mpc::Mpc,
 }
 
 /// Settings of the controller of this kind, nothing given yet.

@@ -10,6 +10,7 @@
 //! | steady-state Kalman gains | [`dlqe`], [`lqe`] |
 //! | a rig's standard balance gain | [`balance`] |
 //! | what the input reaches, what the output shows | [`controllability()`], [`observability`], [`controllability_matrix`] |
+//! | what a regulated system does, and what moves on top of the regulator change | [`Prediction`] |
 //! | steady motion on which the pendulum follows a sine | [`SteadyMotion`] |
 //! | poles, stability | [`poles`], [`spectral_radius`], [`is_schur`], [`is_hurwitz`] |
 
@@ -22,6 +23,7 @@ mod kalman;
 mod lqr;
 pub mod lyapunov;
 mod place;
+mod prediction;
 pub mod regulator_equation;
 pub mod riccati;
 mod scaling;
@@ -31,11 +33,13 @@ pub use balance::{balance, balance_weights};
 pub use controllability::{
     Controllability, controllability, controllability_matrix, observability,
 };
+pub(crate) use elimination::solve;
 pub use error::{DesignError, Entry};
 pub use integral::{dlqi, lqi, with_integral, with_sum};
 pub use kalman::{Estimator, Noise, dlqe, lqe};
 pub use lqr::{Regulator, Weights, dlqr, lqr};
 pub use place::place;
+pub use prediction::{Predicted, Prediction};
 pub use regulator_equation::{RegulatorError, SteadyMotion};
 pub use stability::{is_hurwitz, is_schur, poles, spectral_radius};
 
