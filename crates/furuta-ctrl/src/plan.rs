@@ -34,6 +34,7 @@ pub struct Plan {
     /// Parameters in the order of [`furuta_model::params::RANGES`].
     params: [f64; 17],
     command_limit: f64,
+    resolution: [f64; 2],
     limits: Limits,
     effects: ArrayVec<SentEffect, MAX_EFFECTS>,
 }
@@ -65,6 +66,7 @@ impl Plan {
             period: site.period,
             params: site.params.to_array(),
             command_limit: site.command_limit,
+            resolution: site.resolution,
             limits: site.limits,
             effects,
         }
@@ -88,6 +90,7 @@ impl Plan {
             effects: &effects,
             period: self.period,
             command_limit: self.command_limit,
+            resolution: self.resolution,
             limits: self.limits,
         };
         Supervisor::design(&self.config, &site)

@@ -13,6 +13,8 @@ pub struct Site<'a> {
     pub period: f64,
     /// Largest command, V: the rig's, or less.
     pub command_limit: f64,
+    /// Angles of one count of the encoders, `[theta, alpha]`, rad; 0: none are known of.
+    pub resolution: [f64; 2],
     /// Where the rig's own file stops a run.
     pub limits: Limits,
 }
@@ -37,6 +39,7 @@ impl<'a> Site<'a> {
             effects: &[],
             period,
             command_limit: params.motor.command_limit,
+            resolution: [0.0; 2],
             limits: Limits::default(),
         }
     }
@@ -52,6 +55,7 @@ impl<'a> Site<'a> {
         } = rig.limits;
         Self {
             effects: &rig.effects,
+            resolution: rig.sensors.resolution(),
             limits: Limits {
                 arm_angle,
                 arm_speed,

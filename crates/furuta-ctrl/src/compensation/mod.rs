@@ -1,31 +1,82 @@
-//! Compensation: what is added to a controller's command for effects that the rig file names.
+//! Compensation: what is done to a controller's command about effects that the rig file names.
+//!
+//! | Effects | What is done | Setting |
+//! |---|---|---|
+//! | springs, cables, cogging, a tilted base | the voltage that holds the arm at its reference is added | `hold` |
+//! | dry friction of the arm | its voltage is added in the direction in which the arm is about to move | `friction` |
+//! | dead zone, offset and asymmetry of the motor | the command is chosen for which the motor's voltage is the one wanted | `motor` |
+//! | what an [estimator](crate::estimators) finds beside the command | is taken off it | `disturbance` |
+//! | delay of the command | estimators with a model look ahead | their `predict` |
 
+mod friction;
 mod hold;
+mod motor;
 
 use crate::config::ConfigError;
 use crate::real::{Real, is_finite};
 use crate::settings::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
-use furuta_model::Plant;
+use friction::Friction;
+use furuta_model::effects::Acts;
+use furuta_model::plant::MAX_EFFECTS;
+use furuta_model::{Effect, Plant, State};
 
 /// What a controller file may say of it.
 pub static SPEC: Spec = Spec {
     id: "compensate",
-    sentence: "What is added to the command for effects that the rig file names",
-    parameters: &[ParameterSpec::switch(
-        "hold",
-        true,
-        "the voltage that holds the arm at its reference against springs and whatever else pulls it",
-    )],
+    sentence: "What is done to the command about effects that the rig file names",
+    parameters: &[
+        ParameterSpec::switch(
+            "hold",
+            true,
+            "the voltage that holds the arm at its reference against springs and whatever else pulls it",
+        ),
+        ParameterSpec::number(
+            "friction",
+            "",
+            0.0,
+            1.0,
+            "share of the arm's dry friction that is made up for",
+        )
+        .or(0.9),
+        ParameterSpec::switch(
+            "motor",
+            true,
+            "the command for which the motor's voltage, behind dead zone and the like, is the one wanted",
+        ),
+        ParameterSpec::switch(
+            "disturbance",
+            true,
+            "against the voltage that the estimator finds beside the command",
+        ),
+    ],
 };
+
+/// Speed at which the level of dry friction is taken, over the pendulum's frequency: Stribeck friction is still near its static torque.
+const SLOW: f64 = 0.01;
 
 /// Feed-forward from the rig's model.
 #[derive(Clone, Debug)]
 pub struct Compensation<T: Real> {
     plant: Plant<T>,
-    /// Friction counts as holding an axis where it stops it at this rate, 1/s.
-    stick_rate: T,
+    /// The same without dry friction.
+    smooth: Plant<T>,
     hold: bool,
+    friction: Option<Friction<T>>,
+    motor: bool,
+    disturbance: bool,
+    limit: T,
+}
+
+/// What is known when a command is compensated.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Situation<T> {
+    /// The state when the command begins to act.
+    pub x: State<T>,
+    /// Where the arm is asked to be, rad.
+    pub reference: T,
+    /// [`crate::estimators::Estimate::disturbance`], V.
+    pub disturbance: T,
 }
 
 impl<T: Real> Compensation<T> {
@@ -35,19 +86,43 @@ impl<T: Real> Compensation<T> {
     /// Where the rig's model is not possible.
     pub fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
         let plant: Plant<f64> = Plant::new(site.params, site.effects)?;
+        let is_dry = |e: &Effect<f64>| e.spec().acts.touches(Acts::DRY_FRICTION);
+        let smooth: arrayvec::ArrayVec<Effect<f64>, MAX_EFFECTS> = plant
+            .effects()
+            .iter()
+            .filter(|e| !is_dry(e))
+            .copied()
+            .collect();
+        let smooth = Plant::new(site.params, &smooth)?;
+        let share = settings.number("friction").unwrap_or_default();
+        let touches = |acts| plant.effects().iter().any(|e| e.spec().acts.touches(acts));
         Ok(Self {
-            hold: settings.is_on("hold") && !plant.effects().is_empty(),
+            hold: settings.is_on("hold") && touches(Acts::TORQUE),
+            friction: Friction::new(&plant, &smooth, SLOW * site.frequency(), site.period, share),
+            motor: settings.is_on("motor") && touches(Acts::VOLTAGE),
+            disturbance: settings.is_on("disturbance"),
+            limit: T::from_f64(site.command_limit),
             plant: plant.cast(),
-            stick_rate: T::from_f64(1.0 / site.period),
+            smooth: smooth.cast(),
         })
     }
 
-    /// The command (V) to be added while the pendulum is balanced with the arm at `theta` (rad); always finite.
-    pub fn command(&self, theta: T) -> T {
-        if !self.hold {
-            return T::ZERO;
+    /// The command (V) in place of a balancing controller's `u`. Finite where `u` is; where a model has no finite answer, `u` stays.
+    pub fn command(&self, u: T, at: &Situation<T>) -> T {
+        let or_zero = |volts: T| if is_finite(volts) { volts } else { T::ZERO };
+        let mut volts = u;
+        if self.hold {
+            volts += or_zero(hold::voltage(&self.smooth, at.reference));
         }
-        let volts = hold::voltage(&self.plant, theta, self.stick_rate);
-        if is_finite(volts) { volts } else { T::ZERO }
+        if let Some(friction) = &self.friction {
+            volts += or_zero(friction.voltage(&self.smooth, &at.x, volts));
+        }
+        if self.disturbance {
+            volts -= or_zero(at.disturbance);
+        }
+        if self.motor && is_finite(volts) {
+            volts = motor::command(&self.plant, volts, self.limit);
+        }
+        volts
     }
 }

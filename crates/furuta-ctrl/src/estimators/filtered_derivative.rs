@@ -56,6 +56,10 @@ impl<T: Real> Estimator<T> for FilteredDerivative<T> {
             self.speed.update(arm, m.theta),
             self.speed.update(pendulum, m.alpha),
         );
-        Estimate { now, ahead: now }
+        Estimate {
+            now,
+            ahead: now,
+            disturbance: T::ZERO,
+        }
     }
 }

@@ -40,8 +40,11 @@ impl<T> Measurement<T> {
 pub struct Estimate<T> {
     /// The state at the sample.
     pub now: State<T>,
-    /// The state when a command given now begins to act, one period later. An estimator that does not predict says `now`.
+    /// The state when a command given now begins to act, one period later, or more where the rig file names a delay. An estimator that
+    /// does not predict says `now`.
     pub ahead: State<T>,
+    /// Voltage (V) that acts beside the command: what the estimator cannot explain otherwise. 0 of an estimator that does not look for one.
+    pub disturbance: T,
 }
 
 /// From measurements to states.
@@ -126,13 +129,22 @@ macro_rules! estimators {
 
 estimators! {
     observer::Observer,
+    luenberger::Luenberger,
+    kalman::Kalman,
+    extended_kalman::ExtendedKalman,
+    disturbance_observer::DisturbanceObserver,
     filtered_derivative::FilteredDerivative,
 }
 
 mod derivative;
+mod fixed_gain;
+mod noise;
+mod predictor;
 
 pub use derivative::{Derivative, DerivativeState};
-pub use observer::Belief;
+pub use disturbance_observer::DisturbedBelief;
+pub use extended_kalman::UncertainBelief;
+pub use predictor::Belief;
 
 /// Settings of the estimator of this kind, nothing given yet.
 #[must_use]

@@ -21,7 +21,7 @@ mod catch;
 
 pub use catch::Catch;
 
-use crate::compensation::Compensation;
+use crate::compensation::{Compensation, Situation};
 use crate::config::{Config, ConfigError};
 use crate::controllers::{
     AnyController, AnyControllerState, Controller, Design, StateFeedback, SwingUp, SwingUpState,
@@ -352,7 +352,11 @@ impl<T: Real> Supervisor<T> {
         measurement: &Measurement<T>,
         target: T,
     ) -> Output<T> {
-        let Estimate { now, ahead } = self.estimator.update(&mut state.estimator, measurement);
+        let Estimate {
+            now,
+            ahead,
+            disturbance,
+        } = self.estimator.update(&mut state.estimator, measurement);
         if state.mode != Mode::Fault
             && let Some(fault) = self.violation(&now)
         {
@@ -374,9 +378,15 @@ impl<T: Real> Supervisor<T> {
                 let step = self.thresholds.reference_speed * self.h * periods;
                 state.arm_reference += (target - state.arm_reference).clamp(-step, step);
                 let reference = arm_at(state.arm_reference);
-                self.balance
-                    .update(&mut state.balance, &ahead, &reference, self.h)
-                    + self.compensation.command(state.arm_reference)
+                let u = self
+                    .balance
+                    .update(&mut state.balance, &ahead, &reference, self.h);
+                let situation = Situation {
+                    x: ahead,
+                    reference: state.arm_reference,
+                    disturbance,
+                };
+                self.compensation.command(u, &situation)
             }
             Mode::Idle | Mode::Stopping | Mode::Fault => T::ZERO,
         };

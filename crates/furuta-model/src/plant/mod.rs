@@ -293,6 +293,12 @@ impl<S: Scalar> Plant<S> {
             .fold(memory, |m, e| e.travelled(m, travel))
     }
 
+    /// How late the command acts, s.
+    #[must_use]
+    pub fn delay(&self) -> S {
+        self.delay
+    }
+
     /// The motor's voltage for a steady command `u` at the run's start, V.
     #[must_use]
     pub fn volts(&self, u: S) -> S {

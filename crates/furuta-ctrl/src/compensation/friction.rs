@@ -1,0 +1,58 @@
+//! The voltage against the arm's dry friction.
+
+use super::hold::acceleration;
+use crate::real::{Real, c};
+use furuta_model::{Plant, State};
+
+/// Periods over which the arm's motion is looked ahead, to see which way friction will act.
+const AHEAD: f64 = 4.0;
+/// Share of the friction's own voltage by which the arm has to be driven until all of it is made up for.
+const SOFT: f64 = 0.25;
+
+/// What makes up for dry friction.
+///
+/// Friction acts against the motion, and against what would move an arm at rest; so the direction is taken from the speed `w` that the arm would
+/// have a few periods later if there were none: `u += level * sat(w / w0)`. By the speed alone an arm at rest would get no help to come loose, by the
+/// command alone a moving one would be pushed the wrong way whenever it brakes. `w0`, what a quarter of the friction's voltage does meanwhile,
+/// makes the change of direction soft: an arm at rest needs about a fifth of the voltage that it needs by itself.
+#[derive(Clone, Debug)]
+pub(super) struct Friction<T> {
+    /// Voltage of the friction at low speed, V.
+    level: T,
+    /// s.
+    ahead: T,
+    /// rad/s.
+    full: T,
+}
+
+impl<T: Real> Friction<T> {
+    /// For `share` of the friction in `plant`, of which `smooth` is the one without; `slow` (rad/s) is a speed at which it counts.
+    /// `None` where there is none.
+    pub(super) fn new(
+        plant: &Plant<f64>,
+        smooth: &Plant<f64>,
+        slow: f64,
+        period: f64,
+        share: f64,
+    ) -> Option<Self> {
+        let x = State::new(0.0, 0.0, slow, 0.0);
+        let still = State::upright();
+        let per_volt = acceleration(smooth, &still, 1.0) - acceleration(smooth, &still, 0.0);
+        // Stopping within a sample of a thousandth of the period would take more than any friction.
+        let rubbed = plant.rate(0.0, &x, 0.0, 1e3 / period).theta_dot;
+        let level = share * (acceleration(smooth, &x, 0.0) - rubbed) / per_volt;
+        let ahead = AHEAD * period;
+        let full = SOFT * level * per_volt * ahead;
+        (level > 0.0 && full.is_finite() && full > 0.0).then(|| Self {
+            level: T::from_f64(level),
+            ahead: T::from_f64(ahead),
+            full: T::from_f64(full),
+        })
+    }
+
+    /// What to add to the voltage `volts` in the state `x`, V.
+    pub(super) fn voltage(&self, smooth: &Plant<T>, x: &State<T>, volts: T) -> T {
+        let later = x.theta_dot + acceleration(smooth, x, volts) * self.ahead;
+        self.level * (later / self.full).clamp(-T::ONE, c(1.0))
+    }
+}

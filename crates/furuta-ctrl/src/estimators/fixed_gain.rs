@@ -1,0 +1,64 @@
+//! Estimators whose correction is a constant gain on the innovation.
+
+use super::predictor::{Belief, Predictor};
+use super::{Estimate, Measurement};
+use crate::config::ConfigError;
+use crate::real::Real;
+use crate::site::Site;
+use furuta_model::discretize::zero_order_hold;
+use furuta_model::{Plant, State, linearize};
+use nalgebra::{SMatrix, SVector};
+
+/// `xhat[k] = f(xhat[k-1], u) + L (y[k] - h(f(xhat[k-1], u)))`: the nonlinear model `f` predicts, the gain `L` (4 x 2) corrects.
+#[derive(Clone, Debug)]
+pub(super) struct FixedGain<T: Real> {
+    pub(super) predictor: Predictor<T>,
+    /// Rows as the state, columns as the encoders.
+    pub(super) gain: [[T; 2]; 4],
+}
+
+impl<T: Real> FixedGain<T> {
+    pub(super) fn update(&self, belief: &mut Belief<T>, m: &Measurement<T>) -> Estimate<T> {
+        if let Some([e, f]) = self.predictor.follow(belief, m, T::ZERO) {
+            self.predictor
+                .correct(belief, self.gain.map(|[a, b]| a * e + b * f));
+        }
+        self.predictor.estimate(belief, T::ZERO)
+    }
+}
+
+/// Makes an estimator of a type that holds nothing but a [`FixedGain`].
+macro_rules! estimates_with_fixed_gain {
+    ($name:ident) => {
+        impl<T: crate::real::Real> super::Estimator<T> for $name<T> {
+            type State = super::Belief<T>;
+
+            fn start(&self) -> Self::State {
+                self.0.predictor.start()
+            }
+
+            fn update(
+                &self,
+                belief: &mut Self::State,
+                m: &super::Measurement<T>,
+            ) -> super::Estimate<T> {
+                self.0.update(belief, m)
+            }
+        }
+    };
+}
+pub(super) use estimates_with_fixed_gain;
+
+/// A matrix as the rows of a [`FixedGain`].
+pub(super) fn rows<T: Real, const N: usize>(gain: &SMatrix<f64, N, 2>) -> [[T; 2]; N] {
+    core::array::from_fn(|i| core::array::from_fn(|j| T::from_f64(gain[(i, j)])))
+}
+
+/// The upright linearisation without effects, held over the sample period: friction and dead zones have no useful derivative at rest.
+pub(super) fn upright(
+    site: &Site<'_>,
+) -> Result<(SMatrix<f64, 4, 4>, SVector<f64, 4>), ConfigError> {
+    let plant = Plant::new(site.params, &[])?;
+    let linear = linearize(&plant, State::upright(), 0.0);
+    Ok(zero_order_hold(&linear.a, &linear.b, site.period))
+}
