@@ -12,6 +12,8 @@
 //! | [`arm_step`] | a step of the arm under LQR, sliding mode and model predictive control |
 //! | [`mpc`] | model predictive control by an interior-point method |
 //! | [`largest_sine`] | the largest sine that a pendulum can follow at all |
+//! | [`estimation`] | how well estimators know speeds, all watching the same run |
+//! | [`limit_cycle`] | how far a balanced rig wanders, its effects compensated or not |
 //! | [`chart`] | line charts as SVG |
 #![forbid(unsafe_code)]
 // `!(x > 0)` is how a NaN is made to fail a test.
@@ -20,8 +22,10 @@
 pub mod arm_step;
 pub mod chart;
 pub mod closed_loop;
+pub mod estimation;
 pub mod largest_sine;
 pub mod mpc;
+pub mod limit_cycle;
 pub mod ramos_velasco;
 pub mod reach;
 pub mod shahzad2022;

@@ -1,6 +1,8 @@
 //! `furuta study`: experiments on controllers, the source papers' among them.
 
 mod mpc;
+mod estimators;
+mod limit_cycle;
 mod ramos_velasco;
 mod reach;
 mod shahzad2022;
@@ -31,6 +33,8 @@ enum Study {
     SwingUp(swing_up::Args),
     Reach(reach::Args),
     Mpc(mpc::Args),
+    Estimators(estimators::Args),
+    LimitCycle(limit_cycle::Args),
 }
 
 /// Runs the command.
@@ -41,6 +45,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Study::SwingUp(args) => swing_up::run(args),
         Study::Reach(args) => reach::run(args),
         Study::Mpc(args) => mpc::run(args),
+        Study::Estimators(args) => estimators::run(args),
+        Study::LimitCycle(args) => limit_cycle::run(args),
     }
 }
 

@@ -38,7 +38,7 @@ pub static SPEC: Spec = Spec {
             1.0,
             "share of the arm's dry friction that is made up for",
         )
-        .or(0.9),
+        .or(1.0),
         ParameterSpec::switch(
             "motor",
             true,

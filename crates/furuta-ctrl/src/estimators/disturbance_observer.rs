@@ -21,7 +21,7 @@ pub(super) static SPEC: Spec = Spec {
             "V/s^0.5",
             1e-6,
             1e6,
-            "how far that voltage wanders in a second, RMS: larger learns faster and shakes more; half the largest command if left out",
+            "how far that voltage wanders in a second, RMS: larger learns faster and shakes more; a fifth of the largest command if left out",
         ),
         COMMAND,
         PENDULUM,
@@ -57,7 +57,7 @@ impl<T: Real> Design for DisturbanceObserver<T> {
         let noise = Noise::of(settings, site);
         let wander = settings
             .number("wander")
-            .unwrap_or(0.5 * site.command_limit);
+            .unwrap_or(0.2 * site.command_limit);
         let (driven, pushed) = (b * noise.command, pushed(site.period) * noise.pendulum);
         let mut process = SMatrix::<f64, 5, 5>::zeros();
         process
