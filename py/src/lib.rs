@@ -10,6 +10,7 @@ mod controller;
 mod design;
 mod diagnosis;
 mod error;
+mod estimator;
 mod experiments;
 mod linear;
 mod matrix;
@@ -34,6 +35,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(linear::linearize, m)?)?;
     m.add_function(wrap_pyfunction!(linear::zero_order_hold, m)?)?;
     design::register(m)?;
+    m.add_class::<estimator::PyEstimator>()?;
     experiments::register(m)?;
     m.add_class::<controller::PyController>()?;
     m.add_function(wrap_pyfunction!(controller::controllers, m)?)?;

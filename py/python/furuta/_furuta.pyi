@@ -13,6 +13,7 @@ __all__ = [
     "DesignError",
     "DiagnoseError",
     "Diagnosis",
+    "Estimator",
     "FurutaError",
     "RecordingError",
     "Rig",
@@ -301,6 +302,18 @@ def dlqe(
 ) -> _Design: ...
 def place(A: ArrayLike, B: ArrayLike, poles: ArrayLike) -> NDArray[np.float64]: ...
 def controllability(A: ArrayLike, B: ArrayLike) -> tuple[NDArray[np.float64], int, float]: ...
+
+@final
+class Estimator:
+    KINDS: ClassVar[list[str]]
+    def __new__(cls, kind: str, rig: Rig, dt: float, **settings: float | Sequence[float]) -> Self: ...
+    @property
+    def kind(self) -> str: ...
+    def start(self) -> None: ...
+    def update(
+        self, theta: float, alpha: float, held: float, periods: int = 1
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]: ...
+    def filter(self, theta: ArrayLike, alpha: ArrayLike, u: ArrayLike) -> NDArray[np.float64]: ...
 
 _Path: TypeAlias = str | os.PathLike[str]
 _Recording: TypeAlias = _Path | dict[str, ArrayLike]

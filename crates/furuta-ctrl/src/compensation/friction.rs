@@ -56,3 +56,33 @@ impl<T: Real> Friction<T> {
         self.level * (later / self.full).clamp(-T::ONE, c(1.0))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use furuta_model::{Effect, Rig};
+
+    #[test]
+    fn the_level_is_that_of_the_friction_and_the_direction_that_of_the_motion() {
+        let rig = Rig::builtin("shahzad2022-srv02").expect("built in");
+        let torque = 0.02;
+        let effect = Effect::new("arm.coulomb", &[torque]).expect("an effect");
+        let plant = Plant::new(&rig.params, &[effect]).expect("possible");
+        let smooth = Plant::new(&rig.params, &[]).expect("possible");
+        let friction =
+            Friction::<f64>::new(&plant, &smooth, 0.1, 0.002, 1.0).expect("there is some");
+        let level = torque / rig.params.coefficients().drive;
+        assert!((friction.level - level).abs() < 1e-9 * level);
+        let at = |speed: f64, volts: f64| {
+            friction.voltage(&smooth, &State::new(0.0, 0.0, speed, 0.0), volts)
+        };
+        assert_eq!(at(0.0, 0.0), 0.0);
+        // Moving: with the motion, also while it brakes.
+        assert!((at(1.0, 0.0) - level).abs() < 1e-9 && (at(-1.0, 1.0) + level).abs() < 1e-9);
+        // At rest: with the command, all of it from a quarter of the friction's voltage on.
+        assert!((at(0.0, 0.26 * level) - level).abs() < 1e-9);
+        assert!((at(0.0, -0.1 * level) + 0.4 * level).abs() < 1e-3 * level);
+        assert!(Friction::<f64>::new(&smooth, &smooth, 0.1, 0.002, 1.0).is_none());
+        assert!(Friction::<f64>::new(&plant, &smooth, 0.1, 0.002, 0.0).is_none());
+    }
+}

@@ -108,7 +108,10 @@ impl<T: Real> ExtendedKalman<T> {
         // What a volt more, and a push on the pendulum, do in a period.
         let half = c::<T>(0.5) * h;
         let [arm, pendulum] = [rate[2].d[4] * h, rate[3].d[4] * h];
-        let driven = [arm * half, pendulum * half, arm, pendulum];
+        let kick = [T::ZERO, T::ZERO, arm, pendulum];
+        let driven: [T; 4] = core::array::from_fn(|r| {
+            kick[r] + c::<T>(0.5) * (a[r][2] * arm + a[r][3] * pendulum)
+        });
         let pushed = [T::ZERO, half * h, T::ZERO, h];
         for r in 0..4 {
             for k in 0..4 {

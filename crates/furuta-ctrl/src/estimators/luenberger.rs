@@ -67,10 +67,7 @@ fn gain(a: &SMatrix<f64, 4, 4>, poles: [[f64; 2]; 2]) -> Option<SMatrix<f64, 4, 
 impl<T: Real> Design for Luenberger<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
         let (a, _) = upright(site)?;
-        let mut rates = [RATE; 4];
-        if let Some(given) = settings.numbers("rates") {
-            rates.copy_from_slice(given);
-        }
+        let rates = settings.vector("rates").unwrap_or([RATE; 4]);
         let [p, q, r, s] = rates.map(|rate| libm::exp(-rate * site.period));
         let gain = gain(&a, [[p, q], [r, s]]).ok_or(ConfigError::Unsuitable {
             section: SPEC.id,

@@ -59,10 +59,7 @@ impl Noise {
             pendulum: settings
                 .number("pendulum_noise")
                 .unwrap_or(0.05 * frequency * frequency),
-            reading: match settings.numbers("reading_noise") {
-                Some(&[theta, alpha]) => [theta, alpha],
-                _ => of_counts,
-            },
+            reading: settings.vector("reading_noise").unwrap_or(of_counts),
         }
     }
 }

@@ -1,0 +1,194 @@
+//! The class `Estimator`: states from encoder angles.
+
+use crate::error;
+use crate::matrix::Vector;
+use crate::rig::PyRig;
+use furuta_ctrl::Site;
+use furuta_ctrl::estimators::{self, AnyEstimator, AnyEstimatorState, Estimator, Measurement};
+use furuta_ctrl::settings::Settings;
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// What an estimate is to Python: states now and when a command given now begins to act, and the voltage beside the command.
+type Said<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, f64);
+
+/// An estimator of the control core: angles in, states out. It has a memory, which `start` clears.
+///
+/// Parameters
+/// ----------
+/// kind : str
+///     One of `Estimator.KINDS`; `furuta controllers KIND` on the command line tells of each.
+/// rig : Rig
+///     The model that it predicts with, effects included.
+/// dt : float
+///     Sample period in s.
+/// **settings : float, bool or sequence of float
+///     As in the section [estimator] of a controller file.
+///
+/// Raises
+/// ------
+/// DesignError
+///     No such estimator or setting, a value out of its range, or a rig that has no such estimator.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, furuta
+/// >>> rig = furuta.Rig.load("qube-servo-2")
+/// >>> u = np.sin(np.arange(1000) * 0.02)
+/// >>> x, y = furuta.simulate(rig, [0, np.pi, 0, 0], u, dt=0.002, encoders=True)
+/// >>> kalman = furuta.Estimator("kalman", rig, dt=0.002)
+/// >>> seen = kalman.filter(y[:-1, 0], y[:-1, 1], u)
+/// >>> bool(np.sqrt(np.mean((seen[200:, 2] - x[200:-1, 2]) ** 2)) < 0.05)  # rad/s, from counts of 3 mrad
+/// True
+#[pyclass(name = "Estimator", module = "furuta")]
+pub(crate) struct PyEstimator {
+    estimator: AnyEstimator<f64>,
+    memory: AnyEstimatorState<f64>,
+}
+
+#[pymethods]
+impl PyEstimator {
+    /// Every kind there is.
+    #[classattr]
+    #[pyo3(name = "KINDS")]
+    fn kinds() -> Vec<&'static str> {
+        estimators::CATALOGUE.iter().map(|spec| spec.id).collect()
+    }
+
+    #[new]
+    #[pyo3(signature = (kind, rig, dt, **settings))]
+    fn new(
+        kind: &str,
+        rig: &PyRig,
+        dt: f64,
+        settings: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let mut given = estimators::settings(kind).ok_or_else(|| {
+            let kinds = Self::kinds().join(", ");
+            error::design(format!(
+                "no estimator is called {kind:?}; there are {kinds}"
+            ))
+        })?;
+        for (name, value) in settings.into_iter().flatten() {
+            let values = match value.extract::<f64>() {
+                Ok(number) => vec![number],
+                Err(_) => value.extract::<Vec<f64>>()?,
+            };
+            given = with(given, &name.extract::<String>()?, &values)?;
+        }
+        // Written so that a NaN fails.
+        if !(dt > 0.0 && dt <= 0.1) {
+            return Err(error::design(format!(
+                "dt = {dt} s; a sample period must be above 0 and at most 0.1 s"
+            )));
+        }
+        let estimator =
+            AnyEstimator::design(&given, &Site::of(&rig.rig, dt)).map_err(error::design)?;
+        Ok(Self {
+            memory: estimator.start(),
+            estimator,
+        })
+    }
+
+    /// Its name in a controller file.
+    #[getter]
+    fn kind(&self) -> &'static str {
+        self.estimator.spec().id
+    }
+
+    /// Forgets what it has seen.
+    fn start(&mut self) {
+        self.memory = self.estimator.start();
+    }
+
+    /// One sample.
+    ///
+    /// Parameters
+    /// ----------
+    /// theta, alpha : float
+    ///     Measured angles in rad; alpha = 0 is upright.
+    /// held : float
+    ///     Command in V that the motor holds from this sample to the next.
+    /// periods : int, optional
+    ///     Sample periods since the sample before; more than 1 where samples were lost.
+    ///
+    /// Returns
+    /// -------
+    /// now : numpy.ndarray, shape (4,)
+    ///     The state at the sample.
+    /// ahead : numpy.ndarray, shape (4,)
+    ///     The state when a command given now begins to act: a period later, and the delay that the rig file names.
+    /// disturbance : float
+    ///     Voltage in V beside the command, of an estimator that looks for one.
+    #[pyo3(signature = (theta, alpha, held, periods=1))]
+    fn update<'py>(
+        &mut self,
+        py: Python<'py>,
+        theta: f64,
+        alpha: f64,
+        held: f64,
+        periods: u32,
+    ) -> Said<'py> {
+        let said = self.estimator.update(
+            &mut self.memory,
+            &Measurement {
+                theta,
+                alpha,
+                held,
+                periods,
+            },
+        );
+        let [now, ahead] = [said.now, said.ahead].map(|x| x.to_array().to_vec().into_pyarray(py));
+        (now, ahead, said.disturbance)
+    }
+
+    /// A whole recording, from a fresh start.
+    ///
+    /// Parameters
+    /// ----------
+    /// theta, alpha, u : array_like, shape (N,)
+    ///     Measured angles in rad and the command in V held from each sample to the next.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray, shape (N, 4)
+    ///     The state at each sample, from that and the samples before it.
+    #[allow(clippy::needless_pass_by_value)] // as PyO3 extracts them
+    fn filter<'py>(
+        &self,
+        py: Python<'py>,
+        theta: Vector<'py>,
+        alpha: Vector<'py>,
+        u: Vector<'py>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let read = |v: &Vector<'_>| v.as_array().iter().copied().collect::<Vec<f64>>();
+        let [theta, alpha, u] = [&theta, &alpha, &u].map(read);
+        let n = theta.len();
+        if alpha.len() != n || u.len() != n {
+            return Err(error::design(format!(
+                "theta has {n} samples, alpha {}, u {}; they must be alike",
+                alpha.len(),
+                u.len()
+            )));
+        }
+        let rows = py.detach(|| {
+            let mut memory = self.estimator.start();
+            let mut rows = Vec::with_capacity(4 * n);
+            for ((theta, alpha), held) in theta.into_iter().zip(alpha).zip(u) {
+                let m = Measurement::new(theta, alpha, held);
+                rows.extend(self.estimator.update(&mut memory, &m).now.to_array());
+            }
+            rows
+        });
+        rows.into_pyarray(py).reshape([n, 4])
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<furuta.Estimator {}>", self.kind())
+    }
+}
+
+fn with(settings: Settings, name: &str, values: &[f64]) -> PyResult<Settings> {
+    settings.with(name, values).map_err(error::design)
+}
