@@ -158,6 +158,63 @@ fn a_simulation_is_drawn() {
     );
 }
 
+/// The whole way: friction is hidden in a rig, diagnosed from a recording, and what the repaired rig file names is made up for.
+#[test]
+fn a_limit_cycle_goes_after_the_friction_is_diagnosed() {
+    let folder = Folder::new("study-limit-cycle");
+    let [data, repaired, picture] =
+        ["steps.csv", "repaired.toml", "limit-cycle.svg"].map(|name| folder.path(name));
+    let [data, repaired, picture] =
+        [&data, &repaired, &picture].map(|path| path.to_str().expect("UTF-8"));
+    let hidden = "arm.coulomb:torque=0.03";
+    let steps = ["--input", "steps", "--amplitude", "3", "--duration", "8"];
+    let simulated = furuta(&["simulate", "--rig", "shahzad2022-srv02", "--hide", hidden])
+        .args(steps)
+        .args(["--output", data])
+        .status();
+    assert!(simulated.expect("the binary runs").success());
+    let diagnosed = json(&[
+        "diagnose",
+        data,
+        "--rig",
+        "shahzad2022-srv02",
+        "--json",
+        "-",
+        "--write-rig",
+        repaired,
+    ]);
+    assert_eq!(diagnosed["effects"][0]["id"], "arm.coulomb");
+    let study = json(&[
+        "study",
+        "limit-cycle",
+        "--hide",
+        hidden,
+        "--known",
+        repaired,
+        "--plot",
+        picture,
+        "--json",
+    ]);
+    let arm: Vec<f64> = (0..3)
+        .map(|i| study["runs"][i]["arm"].as_f64().expect("a number"))
+        .collect();
+    // 15 times and more; a fifth leaves room for where a run ends.
+    assert!(arm[1] < 0.2 * arm[0] && arm[2] < 0.2 * arm[0], "{arm:?}");
+    let drawn = std::fs::read_to_string(picture).expect("drawn");
+    assert!(drawn.contains("arm [rad]") && drawn.contains("compensated"));
+}
+
+#[test]
+fn estimators_are_compared() {
+    let study = json(&["study", "estimators", "--duration", "4", "--json"]);
+    let rows = study["estimators"].as_array().expect("a list");
+    assert_eq!(rows.len(), 2 * furuta_ctrl::estimators::CATALOGUE.len());
+    for row in rows {
+        let error = row["arm_speed"].as_f64().expect("a number");
+        assert!(error > 0.0 && error < 1.0, "{row}");
+    }
+}
+
 #[test]
 fn predictive_control_is_compared() {
     let folder = Folder::new("study-mpc");
@@ -190,6 +247,8 @@ fn predictive_control_is_compared() {
 
 #[test]
 fn mistakes_say_what_to_do() {
+    let wrong = failure(&["study", "limit-cycle", "--hide", "arm.jelly"]);
+    assert!(wrong.contains("arm.jelly"), "{wrong}");
     let wrong = failure(&[
         "study",
         "shahzad2022",
