@@ -49,7 +49,7 @@ pub fn record(
     Ok((0..count)
         .map(|k| {
             let half = (k as f64 * period / EVERY) as usize;
-            let target = if half % 2 == 0 { STEP } else { -STEP };
+            let target = if half.is_multiple_of(2) { STEP } else { -STEP };
             bench.sample(&mut run, target)
         })
         .collect())

@@ -154,7 +154,7 @@ impl<T: Real> Estimator<T> for ExtendedKalman<T> {
                 let row = p[i];
                 for r in 0..4 {
                     for k in 0..4 {
-                        p[r][k] = p[r][k] - gain[r] * row[k];
+                        p[r][k] -= gain[r] * row[k];
                     }
                 }
             }
