@@ -1,8 +1,8 @@
 //! `furuta study`: experiments on controllers, the source papers' among them.
 
-mod mpc;
 mod estimators;
 mod limit_cycle;
+mod mpc;
 mod ramos_velasco;
 mod reach;
 mod shahzad2022;
