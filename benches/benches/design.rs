@@ -92,24 +92,39 @@ fn placement<T: Float, const N: usize>(
     });
 }
 
+fn integral<T: Float>(
+    c: &mut Criterion,
+    label: &str,
+    a: &SMatrix<f64, 4, 4>,
+    b: &SMatrix<f64, 4, 1>,
+) {
+    let cast = |x: f64| nalgebra::convert::<f64, T>(x);
+    let (a, b) = (a.map(cast), b.map(cast));
+    let weights = Weights::<T, 5, 1>::diagonal([T::one(); 5], [T::one()]);
+    let arm = RowSVector::<T, 4>::from_fn(|_, j| if j == 0 { T::one() } else { T::zero() });
+    c.bench_function(&format!("lqi, {label}"), |bench| {
+        lqi(&a, &b, &arm, &weights).expect("has a solution");
+        bench.iter(|| lqi(black_box(&a), &b, &arm, &weights));
+    });
+}
+
 fn design(c: &mut Criterion) {
     let (a, b) = upright();
     riccati::<f64, 4, 1>(c, "n = 4, f64", &a, &b);
     riccati::<f32, 4, 1>(c, "n = 4, f32", &a, &b);
     placement::<f64, 4>(c, "n = 4, f64", &a, &b);
     placement::<f32, 4>(c, "n = 4, f32", &a, &b);
-    let weights = Weights::<f64, 5, 1>::diagonal([1.0; 5], [1.0]);
-    let arm = RowSVector::<f64, 4>::new(1.0, 0.0, 0.0, 0.0);
-    c.bench_function("lqi, n = 4 + 1, f64", |bench| {
-        bench.iter(|| lqi(black_box(&a), &b, &arm, &weights));
-    });
+    integral::<f64>(c, "n = 4 + 1, f64", &a, &b);
+    integral::<f32>(c, "n = 4 + 1, f32", &a, &b);
     c.bench_function("poles, n = 4, f64", |bench| {
         bench.iter(|| poles(black_box(&a)));
     });
     let (a, b) = two_rigs();
     riccati::<f64, 8, 2>(c, "n = 8, f64", &a, &b);
     riccati::<f32, 8, 2>(c, "n = 8, f32", &a, &b);
-    placement::<f64, 8>(c, "n = 8, f64", &a, &(b * nalgebra::Vector2::new(1.0, 2.0)));
+    let one = b * nalgebra::Vector2::new(1.0, 2.0);
+    placement::<f64, 8>(c, "n = 8, f64", &a, &one);
+    placement::<f32, 8>(c, "n = 8, f32", &a, &one);
     let rig = Rig::builtin("fong2014-emecs").expect("built in");
     c.bench_function("balance gain from parameters", |bench| {
         bench.iter(|| balance(black_box(&rig.params), 0.001));

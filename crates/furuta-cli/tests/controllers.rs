@@ -53,6 +53,49 @@ fn a_designed_controller_is_written_checked_and_simulated() {
     assert!(u[0] == 0.0 && u[1] != 0.0);
 }
 
+#[test]
+fn other_designs_are_written_too() {
+    let folder = Folder::new("other-designs");
+    let path = folder.path("k.toml");
+    let path = path.to_str().expect("a path");
+    let on = ["--rig", "qube-servo-2", "--rate", "500", "--json"];
+    let write = ["--write-controller", path];
+    let given =
+        || json(&["controllers", "--check", path, "--json"])["sections"]["controller"].clone();
+    let lqi = json(&[&["design", "lqi"], &on[..], &write].concat());
+    let controller = given();
+    assert_eq!(controller["kind"], "lqi");
+    let k = lqi["k"].as_array().expect("five gains");
+    assert_eq!(
+        controller["given"]["gain"].as_array().map(Vec::as_slice),
+        Some(&k[..4])
+    );
+    // Sampled and held, the poles asked for are the poles found.
+    let poles = ["--poles", "-3,-20,-6+2i,-6-2i"];
+    let placed = json(&[&["design", "place"], &poles[..], &on, &write].concat());
+    assert_eq!(given()["given"]["gain"], placed["k"]);
+    for wanted in placed["wanted"].as_array().expect("four") {
+        let at = |p: &Value, i: usize| p[i].as_f64().expect("a number");
+        let found = placed["poles"].as_array().expect("four");
+        assert!(
+            found
+                .iter()
+                .any(|p| { (at(p, 0) - at(wanted, 0)).hypot(at(p, 1) - at(wanted, 1)) < 1e-9 })
+        );
+    }
+    for (poles, problem) in [
+        ("-1,-2,-3", "four poles"),
+        ("-1,-2,-3,x", "no pole"),
+        ("-1,-2,-3+i,-3", "conjugate"),
+    ] {
+        let output = furuta(&["design", "place", "--rig", "qube-servo-2", "--poles", poles])
+            .output()
+            .expect("runs");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && said.contains(problem), "{said}");
+    }
+}
+
 /// The controller alone on true states is u = -K x at every sample.
 #[test]
 fn an_ideal_run_is_the_controller_itself() {

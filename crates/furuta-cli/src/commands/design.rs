@@ -1,5 +1,7 @@
 //! `furuta design`: controllers from a rig's model.
 
+mod lqi;
+mod place;
 mod steady_motion;
 
 use std::io::Write;
@@ -11,6 +13,7 @@ use furuta_ctrl::settings::Settings;
 use furuta_ctrl::{Config, ControllerFile, controllers};
 use furuta_model::discretize::zero_order_hold;
 use furuta_model::{Rig, State, linearize};
+use nalgebra::Complex;
 use serde_json::json;
 
 use super::emulate::positive;
@@ -27,6 +30,8 @@ pub(crate) struct Args {
 #[derive(clap::Subcommand, Debug)]
 enum Method {
     Lqr(LqrArgs),
+    Lqi(lqi::Args),
+    Place(place::Args),
     SteadyMotion(steady_motion::Args),
 }
 
@@ -63,21 +68,26 @@ pub(crate) fn weights(text: &str) -> Result<[f64; 4], String> {
 
 /// Four numbers with commas between them.
 pub(crate) fn four(text: &str) -> Result<[f64; 4], String> {
+    numbers(text).ok_or_else(|| "must be four finite numbers with commas between them".to_owned())
+}
+
+/// So many finite numbers with commas between them.
+fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let numbers: Vec<f64> = text
         .split(',')
         .map_while(|part| part.trim().parse().ok())
         .filter(|x: &f64| x.is_finite())
         .collect();
-    match numbers.try_into() {
-        Ok(four) if text.matches(',').count() == 3 => Ok(four),
-        _ => Err("must be four finite numbers with commas between them".to_owned()),
-    }
+    let whole = text.matches(',').count() + 1 == N;
+    numbers.try_into().ok().filter(|_| whole)
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     match &args.method {
         Method::Lqr(args) => run_lqr(args),
+        Method::Lqi(args) => lqi::run(args),
+        Method::Place(args) => place::run(args),
         Method::SteadyMotion(args) => steady_motion::run(args),
     }
 }
@@ -143,29 +153,45 @@ fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
         writeln!(out, "{line}")?;
         return Ok(());
     }
-    let names = [
-        ("theta", "V/rad"),
-        ("alpha", "V/rad"),
-        ("theta_dot", "V s/rad"),
-        ("alpha_dot", "V s/rad"),
-    ];
     writeln!(
         out,
         "{}: u = -K [theta, alpha, theta_dot, alpha_dot]",
         rig.name
     )?;
-    for ((name, unit), k) in names.into_iter().zip(k.iter()) {
+    gains(&mut out, k.as_slice())?;
+    print_poles(&mut out, &poles, args.rate)
+}
+
+/// A line for each gain, the integral's last.
+fn gains(out: &mut impl Write, k: &[f64]) -> Result<(), Failure> {
+    let names = [
+        ("theta", "V/rad"),
+        ("alpha", "V/rad"),
+        ("theta_dot", "V s/rad"),
+        ("alpha_dot", "V s/rad"),
+        ("integral", "V/(rad s)"),
+    ];
+    for ((name, unit), k) in names.into_iter().zip(k) {
         writeln!(out, "  K {name:10} {:>12} {unit}", print::significant(*k))?;
     }
-    match args.rate {
-        None => writeln!(out, "  poles  {} rad/s", print::poles(&poles)),
+    Ok(())
+}
+
+/// Poles of a closed loop, sampled ones in continuous time as well.
+fn print_poles(
+    out: &mut impl Write,
+    poles: &[Complex<f64>],
+    rate: Option<f64>,
+) -> Result<(), Failure> {
+    match rate {
+        None => writeln!(out, "  poles  {} rad/s", print::poles(poles)),
         Some(rate) => {
             // ln(z)/h: the continuous poles that decay and turn alike.
             let alike: Vec<_> = poles.iter().map(|z| z.ln() * rate).collect();
             writeln!(
                 out,
                 "  poles  z = {}\n         ln(z)/h = {} rad/s",
-                print::poles(&poles),
+                print::poles(poles),
                 print::poles(&alike)
             )
         }

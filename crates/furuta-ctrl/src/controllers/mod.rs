@@ -6,6 +6,7 @@
 
 mod swing_up;
 
+pub use lqi::LqiState;
 pub use lqr_sliding::{LqrSlidingState, Reaching};
 pub use mpc::{Bounds, LIMITED, MOVES, MpcState, Rows};
 pub use normal_form_sliding::{NormalFormSlidingState, Switching};
@@ -136,6 +137,7 @@ controllers! {
     normal_form_sliding::NormalFormSliding,
     lqr_sliding::LqrSliding,
     mpc::Mpc,
+    lqi::Lqi,
 }
 
 /// Settings of the controller of this kind, nothing given yet.

@@ -15,6 +15,8 @@ const PENDULUM_WEIGHT_AT: f64 = 0.5;
 /// The same where the arm has little grip, of it: to catch an angle `a`, the arm moves at about `omega a / grip`, and from `a = grip` on its
 /// centrifugal pull tips the pendulum more than gravity does.
 const PENDULUM_WEIGHT_AT_GRIP: f64 = 0.55;
+/// After so many of the pendulum's time constants the integral of an error weighs as much as the error.
+const PATIENCE: f64 = 10.0;
 
 /// Weights that suit any rig, by Bryson's rule: full command, 0.5 rad of the pendulum and 4 rad of the arm (more where the pendulum is
 /// long against the arm) cost alike; speeds are free.
@@ -25,6 +27,19 @@ pub fn balance_weights(params: &Params<f64>) -> Weights<f64, 4, 1> {
     let pendulum = (PENDULUM_WEIGHT_AT_GRIP * grip).min(PENDULUM_WEIGHT_AT);
     let free = f64::INFINITY;
     Weights::bryson([arm, pendulum, free, free], [params.motor.command_limit])
+}
+
+/// [`balance_weights`] with the integral of the arm's angle as a fifth state: an arm that has been off for ten of the pendulum's time constants
+/// costs as much again as the angle itself.
+pub fn balance_weights_with_integral(params: &Params<f64>) -> Weights<f64, 5, 1> {
+    let weights = balance_weights(params);
+    let q = weights.q.diagonal();
+    let k = params.coefficients();
+    let rate_squared = k.weight / k.pendulum / (PATIENCE * PATIENCE);
+    Weights::diagonal(
+        [q[0], q[1], q[2], q[3], q[0] * rate_squared],
+        [weights.r[0]],
+    )
 }
 
 /// The gain that keeps this rig's pendulum upright at the sample period `h` (s): [`dlqr`] on the upright linearisation held over a

@@ -29,7 +29,7 @@ pub mod riccati;
 mod scaling;
 mod stability;
 
-pub use balance::{balance, balance_weights};
+pub use balance::{balance, balance_weights, balance_weights_with_integral};
 pub use controllability::{
     Controllability, controllability, controllability_matrix, observability,
 };

@@ -1,0 +1,121 @@
+//! `furuta design place`: a gain for given poles.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use furuta_ctrl::Config;
+use furuta_ctrl::controllers;
+use furuta_ctrl::design::{self, place};
+use furuta_model::discretize::zero_order_hold;
+use furuta_model::{Rig, State, linearize};
+use nalgebra::Complex;
+use serde_json::json;
+
+use super::{gains, print_poles, write_controller};
+use crate::commands::emulate::positive;
+use crate::failure::Failure;
+use crate::print;
+
+/// State feedback u = -K x about upright with given poles of the closed loop.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Built-in rig or rig file.
+    #[arg(long, value_name = "RIG")]
+    rig: String,
+    /// Four poles in rad/s with commas between them, complex ones in pairs: -3,-20,-6+2i,-6-2i. With --rate they are those of the sampled
+    /// system that decay and turn alike, z = exp(p h).
+    #[arg(long, value_name = "P,P,P,P", value_parser = four_poles, allow_hyphen_values = true)]
+    poles: [Complex<f64>; 4],
+    /// Samples per second; the command is held between samples. Continuous time if not given.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    rate: Option<f64>,
+    /// Write the gain into a controller file, for `--controller` of `furuta run` and `furuta simulate`.
+    #[arg(long, value_name = "OUT.toml")]
+    write_controller: Option<PathBuf>,
+    /// Print one line of JSON in place of text.
+    #[arg(long)]
+    json: bool,
+}
+
+fn four_poles(text: &str) -> Result<[Complex<f64>; 4], String> {
+    text.split(',')
+        .map(|part| pole(part.trim()).ok_or(part))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|part| format!("{part:?} is no pole; write -5 or -6+2i"))?
+        .try_into()
+        .map_err(|poles: Vec<_>| format!("four poles are needed, not {}", poles.len()))
+}
+
+/// `-5`, `-6+2i`, `-6-2i`, `2i`.
+fn pole(text: &str) -> Option<Complex<f64>> {
+    let finite = |text: &str| text.parse().ok().filter(|x: &f64| x.is_finite());
+    let Some(front) = text.strip_suffix(['i', 'j']) else {
+        return finite(text).map(|re| Complex::new(re, 0.0));
+    };
+    // The sign between the parts: the last one that is neither the first character nor an exponent's.
+    let middle = front
+        .char_indices()
+        .rev()
+        .find(|&(k, c)| k > 0 && (c == '+' || c == '-') && !front[..k].ends_with(['e', 'E']))
+        .map_or(0, |(k, _)| k);
+    let (re, im) = front.split_at(middle);
+    let re = if re.is_empty() { 0.0 } else { finite(re)? };
+    let im = match im {
+        "" | "+" => 1.0,
+        "-" => -1.0,
+        im => finite(im)?,
+    };
+    Some(Complex::new(re, im))
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let rig = Rig::load(&args.rig)?;
+    let linear = linearize(&rig.nominal_plant(), State::upright(), 0.0);
+    let (a, b, wanted) = match args.rate {
+        Some(rate) => {
+            let (a, b) = zero_order_hold(&linear.a, &linear.b, 1.0 / rate);
+            (a, b, args.poles.map(|p| (p / rate).exp()))
+        }
+        None => (linear.a, linear.b, args.poles),
+    };
+    let k = place(&a, &b, &wanted).map_err(|e| Failure::new(format!("rig {}: {e}", rig.name)))?;
+    let poles = design::poles(&(a - b * k))
+        .ok_or_else(|| Failure::new("the closed loop's poles cannot be computed"))?;
+    if let Some(path) = &args.write_controller {
+        let settings = controllers::settings("lqr").unwrap_or(Config::default().controller);
+        write_controller(path, &rig, args.rate, settings.with("gain", k.as_slice())?)?;
+    }
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        let line = json!({
+            "rig": rig.name, "rate": args.rate, "wanted": print::poles_json(&wanted), "k": k.as_slice(), "poles": print::poles_json(&poles),
+        });
+        return Ok(writeln!(out, "{line}")?);
+    }
+    writeln!(
+        out,
+        "{}: u = -K [theta, alpha, theta_dot, alpha_dot]",
+        rig.name
+    )?;
+    gains(&mut out, k.as_slice())?;
+    print_poles(&mut out, &poles, args.rate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn poles_as_people_write_them() {
+        let expected = [(-5.0, 0.0), (-6.0, 2.0), (-6.0, -2.0), (-1e-3, 1.0)];
+        let read = four_poles("-5, -6+2i, -6-2j, -1e-3+i").expect("sound");
+        assert_eq!(read, expected.map(|(re, im)| Complex::new(re, im)));
+        assert_eq!(pole("-1e-3-2e-1i"), Some(Complex::new(-1e-3, -0.2)));
+        assert_eq!(pole("-3i"), Some(Complex::new(0.0, -3.0)));
+        for wrong in ["", "x", "-3+xi", "nan", "inf+2i", "1+2"] {
+            assert_eq!(pole(wrong), None, "{wrong}");
+        }
+        assert!(four_poles("-1,-2,-3").is_err());
+    }
+}
