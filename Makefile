@@ -89,6 +89,7 @@ figures: build
 	$(FURUTA) study ramos-velasco --on rig --plot docs/ramos-velasco-rig.svg
 	$(FURUTA) study swing-up --plot docs/swing-up.svg
 	$(FURUTA) study limit-cycle --rig qube-servo-2 --hide arm.coulomb --plot docs/limit-cycle.svg
+	$(FURUTA) study region --plot docs/region.svg
 
 bench:
 	$(CARGO) bench -p furuta-benches --locked

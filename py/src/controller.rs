@@ -52,6 +52,11 @@ impl PyController {
         })
     }
 
+    /// Sample period, s.
+    pub(crate) fn period(&self) -> f64 {
+        self.period
+    }
+
     /// Whether it can be used at this sample period (s).
     pub(crate) fn check_period(&self, period: f64) -> PyResult<()> {
         // Written so that a NaN fails.

@@ -15,6 +15,7 @@ mod experiments;
 mod linear;
 mod matrix;
 mod recording;
+mod region;
 mod rig;
 mod signals;
 mod simulate;
@@ -39,6 +40,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     experiments::register(m)?;
     m.add_class::<controller::PyController>()?;
     m.add_function(wrap_pyfunction!(controller::controllers, m)?)?;
+    m.add_function(wrap_pyfunction!(region::region_of_attraction, m)?)?;
     m.add_class::<diagnosis::PyDiagnosis>()?;
     m.add_function(wrap_pyfunction!(diagnosis::diagnose, m)?)?;
     Ok(())

@@ -130,3 +130,25 @@ def test_the_list_of_what_a_file_may_say():
     listed = furuta.controllers()
     assert list(listed["controller"]) == furuta.Controller.KINDS
     assert listed["estimator"]["observer"]["parameters"]["bandwidth"]["default"] == 120
+
+
+def test_the_region_of_attraction_is_what_simulate_says(rig):
+    controller = furuta.Controller.from_toml("", rig, DT)
+    alpha, alpha_dot, inside = furuta.region_of_attraction(rig, controller, points=7)
+    assert alpha.shape == alpha_dot.shape == (7,) and inside.shape == (7, 7)
+    assert 0.2 < inside.mean() < 0.9
+    frequency = alpha_dot[-1] / 2
+    samples = int(round(40 / frequency / DT))
+    for j, i in np.ndindex(7, 7):
+        start = [0, alpha[i], 0, alpha_dot[j]]
+        x, _, _ = furuta.simulate(rig, start, np.zeros(samples), DT, controller=controller, ideal=True)
+        up = abs(x[:, 1]).max() <= np.pi / 2 and abs(x[:, 0]).max() <= 2 * np.pi
+        settled = up and abs(x[-samples // 10 :, 1]).max() <= 0.05
+        assert settled == inside[j, i], start
+
+
+def test_a_region_of_nothing_is_refused(rig):
+    controller = furuta.Controller.from_toml("", rig, DT)
+    for wrong in [{"alpha": -1}, {"speed": np.nan}, {"points": 1}]:
+        with pytest.raises(furuta.SimulationError, match=next(iter(wrong))):
+            furuta.region_of_attraction(rig, controller, **wrong)

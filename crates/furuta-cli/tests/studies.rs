@@ -324,3 +324,40 @@ fn a_rig_that_cannot_come_up_is_told_apart() {
     let number = |name: &str| v[name]["value"].as_f64().expect("a number");
     assert!(number("nearest") > 2.5 && number("work") < number("needed"));
 }
+
+#[test]
+fn regions_of_attraction_are_measured_and_drawn() {
+    let folder = Folder::new("study-region");
+    let picture = folder.path("region.svg");
+    let picture = picture.to_str().expect("UTF-8");
+    let file = folder.path("weak.toml");
+    std::fs::write(&file, "[limits]\ncommand = 2\n").expect("written");
+    let file = file.to_str().expect("UTF-8");
+    let rig = [
+        "study",
+        "region",
+        "--rig",
+        "shahzad2022-srv02",
+        "--points",
+        "15",
+    ];
+    let both = [
+        "--controller",
+        "all",
+        "--controller",
+        file,
+        "--plot",
+        picture,
+        "--json",
+    ];
+    let v = json(&[&rig[..], &both].concat());
+    let rows = v["controllers"].as_array().expect("a list");
+    let share = |i: usize| rows[i]["share"].as_f64().expect("a number");
+    let last = rows.len() - 1;
+    assert!(last >= 4 && rows[last]["name"] == "weak", "{rows:?}");
+    assert!(share(0) > 0.3 && share(last) < 0.5 * share(0), "{rows:?}");
+    let svg = std::fs::read_to_string(picture).expect("drawn");
+    assert!(svg.contains("lqr_sliding") && svg.contains("weak"));
+    let text = furuta(&rig).output().expect("the binary runs").stdout;
+    assert!(String::from_utf8_lossy(&text).contains("can be held by 10 V"));
+}

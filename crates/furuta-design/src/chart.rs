@@ -265,12 +265,12 @@ impl Panel {
 }
 
 /// From values to places in the picture.
-struct Axis {
+pub(crate) struct Axis {
     low: f64,
     high: f64,
     from: f64,
     to: f64,
-    step: f64,
+    pub(crate) step: f64,
 }
 
 impl Axis {
@@ -296,7 +296,7 @@ impl Axis {
         Self::between(low - extra, high + extra, from, to)
     }
 
-    fn between(low: f64, high: f64, from: f64, to: f64) -> Self {
+    pub(crate) fn between(low: f64, high: f64, from: f64, to: f64) -> Self {
         let rough = (high - low) / 5.0;
         let decade = 10_f64.powf(rough.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0]
@@ -314,12 +314,12 @@ impl Axis {
     }
 
     /// The place of a value, kept near the picture whatever the value.
-    fn at(&self, value: f64) -> f64 {
+    pub(crate) fn at(&self, value: f64) -> f64 {
         let share = ((value - self.low) / (self.high - self.low)).clamp(-2.0, 3.0);
         self.from + share * (self.to - self.from)
     }
 
-    fn ticks(&self) -> impl Iterator<Item = (f64, f64)> {
+    pub(crate) fn ticks(&self) -> impl Iterator<Item = (f64, f64)> {
         let first = (self.low / self.step - 1e-6).ceil() as i64;
         let last = (self.high / self.step + 1e-6).floor() as i64;
         // Never more than a picture can show.
@@ -331,13 +331,13 @@ impl Axis {
 }
 
 /// As many decimals as the distance of the ticks needs.
-fn number_text(value: f64, step: f64) -> String {
+pub(crate) fn number_text(value: f64, step: f64) -> String {
     let decimals = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
     // No minus before a zero.
     format!("{:.decimals$}", if value == 0.0 { 0.0 } else { value })
 }
 
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

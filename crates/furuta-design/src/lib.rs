@@ -7,6 +7,7 @@
 //! | [`supervised`] | a whole control system, from swing-up on, timed as a real loop is |
 //! | [`reach`] | how near to upright any voltage brings a hanging pendulum |
 //! | [`swing_up`] | how surely a rig is swung up that is not quite as its file says |
+//! | [`region`] | from where a controller brings the pendulum back to upright |
 //! | [`shahzad2022`] | arm steps and a push under an LQR |
 //! | [`ramos_velasco`] | a pendulum that follows a sine, under five controllers, on wrong parameters |
 //! | [`arm_step`] | a step of the arm under LQR, sliding mode and model predictive control |
@@ -14,7 +15,7 @@
 //! | [`largest_sine`] | the largest sine that a pendulum can follow at all |
 //! | [`estimation`] | how well estimators know speeds, all watching the same run |
 //! | [`limit_cycle`] | how far a balanced rig wanders, its effects compensated or not |
-//! | [`chart`] | line charts as SVG |
+//! | [`chart`], [`map`] | line charts and maps as SVG |
 #![forbid(unsafe_code)]
 // `!(x > 0)` is how a NaN is made to fail a test.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
@@ -25,9 +26,11 @@ pub mod closed_loop;
 pub mod estimation;
 pub mod largest_sine;
 pub mod limit_cycle;
+pub mod map;
 pub mod mpc;
 pub mod ramos_velasco;
 pub mod reach;
+pub mod region;
 pub mod shahzad2022;
 pub mod supervised;
 pub mod swing_up;

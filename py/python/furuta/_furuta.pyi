@@ -39,6 +39,7 @@ __all__ = [
     "place",
     "ramos_velasco",
     "ramos_velasco_draws",
+    "region_of_attraction",
     "shahzad2022",
     "signal",
     "simulate",
@@ -140,6 +141,9 @@ class _ControllerKind(TypedDict):
     sentence: str
     parameters: dict[str, _ControllerParameter]
 
+def region_of_attraction(
+    rig: Rig, controller: Controller, *, alpha: float = 1.2, speed: float = 2.0, points: int = 61
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]: ...
 def controllers() -> dict[str, dict[str, _ControllerKind]]: ...
 @overload
 def simulate(

@@ -5,6 +5,7 @@ mod limit_cycle;
 mod mpc;
 mod ramos_velasco;
 mod reach;
+mod region;
 mod shahzad2022;
 mod swing_up;
 
@@ -18,7 +19,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;
 
-/// Experiments on controllers: those of the source papers, repeated and drawn; swing-up of many rigs that are not quite as their file says; a step with and without limits in mind.
+/// Experiments on controllers: those of the source papers, repeated and drawn; swing-up of many rigs that are not quite as their file says;
+/// a step with and without limits in mind; regions of attraction.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -35,6 +37,7 @@ enum Study {
     Mpc(mpc::Args),
     Estimators(estimators::Args),
     LimitCycle(limit_cycle::Args),
+    Region(region::Args),
 }
 
 /// Runs the command.
@@ -47,11 +50,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Study::Mpc(args) => mpc::run(args),
         Study::Estimators(args) => estimators::run(args),
         Study::LimitCycle(args) => limit_cycle::run(args),
+        Study::Region(args) => region::run(args),
     }
 }
 
 /// Writes a picture. It is SVG, and so must be the file's name.
 pub(crate) fn plot(path: &Path, chart: &Chart) -> Result<(), Failure> {
+    picture(path, &chart.svg())
+}
+
+/// Writes this SVG.
+fn picture(path: &Path, svg: &str) -> Result<(), Failure> {
     if path
         .extension()
         .is_none_or(|e| !e.eq_ignore_ascii_case("svg"))
@@ -61,7 +70,7 @@ pub(crate) fn plot(path: &Path, chart: &Chart) -> Result<(), Failure> {
             path.display()
         )));
     }
-    std::fs::write(path, chart.svg())
+    std::fs::write(path, svg)
         .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))
 }
 
