@@ -3,7 +3,11 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use furuta_ctrl::design::{Float, Noise, Weights, balance, dlqe, dlqr, lqi, lqr, place, poles};
+use furuta_ctrl::design::{
+    Float, Noise, Weights, balance, balance_weights, dlqe, dlqr, lqi, lqr, place, poles,
+};
+use furuta_design::polytope::LENGTHS_AND_MASS;
+use furuta_design::robust_rig::robust_rig;
 use furuta_model::{Rig, State, linearize};
 use nalgebra::{Complex, RowSVector, SMatrix};
 
@@ -131,5 +135,18 @@ fn design(c: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, design);
+fn robust(c: &mut Criterion) {
+    let rig = Rig::builtin("qube-servo-2").expect("built in");
+    let weights = balance_weights(&rig.params);
+    // A barrier method over 27 vertices takes a while: few samples.
+    let mut group = c.benchmark_group("robust");
+    group.sample_size(10);
+    group.bench_function("27 vertices", |bench| {
+        robust_rig(&rig, &LENGTHS_AND_MASS, 0.2, &weights).expect("has a gain");
+        bench.iter(|| robust_rig(black_box(&rig), &LENGTHS_AND_MASS, 0.2, &weights));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, design, robust);
 criterion_main!(benches);

@@ -83,6 +83,17 @@ fn other_designs_are_written_too() {
                 .any(|p| { (at(p, 0) - at(wanted, 0)).hypot(at(p, 1) - at(wanted, 1)) < 1e-9 })
         );
     }
+    // The LQR of this rig lets one within the range fall.
+    let robust = json(
+        &[
+            &["design", "robust", "--rig", "ramos-velasco", "--json"],
+            &write[..],
+        ]
+        .concat(),
+    );
+    assert_eq!(given()["given"]["gain"], robust["k"]);
+    let slowest = |k: &str| robust["slowest_pole"][k].as_f64().expect("a number");
+    assert!(slowest("nominal") > 0.0 && slowest("robust") < 0.0);
     for (poles, problem) in [
         ("-1,-2,-3", "four poles"),
         ("-1,-2,-3,x", "no pole"),

@@ -15,6 +15,9 @@
 //! | [`largest_sine`] | the largest sine that a pendulum can follow at all |
 //! | [`estimation`] | how well estimators know speeds, all watching the same run |
 //! | [`limit_cycle`] | how far a balanced rig wanders, its effects compensated or not |
+//! | [`polytope`] | the linear models of a rig whose parameters are known only within a range, enclosed by vertices |
+//! | [`robust`] | one gain for all of them, with a guaranteed cost |
+//! | [`robust_rig`] | that gain for a rig, and how far off its parameters may be at most |
 //! | [`chart`], [`map`] | line charts and maps as SVG |
 #![forbid(unsafe_code)]
 // `!(x > 0)` is how a NaN is made to fail a test.
@@ -26,11 +29,15 @@ pub mod closed_loop;
 pub mod estimation;
 pub mod largest_sine;
 pub mod limit_cycle;
+mod lmi;
 pub mod map;
 pub mod mpc;
+pub mod polytope;
 pub mod ramos_velasco;
 pub mod reach;
 pub mod region;
+pub mod robust;
+pub mod robust_rig;
 pub mod shahzad2022;
 pub mod supervised;
 pub mod swing_up;

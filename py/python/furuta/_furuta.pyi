@@ -40,6 +40,7 @@ __all__ = [
     "ramos_velasco",
     "ramos_velasco_draws",
     "region_of_attraction",
+    "robust_lqr",
     "shahzad2022",
     "signal",
     "simulate",
@@ -287,6 +288,24 @@ def ramos_velasco_draws(
     amplitude: float | None = None,
     order: int | None = None,
 ) -> _Draws: ...
+
+class _Robust(TypedDict):
+    K: NDArray[np.float64]
+    X: NDArray[np.float64]
+    K_nominal: NDArray[np.float64]
+    slowest: float
+    slowest_nominal: float
+    A: NDArray[np.float64]
+    B: NDArray[np.float64]
+
+def robust_lqr(
+    rig: Rig,
+    spread: float = 0.2,
+    *,
+    parameters: Sequence[str] | None = None,
+    q: Sequence[float] | None = None,
+    r: float | None = None,
+) -> _Robust: ...
 
 _Design: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128]]
 _Solution: TypeAlias = tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64]]

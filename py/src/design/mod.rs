@@ -5,6 +5,7 @@ mod estimate;
 mod place;
 mod regulate;
 mod riccati;
+mod robust;
 
 use pyo3::prelude::*;
 
@@ -35,5 +36,6 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(estimate::lqe, m)?)?;
     m.add_function(wrap_pyfunction!(estimate::dlqe, m)?)?;
     m.add_function(wrap_pyfunction!(place::place, m)?)?;
+    m.add_function(wrap_pyfunction!(robust::robust_lqr, m)?)?;
     m.add_function(wrap_pyfunction!(controllability::controllability, m)?)
 }

@@ -2,6 +2,7 @@
 
 mod lqi;
 mod place;
+mod robust;
 mod steady_motion;
 
 use std::io::Write;
@@ -32,6 +33,7 @@ enum Method {
     Lqr(LqrArgs),
     Lqi(lqi::Args),
     Place(place::Args),
+    Robust(robust::Args),
     SteadyMotion(steady_motion::Args),
 }
 
@@ -88,6 +90,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Method::Lqr(args) => run_lqr(args),
         Method::Lqi(args) => lqi::run(args),
         Method::Place(args) => place::run(args),
+        Method::Robust(args) => robust::run(args),
         Method::SteadyMotion(args) => steady_motion::run(args),
     }
 }
