@@ -222,6 +222,8 @@ pub struct Outcome {
     pub time_again: [f64; 3],
     /// Catches that did not hold, per attempt.
     pub dropped: f64,
+    /// Largest jump of the command at an attempt's catches, of twice the command limit: median and largest of all attempts.
+    pub jump: [f64; 2],
     /// Largest arm angle in all attempts, rad.
     pub arm: f64,
     /// Attempts that ended in a fault.
@@ -245,6 +247,9 @@ impl Outcome {
         };
         let (up, time) = times(|a| a.up);
         let (up_again, time_again) = times(|a| a.up_again);
+        let mut jumps: Vec<f64> = attempts.iter().map(|a| a.jump).collect();
+        jumps.sort_by(f64::total_cmp);
+        let middle = jumps.get(jumps.len() / 2).copied().unwrap_or(0.0);
         let dropped: f64 = attempts.iter().map(|a| f64::from(a.dropped)).sum();
         Self {
             attempts: attempts.len(),
@@ -253,6 +258,7 @@ impl Outcome {
             time,
             time_again,
             dropped: dropped / attempts.len().max(1) as f64,
+            jump: [middle, jumps.last().copied().unwrap_or(0.0)],
             arm: attempts.iter().map(|a| a.arm).fold(0.0, f64::max),
             faults: attempts.iter().filter(|a| a.fault.is_some()).count(),
         }

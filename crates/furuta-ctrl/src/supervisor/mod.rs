@@ -2,9 +2,9 @@
 //!
 //! | from | when | to | command |
 //! |---|---|---|---|
-//! | idle | [`Request::Start`] | swing-up | 0 while idle |
+//! | idle, stopping | [`Request::Start`] | swing-up | 0 while idle |
 //! | swing-up | the balance controller would succeed from here (see below) | balance | energy swing-up |
-//! | balance | the pendulum is further than [`Thresholds::release_angle`] from upright, or beyond [`Thresholds::doubt_angle`] and the model says that it will fall | swing-up | state feedback |
+//! | balance | the pendulum is further than [`Thresholds::release_angle`] from upright, or beyond [`Thresholds::doubt_angle`] falling, and the model says that it will not be saved; or the arm could not be stopped within its limit any more | swing-up | the balance controller's |
 //! | swing-up, balance | [`Request::Stop`] | stopping | |
 //! | stopping | both axes at rest for half a second | idle | 0 |
 //! | any | an angle or speed beyond its limit, or not a number | fault | 0 |
@@ -15,7 +15,9 @@
 //! **The catch.** Whether the balance controller can take over depends on angle, both speeds, the arm's room, and the voltage at hand;
 //! no fixed window around upright fits a light pendulum on a strong motor and a heavy one on a short arm. So the model is asked: the
 //! balance loop, command limit included, is rolled out for a few of the pendulum's own time constants, and the switch is made where it
-//! ends near upright. Near upright the switch back is not even considered: that is the hysteresis.
+//! ends near upright, at the moment at which the command jumps least. Near upright the switch back is not even considered: that is the hysteresis.
+//!
+//! The same as a table of modes and events, tried and compared by a test: `docs/controllers.md`.
 
 mod catch;
 

@@ -142,8 +142,12 @@ fn print_text(rig: &Rig, o: &Outcome, limit: Option<&Reach>) -> Result<(), Failu
     writeln!(out, "  {}", times(o.time_again))?;
     writeln!(
         out,
-        "  {:.2} catches let go per draw, arm to {:.2} rad at most, {} faults",
-        o.dropped, o.arm, o.faults
+        "  {:.2} catches let go per draw; the command jumps at a catch by {:.0} % of its range (median; {:.0} % at most); arm to {:.2} rad at most, {} faults",
+        o.dropped,
+        100.0 * o.jump[0],
+        100.0 * o.jump[1],
+        o.arm,
+        o.faults
     )?;
     let Some(r) = limit else { return Ok(()) };
     let volts = rig.params.motor.command_limit;
@@ -177,7 +181,7 @@ fn print_json(args: &Args, name: &str, o: &Outcome, limit: Option<&Reach>) -> Re
     let line = json!({
         "rig": name, "set": args.set, "draws": o.attempts, "seed": args.seed, "spread": args.spread, "rate": args.rate,
         "up": o.up, "time": times(o.time), "pushed": o.up, "up_again": o.up_again, "time_again": times(o.time_again),
-        "dropped_per_draw": o.dropped, "arm": {"largest": o.arm, "unit": "rad"}, "faults": o.faults, "limit": limit,
+        "dropped_per_draw": o.dropped, "jump_of_range": {"median": o.jump[0], "largest": o.jump[1]}, "arm": {"largest": o.arm, "unit": "rad"}, "faults": o.faults, "limit": limit,
     });
     writeln!(std::io::stdout().lock(), "{line}")?;
     Ok(())
