@@ -160,6 +160,14 @@ pub static SPEC: Spec = Spec {
             "a catch must succeed by the model with its weight so much greater, and so much less; 0: by the model as it is",
         )
         .or(0.0),
+        ParameterSpec::number(
+            "blend",
+            "",
+            0.0,
+            1.0,
+            "time constant with which the difference of the two commands at a catch dies out, of the pendulum's time constant; 0: at once",
+        )
+        .or(0.1),
         ParameterSpec::whole(
             "catch_every",
             1.0,
@@ -225,6 +233,8 @@ pub struct Thresholds<T> {
     pub reference_speed: T,
     /// Speed below which an axis counts as resting, rad/s.
     pub rest_speed: T,
+    /// What is left after a sample of the commands' difference at the catch.
+    pub blend: T,
     /// Samples from one test of the catch to the next.
     pub catch_every: u32,
 }
@@ -260,6 +270,8 @@ pub struct SupervisorState<T: Real> {
     arm_reference: T,
     /// The last command, V.
     u: T,
+    /// What is left of the commands' difference at the catch, V; `None` before the first command that balances.
+    bump: Option<T>,
     /// Samples since the last test of the catch.
     since_test: u32,
     /// By how much the command would have jumped at the last test, had the pendulum been caught, V.
@@ -339,6 +351,7 @@ impl<T: Real> Supervisor<T> {
             balance: self.balance.start(),
             arm_reference: T::ZERO,
             u: T::ZERO,
+            bump: None,
             since_test: u32::MAX,
             catch_jump: None,
             resting: T::ZERO,
@@ -383,6 +396,10 @@ impl<T: Real> Supervisor<T> {
                 let u = self
                     .balance
                     .update(&mut state.balance, &ahead, &reference, self.h);
+                // What the last command was above this one dies out, instead of vanishing at once.
+                let bump = self.thresholds.blend * state.bump.unwrap_or(state.u - u);
+                state.bump = Some(bump);
+                let u = u + bump;
                 let situation = Situation {
                     x: ahead,
                     reference: state.arm_reference,
@@ -493,6 +510,7 @@ impl<T: Real> Supervisor<T> {
             // From where the arm is, and from the command so far: no jump in either.
             Mode::Balance => {
                 state.arm_reference = x.theta;
+                state.bump = None;
                 state.balance = self.balance.take_over(x, &arm_at(x.theta), state.u);
             }
             Mode::SwingUp => {
@@ -563,6 +581,9 @@ fn thresholds<T: Real>(settings: &Settings, site: &Site<'_>) -> Thresholds<T> {
         release_angle: number("release_angle"),
         reference_speed: number("reference_speed"),
         rest_speed: T::from_f64(0.05 * frequency),
+        blend: T::from_f64(libm::exp(
+            -site.period * frequency / settings.number("blend").unwrap_or_default(),
+        )),
         #[allow(clippy::cast_possible_truncation)] // at most 1000
         catch_every: settings.whole("catch_every").unwrap_or(1) as u32,
     }
