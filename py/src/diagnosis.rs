@@ -22,6 +22,8 @@ const PATIENCE: Duration = Duration::from_millis(50);
 ///     "no_gap", "parameters_only", "missing_effects" or "unexplained".
 /// effects : list of dict
 ///     The missing effects: id, name, parameters (value, std, unit by name), delta_bic, held_out_gain, confusable_with.
+/// limits : list of dict
+///     How large each effect that was not named could still be (95 %): id, parameter, at_most, typical, unit.
 /// parameters : dict
 ///     Recalibrated parameters by key: nominal, fitted, std, unit, identifiable.
 /// gap, held_out : dict
@@ -105,6 +107,11 @@ impl PyDiagnosis {
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.field(py, "parameters")
+    }
+
+    #[getter]
+    fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "limits")
     }
 
     #[getter]

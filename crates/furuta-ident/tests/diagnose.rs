@@ -138,6 +138,63 @@ fn a_rig_without_hidden_effect_is_not_accused() {
     );
 }
 
+/// Effects too weak to be named, or just strong enough: each is named, or no larger than the limit that is stated for it.
+#[test]
+fn what_is_not_named_is_within_its_limit() {
+    let rig = qube();
+    let ids = [
+        "arm.coulomb",
+        "arm.spring",
+        "arm.quadratic",
+        "motor.bias",
+        "motor.deadzone",
+        "motor.delay",
+        "motor.asymmetry",
+        "pendulum.coulomb",
+        "pendulum.bias",
+        "sensor.alpha.scale",
+    ];
+    let mut beyond = Vec::new();
+    let mut stated = 0;
+    for id in ids {
+        let spec = furuta_model::effects::spec(id).expect("listed");
+        for share in [0.003, 0.02] {
+            let values: Vec<f64> = typical(spec, &rig)
+                .iter()
+                .zip(spec.parameters)
+                .enumerate()
+                .map(|(i, (v, p))| {
+                    if i < spec.strengths {
+                        p.off + share * (v - p.off)
+                    } else {
+                        *v
+                    }
+                })
+                .collect();
+            let effect = Effect::new(spec.id, &values).expect("a small one");
+            let diagnosis = run(&rig, &[effect]).diagnosis;
+            if !diagnosis.effects.is_empty() {
+                continue;
+            }
+            let limit = diagnosis.limits.iter().find(|l| l.id == id);
+            let limit = limit.expect("every effect of the list has one");
+            stated += 1;
+            // A limit that says nothing would hold, too.
+            assert!(limit.at_most < 0.2 * limit.typical, "{limit:?}");
+            let strength = (values[0] - spec.parameters[0].off).abs();
+            if strength > limit.at_most {
+                beyond.push(format!("{id}: {strength} > {}", limit.at_most));
+            }
+        }
+    }
+    // 95 % each: of some twenty, more than three beyond would be one chance in a hundred.
+    assert!(
+        stated >= 8 && beyond.len() <= 3,
+        "{stated}: {}",
+        beyond.join(", ")
+    );
+}
+
 #[test]
 fn an_exact_data_sheet_shows_no_gap() {
     let rig = qube();

@@ -354,6 +354,13 @@ class _NamedEffect(TypedDict):
     held_out_gain: float | None
     confusable_with: list[str]
 
+class _Limit(TypedDict):
+    id: str
+    parameter: str
+    at_most: float | None
+    typical: float | None
+    unit: str
+
 class _ParameterEstimate(TypedDict):
     nominal: float | None
     fitted: float | None
@@ -375,6 +382,8 @@ class Diagnosis:
     def effects(self) -> list[_NamedEffect]: ...
     @property
     def parameters(self) -> dict[str, _ParameterEstimate]: ...
+    @property
+    def limits(self) -> list[_Limit]: ...
     @property
     def gap(self) -> dict[str, Any]: ...
     @property

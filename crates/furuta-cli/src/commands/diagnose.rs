@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::print::estimate;
+use furuta_ident::diagnose::result::significant;
 use furuta_ident::diagnose::result::{Channel, Diagnosis};
 use furuta_ident::diagnose::{Outcome, Request, diagnose};
 use furuta_ident::recording::Recording;
@@ -181,6 +182,7 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
             w.run
         ));
     }
+    limits(d, &mut out);
     verification(d, &mut out);
     if let Some(next) = &d.next_experiment {
         out.push(String::new());
@@ -188,6 +190,26 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
     }
     out.push(format!("\n{:.1} s", d.seconds));
     out.join("\n") + "\n"
+}
+
+/// What was not named, and how large it could be all the same: what is ruled out at a size that would be noticed.
+fn limits(d: &Diagnosis, out: &mut Vec<String>) {
+    let small: Vec<_> = d.limits.iter().filter(|l| l.at_most < l.typical).collect();
+    if small.is_empty() {
+        return;
+    }
+    out.push(String::new());
+    out.push("Not named, and (95 %) at most of this size:".into());
+    for l in small {
+        out.push(format!(
+            "  {:<28} {:<14} {:>9} {:<10} {:>5.1} % of what would be noticed",
+            l.id,
+            l.parameter,
+            significant(l.at_most, 2),
+            l.unit,
+            100.0 * l.at_most / l.typical
+        ));
+    }
 }
 
 fn verification(d: &Diagnosis, out: &mut Vec<String>) {

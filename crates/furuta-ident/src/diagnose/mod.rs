@@ -12,6 +12,7 @@ mod error;
 mod fit;
 mod held_out;
 mod hypothesis;
+mod limits;
 mod location;
 mod predict;
 mod repair;
@@ -193,6 +194,7 @@ pub fn diagnose(
     diagnosis.held_out = held_out::judge(&data, &nominal, &folds, &recalibrated, &named);
     diagnosis.effects = name(&short, &folds, &named, &named_fit, rivals);
     diagnosis.next_experiment = next_experiment(&diagnosis.effects);
+    diagnosis.limits = limits::limits(&short, &named);
 
     let repaired = repair::repaired(request.rig, &nominal, &named_fit);
     diagnosis.parameters = repair::parameters(request.rig, &repaired, &nominal, &named_fit);

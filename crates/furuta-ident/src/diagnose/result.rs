@@ -163,6 +163,23 @@ pub struct NamedEffect {
     pub confusable_with: Vec<String>,
 }
 
+/// An effect that was not named, and how large it could be all the same.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Limit {
+    /// Id in the catalogue.
+    pub id: String,
+    /// The parameter that says how strong it is.
+    pub parameter: String,
+    /// With a confidence of 95 per cent the parameter is no further than this from where the effect does nothing, in `unit`.
+    #[serde(with = "null_if_not_finite")]
+    pub at_most: f64,
+    /// A size that would be noticed on this rig, in `unit`.
+    #[serde(with = "null_if_not_finite")]
+    pub typical: f64,
+    /// SI unit, `1` where there is none.
+    pub unit: String,
+}
+
 /// A parameter of the rig file before and after recalibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterEstimate {
@@ -264,6 +281,9 @@ pub struct Diagnosis {
     pub effects: Vec<NamedEffect>,
     /// The rig file's parameters by `table.key`.
     pub parameters: BTreeMap<String, ParameterEstimate>,
+    /// How large each effect that was not named could still be, what is ruled out most firmly (against its typical size) first.
+    #[serde(default)]
+    pub limits: Vec<Limit>,
     /// Prediction error on the data given.
     pub gap: Gap,
     /// Prediction error on data kept apart; absent where there were too few.
@@ -302,6 +322,7 @@ impl Diagnosis {
             verdict,
             effects: Vec::new(),
             parameters: BTreeMap::new(),
+            limits: Vec::new(),
             gap,
             held_out: None,
             location: Vec::new(),

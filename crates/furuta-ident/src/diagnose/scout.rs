@@ -53,6 +53,15 @@ struct Echo {
 /// One number for each parameter that every hypothesis has.
 type Base = SVector<f64, FIRST_EFFECT>;
 
+/// A score test, in units of the noise, what initial states and base parameters can follow taken out.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Score {
+    /// Sum of the squares of what the effect changes.
+    pub(super) square: f64,
+    /// Sum of the products of that with what the fit leaves.
+    pub(super) product: f64,
+}
+
 /// What a fit says about any small torque.
 pub(super) struct Scout {
     echoes: Vec<Echo>,
@@ -133,9 +142,23 @@ impl Scout {
         z: &[f64],
         one_way: bool,
     ) -> f64 {
-        let Some(base) = &self.normal else {
-            return f64::INFINITY;
-        };
+        match self.score(problem, fit, h, z) {
+            None => f64::INFINITY,
+            Some(s) if s.square <= 0.0 || (one_way && s.product <= 0.0) => 0.0,
+            Some(s) => s.product * s.product / s.square,
+        }
+    }
+
+    /// What the effects in `z` change about the predictions, held against itself and against what the fit leaves; `None` where the data do not
+    /// determine the base parameters.
+    pub(super) fn score(
+        &self,
+        problem: &Problem<'_>,
+        fit: &Fit,
+        h: &Hypothesis,
+        z: &[f64],
+    ) -> Option<Score> {
+        let base = self.normal.as_ref()?;
         let inner = Inner::<4>::new(h, z, problem.nominal);
         let (mut square, mut product, mut cross) = (0.0, 0.0, Base::zeros());
         for echo in &self.echoes {
@@ -162,14 +185,10 @@ impl Scout {
             cross += towards - echo.absorbed.tr_mul(&shared);
         }
         let follows = base.solve(&cross);
-        let (square, product) = (
-            square - follows.dot(&cross),
-            product - follows.dot(&self.gradient),
-        );
-        if square <= 0.0 || (one_way && product <= 0.0) {
-            return 0.0;
-        }
-        product * product / square
+        Some(Score {
+            square: square - follows.dot(&cross),
+            product: product - follows.dot(&self.gradient),
+        })
     }
 
     /// The most promising values of the effect's parameters.

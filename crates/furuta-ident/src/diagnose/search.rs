@@ -193,7 +193,7 @@ impl Problem<'_> {
     }
 
     /// Where to start a fit with `spec` added to `from`.
-    fn starts(&self, from: &Fit, spec: &'static Spec, scout: &Scout) -> Vec<Vec<f64>> {
+    pub(super) fn starts(&self, from: &Fit, spec: &'static Spec, scout: &Scout) -> Vec<Vec<f64>> {
         // A recalibration without the effect may be far off: where the gap is large, the data sheet is a better start.
         let far = self.chi(from) > 5.0 && from.hypothesis.effects.is_empty();
         let mut starts = Vec::new();
@@ -242,9 +242,9 @@ impl Problem<'_> {
         starts
     }
 
-    /// Fits every candidate added to `from`, the best first; `report` hears of each.
-    pub(super) fn candidates(&self, from: &Fit, report: &(dyn Fn(&str) + Sync)) -> Vec<Trial> {
-        let specs: Vec<&'static Spec> = candidates()
+    /// The candidates that are neither in `from` nor in the rig file.
+    pub(super) fn addable(&self, from: &Fit) -> impl Iterator<Item = &'static Spec> {
+        candidates()
             .filter(|s| !from.hypothesis.has(s.id))
             .filter(|s| {
                 let present = &self.nominal.present;
@@ -253,7 +253,11 @@ impl Problem<'_> {
                     .map(|e| e.spec())
                     .all(|e| e.id != s.id && !(is_late(e) && is_late(s)))
             })
-            .collect();
+    }
+
+    /// Fits every candidate added to `from`, the best first; `report` hears of each.
+    pub(super) fn candidates(&self, from: &Fit, report: &(dyn Fn(&str) + Sync)) -> Vec<Trial> {
+        let specs: Vec<&'static Spec> = self.addable(from).collect();
         let scout = Scout::new(self, from);
         let jobs: Vec<(&'static Spec, Vec<f64>)> = specs
             .iter()

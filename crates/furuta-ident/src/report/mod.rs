@@ -10,7 +10,7 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// The report of a diagnosis as one HTML page: verdict, what is missing, measured against predicted (zoomable), where the gap sits, evidence,
-/// parameters, held-out and verified predictions, what to measure next. Sections for which there is nothing are left out.
+/// what was ruled out, parameters, held-out and verified predictions, what to measure next. Sections for which there is nothing are left out.
 ///
 /// The page stays below some 3 MB: longer recordings are shown at every second, third, ... sample, which it says.
 ///
@@ -32,6 +32,7 @@ pub fn html(diagnosis: &Diagnosis, curves: &Curves) -> String {
         sections::runs(diagnosis, curves),
         sections::location(diagnosis, curves),
         sections::evidence(diagnosis, curves),
+        sections::limits(diagnosis),
         sections::parameters(diagnosis),
         sections::verification(diagnosis, curves),
         sections::next_experiment(diagnosis),

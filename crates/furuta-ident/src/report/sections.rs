@@ -347,6 +347,28 @@ pub(super) fn evidence(diagnosis: &Diagnosis, curves: &Curves) -> String {
     )
 }
 
+pub(super) fn limits(diagnosis: &Diagnosis) -> String {
+    if diagnosis.limits.is_empty() {
+        return String::new();
+    }
+    let mut rows = String::new();
+    for l in &diagnosis.limits {
+        rows += &format!(
+            "<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td><td>{}</td><td class=\"n\">{:.1} %</td></tr>",
+            escape(&l.id),
+            escape(&l.parameter),
+            significant(l.at_most, 2),
+            escape(&l.unit),
+            100.0 * l.at_most / l.typical
+        );
+    }
+    format!(
+        "<section><h2>What was ruled out, and how firmly</h2><p class=\"lead\">How large each effect that is not named could still be, at a confidence of 95 %, beside \
+         what is named; the last column compares that with a size that would be noticed on this rig.</p><div class=\"card scroll\"><table><thead><tr><th>effect</th><th>parameter</th>\
+         <th class=\"n\">at most</th><th>unit</th><th class=\"n\">of a noticeable size</th></tr></thead><tbody>{rows}</tbody></table></div></section>\n"
+    )
+}
+
 pub(super) fn parameters(diagnosis: &Diagnosis) -> String {
     if diagnosis.parameters.is_empty() {
         return String::new();

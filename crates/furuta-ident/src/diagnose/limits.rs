@@ -1,0 +1,101 @@
+//! How large each effect that was not named could still be.
+//!
+//! A score test gives the strength at which an effect would explain most of what the fit leaves, and how sharply the data say so. Its shape (a rest angle,
+//! a frequency) is taken from the starts of a search: of those the one that leaves most room counts.
+
+use furuta_model::Spec;
+use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
+use rayon::prelude::*;
+
+use super::fit::{Fit, Problem};
+use super::result::Limit;
+use super::scout::{self, Scout};
+use super::shooting::MAX_FREE;
+
+/// 95 % of a normal distribution lie within so many standard deviations, to both sides or below.
+const TWO_SIDED: f64 = 1.96;
+const ONE_SIDED: f64 = 1.645;
+/// The strength of the first test, in units of the typical one; the second is made at the limit that the first gives.
+const FIRST: f64 = 0.1;
+/// Strengths between which a second test is worth making, in the same units.
+const TESTED: [f64; 2] = [1e-3, 3.0];
+
+/// For every candidate that `named` lacks and whose strength is one plain number, beside what is named and as it is named. Cogging, kicks and vibration
+/// (any order, any moment, any frequency) and a drive with play or spring are left out.
+pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
+    // Room for the largest effect is needed in the fit's fixed size.
+    if named.hypothesis.free() + MAX_PARAMETERS > MAX_FREE {
+        return Vec::new();
+    }
+    let scout = Scout::new(problem, named);
+    let specs: Vec<&'static Spec> = problem
+        .addable(named)
+        .filter(|s| {
+            s.strengths == 1
+                && s.parameters[0].kind == Kind::Real
+                && !scout::wanted(s)
+                && !s.acts.touches(Acts::DRIVE)
+        })
+        .collect();
+    let mut limits: Vec<Limit> = specs
+        .into_par_iter()
+        .filter_map(|spec| {
+            let room = problem
+                .starts(named, spec, &scout)
+                .into_iter()
+                .filter_map(|z| room(problem, named, spec, &scout, &z))
+                .fold(f64::NAN, f64::max);
+            let p = &spec.parameters[0];
+            let typical = (p.typical)(&problem.nominal.params);
+            room.is_finite().then(|| Limit {
+                id: spec.id.into(),
+                parameter: p.name.into(),
+                at_most: room * typical,
+                typical,
+                unit: if p.unit == "-" { "1" } else { p.unit }.into(),
+            })
+        })
+        .collect();
+    limits.sort_by(|a, b| (a.at_most / a.typical).total_cmp(&(b.at_most / b.typical)));
+    limits
+}
+
+/// The largest strength, in units of the typical one, that the data leave to an effect of this shape.
+fn room(
+    problem: &Problem<'_>,
+    named: &Fit,
+    spec: &'static Spec,
+    scout: &Scout,
+    z: &[f64],
+) -> Option<f64> {
+    let per_sample = (named.cost / problem.floor()).max(1.0);
+    let one_way = spec.parameters[0].min >= spec.parameters[0].off;
+    let first = named.z.len();
+    let h = named.hypothesis.with(spec);
+    let score = |strength: f64| {
+        let mut here = named.z.clone();
+        here.extend(&z[first..]);
+        here[first] = strength;
+        let score = scout.score(problem, named, &h, &here)?;
+        (score.square > 0.0).then_some(score)
+    };
+    let at = |strength: f64| {
+        let score = score(strength)?;
+        let (best, deviation) = (
+            strength * score.product / score.square,
+            strength * (per_sample / score.square).sqrt(),
+        );
+        Some(if one_way {
+            best.max(0.0) + ONE_SIDED * deviation
+        } else {
+            best.abs() + TWO_SIDED * deviation
+        })
+    };
+    // A limit of the voltage does more the smaller it is: of that there is no largest one.
+    if score(FIRST)?.square <= score(0.5 * FIRST)?.square {
+        return None;
+    }
+    // What sticks is not in proportion to its strength: the second test is made where it matters.
+    let first = at(FIRST)?;
+    at(first.clamp(TESTED[0], TESTED[1])).or(Some(first))
+}
