@@ -109,7 +109,7 @@ def test_what_comes_out(case, tmp_path):
     assert len({stage for stage, _ in stages}) > 2 and any(candidate == "arm.spring" for _, candidate in stages)
     contract = json.loads(found.to_json())
     assert contract == found.to_dict() and contract["schema"] == 1
-    for key in ("verdict", "effects", "parameters", "gap", "held_out", "where", "next_experiment", "seconds"):
+    for key in ("verdict", "effects", "parameters", "limits", "gap", "held_out", "where", "next_experiment", "seconds"):
         assert contract[key] == getattr(found, key), key
     page = tmp_path / "report.html"
     found.report(page)
