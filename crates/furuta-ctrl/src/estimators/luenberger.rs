@@ -31,7 +31,7 @@ const RATE: f64 = 120.0;
 
 /// Luenberger observer of the current state (D. Luenberger, *An introduction to observers*, IEEE Trans. Automatic Control 16, 1971).
 ///
-/// Upright, the error of its prediction obeys `e[k+1] = (A - A L C) e[k]`, whose eigenvalues are `exp(-rate h)`: see [`gain`].
+/// Upright, the error of its prediction obeys `e[k+1] = (A - A L C) e[k]`, whose eigenvalues are `exp(-rate h)`.
 #[derive(Clone, Debug)]
 pub struct Luenberger<T: Real>(FixedGain<T>);
 
