@@ -239,13 +239,14 @@ impl Panel {
                 continue;
             }
             let y = top - 7.0;
+            // 7 px a letter at 12 px: wide enough for any of these fonts; a narrower one leaves room before the next name.
+            x -= 7.0 * line.name.chars().count() as f64;
             let _ = write!(
                 svg,
-                r#"<text x="{x:.1}" y="{y:.1}" text-anchor="end">{}</text>"#,
+                r#"<text x="{x:.1}" y="{y:.1}">{}</text>"#,
                 escaped(&line.name)
             );
-            // 6.2 px a letter at 12 px: wide enough for any of these fonts.
-            x -= 6.2 * line.name.chars().count() as f64 + 6.0;
+            x -= 6.0;
             let (width, dashes) = match (&line.back, line.dashed) {
                 (Some(_), _) => (8, ""),
                 (None, true) => (2, r#" stroke-dasharray="6 4""#),
@@ -259,7 +260,7 @@ impl Panel {
                 y - 4.0,
                 colour(k, line)
             );
-            x -= 34.0;
+            x -= 32.0;
         }
     }
 }
