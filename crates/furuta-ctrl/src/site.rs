@@ -1,6 +1,8 @@
 //! What a controller is made for.
 
-use furuta_model::{Effect, Params};
+use furuta_model::discretize::zero_order_hold;
+use furuta_model::{Effect, Params, Plant, PlantError, State, linearize};
+use nalgebra::{SMatrix, SVector};
 
 /// Where a controller is to work: a rig's model and the sample period. Designs start from it.
 #[derive(Copy, Clone, Debug)]
@@ -63,6 +65,17 @@ impl<'a> Site<'a> {
             },
             ..Self::new(&rig.params, period)
         }
+    }
+
+    /// The upright linearisation, held over the sample period: `A` (4 x 4), `B` (4 x 1, per volt). Without effects on purpose: friction and dead zones
+    /// have no useful derivative at rest.
+    ///
+    /// # Errors
+    /// Parameters that are not possible.
+    pub(crate) fn upright(&self) -> Result<(SMatrix<f64, 4, 4>, SVector<f64, 4>), PlantError> {
+        let plant = Plant::new(self.params, &[])?;
+        let linear = linearize(&plant, State::upright(), 0.0);
+        Ok(zero_order_hold(&linear.a, &linear.b, self.period))
     }
 
     /// Small-angle frequency of the hanging pendulum, rad/s: the rig's own unit of time is its inverse.

@@ -1,13 +1,12 @@
 //! State feedback with the integral of the arm's error.
 
-use super::{Controller, Design, StateFeedback};
+use super::{Controller, Design, StateFeedback, weights};
 use crate::config::ConfigError;
-use crate::design::{Weights, balance_weights_with_integral, dlqi};
+use crate::design::{balance_weights_with_integral, dlqi};
 use crate::real::{Real, c, command, is_finite};
 use crate::settings::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
-use furuta_model::discretize::zero_order_hold;
-use furuta_model::{Plant, State, linearize};
+use furuta_model::State;
 use nalgebra::RowVector4;
 
 /// What a controller file may say of it.
@@ -30,15 +29,8 @@ pub(super) static SPEC: Spec = Spec {
             1e6,
             "on the integral of theta; together with gain",
         ),
-        ParameterSpec::numbers(
-            "q",
-            5,
-            "",
-            0.0,
-            1e12,
-            "diagonal of the weight Q of the state and the integral; if q and r are left out: those of `lqr`, an arm that is off for ten of the pendulum's time constants as dear as the angle itself",
-        ),
-        ParameterSpec::number("r", "", 1e-12, 1e12, "weight R of the command"),
+        weights::q(5, "diagonal of the weight Q of the state and the integral; if q and r are left out: those of `lqr`, an arm that is off for ten of the pendulum's time constants as dear as the angle itself"),
+        weights::r("weight R of the command"),
     ],
 };
 
@@ -115,13 +107,9 @@ impl<T: Real> Design for Lqi<T> {
             }
             (Some(gain), Some(integral_gain)) => (gain, integral_gain),
             (None, None) => {
-                let weights = match (settings.vector::<5>("q"), settings.number("r")) {
-                    (Some(q), Some(r)) => Weights::diagonal(q, [r]),
-                    (None, None) => balance_weights_with_integral(site.params),
-                    _ => return Err(contradiction("give both q and r, or neither")),
-                };
-                let linear = linearize(&Plant::new(site.params, &[])?, State::upright(), 0.0);
-                let (a, b) = zero_order_hold(&linear.a, &linear.b, site.period);
+                let weights =
+                    weights::given(settings, || balance_weights_with_integral(site.params))?;
+                let (a, b) = site.upright()?;
                 let arm = RowVector4::new(1.0, 0.0, 0.0, 0.0);
                 let k = dlqi::<f64, 4, 5, 1>(&a, &b, &arm, site.period, &weights)?.gain;
                 ([k[0], k[1], k[2], k[3]], k[4])

@@ -2,7 +2,7 @@
 
 use super::normal_form_sliding::saturation;
 use super::output_regulator::{LAMBDA, ORDER, Wanted, product, steady_motion};
-use super::{Controller, Design, StateFeedback};
+use super::{Controller, Design, StateFeedback, weights};
 use crate::config::ConfigError;
 use crate::design::{DesignError, SteadyMotion, Weights, balance_weights, lqr};
 use crate::real::{Real, c, command, is_finite};
@@ -18,21 +18,8 @@ pub(super) static SPEC: Spec = Spec {
     parameters: &[
         LAMBDA,
         ORDER,
-        ParameterSpec::numbers(
-            "q",
-            4,
-            "",
-            0.0,
-            1e12,
-            "diagonal of the state's weight Q; that of `lqr` if left out",
-        ),
-        ParameterSpec::number(
-            "r",
-            "",
-            1e-12,
-            1e12,
-            "weight R of the command; that of `lqr` if left out",
-        ),
+        weights::q(4, "diagonal of the state's weight Q; that of `lqr` if left out"),
+        weights::r("weight R of the command; that of `lqr` if left out"),
         ParameterSpec::word(
             "reaching",
             &["layer", "super_twisting"],
@@ -228,17 +215,7 @@ impl<T: Real> LqrSliding<T> {
 
 impl<T: Real> Design for LqrSliding<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
-        let mut weights = balance_weights(site.params);
-        match (settings.vector::<4>("q"), settings.number("r")) {
-            (Some(q), Some(r)) => weights = Weights::diagonal(q, [r]),
-            (None, None) => {}
-            _ => {
-                return Err(ConfigError::Contradiction {
-                    section: SPEC.id,
-                    problem: "give both q and r, or neither",
-                });
-            }
-        }
+        let weights = weights::given(settings, || balance_weights(site.params))?;
         let strength = settings
             .number("strength")
             .unwrap_or(site.command_limit / 12.0);

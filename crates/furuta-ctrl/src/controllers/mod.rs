@@ -5,6 +5,7 @@
 //! every controller must pass know it from then on.
 
 mod swing_up;
+mod weights;
 
 pub use lqi::LqiState;
 pub use lqr_sliding::{LqrSlidingState, Reaching};

@@ -1,6 +1,6 @@
 //! Model predictive control: the linear-quadratic regulator with limits that it knows of.
 
-use super::{Controller, Design, StateFeedback};
+use super::{Controller, Design, StateFeedback, weights};
 use crate::config::ConfigError;
 use crate::design::{DesignError, Predicted, Prediction, Weights, balance_weights, dlqr, solve};
 use crate::real::{Real, c, command, is_finite, wrap};
@@ -15,21 +15,8 @@ pub(super) static SPEC: Spec = Spec {
     id: "mpc",
     sentence: "Model predictive control: that of `lqr` where no limit is near, else the cheapest commands that keep command, pendulum and arm within theirs",
     parameters: &[
-        ParameterSpec::numbers(
-            "q",
-            4,
-            "",
-            0.0,
-            1e12,
-            "diagonal of the state's weight Q; that of `lqr` if left out",
-        ),
-        ParameterSpec::number(
-            "r",
-            "",
-            1e-12,
-            1e12,
-            "weight R of the command; that of `lqr` if left out",
-        ),
+        weights::q(4, "diagonal of the state's weight Q; that of `lqr` if left out"),
+        weights::r("weight R of the command; that of `lqr` if left out"),
         ParameterSpec::number(
             "horizon",
             "s",
@@ -329,16 +316,7 @@ impl<T: Real, const M: usize> Mpc<T, M> {
 
 impl<T: Real> Design for Mpc<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
-        let weights = match (settings.vector::<4>("q"), settings.number("r")) {
-            (Some(q), Some(r)) => Weights::diagonal(q, [r]),
-            (None, None) => balance_weights(site.params),
-            _ => {
-                return Err(ConfigError::Contradiction {
-                    section: SPEC.id,
-                    problem: "give both q and r, or neither",
-                });
-            }
-        };
+        let weights = weights::given(settings, || balance_weights(site.params))?;
         let horizon = settings
             .number("horizon")
             .unwrap_or(HORIZON / site.frequency());

@@ -1,13 +1,12 @@
 //! Linear state feedback.
 
-use super::{Controller, Design};
+use super::{Controller, Design, weights};
 use crate::config::ConfigError;
-use crate::design::{Regulator, Weights, balance_weights, dlqr};
+use crate::design::{Regulator, balance_weights, dlqr};
 use crate::real::{Real, command, wrap};
 use crate::settings::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
-use furuta_model::discretize::zero_order_hold;
-use furuta_model::{Plant, State, linearize};
+use furuta_model::State;
 
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
@@ -22,15 +21,8 @@ pub(super) static SPEC: Spec = Spec {
             1e6,
             "K on [theta, alpha, theta_dot, alpha_dot]; designed with q and r if left out",
         ),
-        ParameterSpec::numbers(
-            "q",
-            4,
-            "",
-            0.0,
-            1e12,
-            "diagonal of the state's weight Q; if q and r are left out: full command, half a radian of the pendulum and the arm's usual travel cost alike",
-        ),
-        ParameterSpec::number("r", "", 1e-12, 1e12, "weight R of the command"),
+        weights::q(4, "diagonal of the state's weight Q; if q and r are left out: full command, half a radian of the pendulum and the arm's usual travel cost alike"),
+        weights::r("weight R of the command"),
     ],
 };
 
@@ -88,19 +80,8 @@ impl<T: Real> Design for StateFeedback<T> {
                 command_limit: T::from_f64(site.command_limit),
             });
         }
-        let weights = match (settings.vector::<4>("q"), settings.number("r")) {
-            (Some(q), Some(r)) => Weights::diagonal(q, [r]),
-            (None, None) => balance_weights(site.params),
-            _ => {
-                return Err(ConfigError::Contradiction {
-                    section: SPEC.id,
-                    problem: "give both q and r, or neither",
-                });
-            }
-        };
-        let plant = Plant::new(site.params, &[])?;
-        let linear = linearize(&plant, State::upright(), 0.0);
-        let (a, b) = zero_order_hold(&linear.a, &linear.b, site.period);
+        let weights = weights::given(settings, || balance_weights(site.params))?;
+        let (a, b) = site.upright()?;
         Ok(Self::new(&dlqr(&a, &b, &weights)?, site.command_limit))
     }
 }

@@ -1,6 +1,6 @@
 //! The observer that learns what else drives the arm.
 
-use super::fixed_gain::{rows, upright};
+use super::fixed_gain::rows;
 use super::kalman::{filter_gain, pushed};
 use super::noise::{COMMAND, Noise, PENDULUM, READING};
 use super::predictor::{Belief, PREDICT, Predictor};
@@ -53,7 +53,7 @@ pub struct DisturbedBelief<T: Real> {
 
 impl<T: Real> Design for DisturbanceObserver<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
-        let (a, b) = upright(site)?;
+        let (a, b) = site.upright()?;
         let noise = Noise::of(settings, site);
         let wander = settings
             .number("wander")

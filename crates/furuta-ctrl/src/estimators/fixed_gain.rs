@@ -2,12 +2,8 @@
 
 use super::predictor::{Belief, Predictor};
 use super::{Estimate, Measurement};
-use crate::config::ConfigError;
 use crate::real::Real;
-use crate::site::Site;
-use furuta_model::discretize::zero_order_hold;
-use furuta_model::{Plant, State, linearize};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 /// `xhat[k] = f(xhat[k-1], u) + L (y[k] - h(f(xhat[k-1], u)))`: the nonlinear model `f` predicts, the gain `L` (4 x 2) corrects.
 #[derive(Clone, Debug)]
@@ -52,13 +48,4 @@ pub(super) use estimates_with_fixed_gain;
 /// A matrix as the rows of a [`FixedGain`].
 pub(super) fn rows<T: Real, const N: usize>(gain: &SMatrix<f64, N, 2>) -> [[T; 2]; N] {
     core::array::from_fn(|i| core::array::from_fn(|j| T::from_f64(gain[(i, j)])))
-}
-
-/// The upright linearisation without effects, held over the sample period: friction and dead zones have no useful derivative at rest.
-pub(super) fn upright(
-    site: &Site<'_>,
-) -> Result<(SMatrix<f64, 4, 4>, SVector<f64, 4>), ConfigError> {
-    let plant = Plant::new(site.params, &[])?;
-    let linear = linearize(&plant, State::upright(), 0.0);
-    Ok(zero_order_hold(&linear.a, &linear.b, site.period))
 }

@@ -1,7 +1,7 @@
 //! The steady-state Kalman filter.
 
 use super::Design;
-use super::fixed_gain::{FixedGain, estimates_with_fixed_gain, rows, upright};
+use super::fixed_gain::{FixedGain, estimates_with_fixed_gain, rows};
 use super::noise::{COMMAND, Noise, PENDULUM, READING};
 use super::predictor::{PREDICT, Predictor};
 use crate::config::ConfigError;
@@ -47,7 +47,7 @@ pub(super) fn filter_gain<const N: usize>(
 
 impl<T: Real> Design for Kalman<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
-        let (a, b) = upright(site)?;
+        let (a, b) = site.upright()?;
         let noise = Noise::of(settings, site);
         let (driven, pushed) = (b * noise.command, pushed(site.period) * noise.pendulum);
         let process = driven * driven.transpose() + pushed * pushed.transpose();

@@ -1,7 +1,7 @@
 //! The observer of given poles.
 
 use super::Design;
-use super::fixed_gain::{FixedGain, estimates_with_fixed_gain, rows, upright};
+use super::fixed_gain::{FixedGain, estimates_with_fixed_gain, rows};
 use super::predictor::{PREDICT, Predictor};
 use crate::config::ConfigError;
 use crate::real::Real;
@@ -66,7 +66,7 @@ fn gain(a: &SMatrix<f64, 4, 4>, poles: [[f64; 2]; 2]) -> Option<SMatrix<f64, 4, 
 
 impl<T: Real> Design for Luenberger<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
-        let (a, _) = upright(site)?;
+        let (a, _) = site.upright()?;
         let rates = settings.vector("rates").unwrap_or([RATE; 4]);
         let [p, q, r, s] = rates.map(|rate| libm::exp(-rate * site.period));
         let gain = gain(&a, [[p, q], [r, s]]).ok_or(ConfigError::Unsuitable {
@@ -92,7 +92,7 @@ mod tests {
     fn the_error_has_the_poles_that_were_asked_for() {
         for name in Rig::BUILTIN {
             let rig = Rig::builtin(name).expect("built in");
-            let (a, _) = upright(&Site::of(&rig, 0.002)).expect("a rig");
+            let (a, _) = Site::of(&rig, 0.002).upright().expect("a rig");
             let wanted = [[0.9, 0.8], [0.7, 0.5]];
             let gain = gain(&a, wanted).expect("observable");
             let mut c = SMatrix::<f64, 2, 4>::zeros();
