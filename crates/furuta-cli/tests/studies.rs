@@ -247,6 +247,19 @@ fn predictive_control_is_compared() {
 
 #[test]
 fn mistakes_say_what_to_do() {
+    for wrong in [
+        ["limit-cycle", "--duration", "1e-9"],
+        ["limit-cycle", "--rate", "1e12"],
+        ["estimators", "--duration", "1e300"],
+        ["estimators", "--rate", "NaN"],
+    ] {
+        let output = furuta(&["study"]).args(wrong).output().expect("runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            output.status.code() == Some(2) && said.contains("must be a number from"),
+            "{said}"
+        );
+    }
     let wrong = failure(&["study", "limit-cycle", "--hide", "arm.jelly"]);
     assert!(wrong.contains("arm.jelly"), "{wrong}");
     let wrong = failure(&[

@@ -74,6 +74,23 @@ fn picture(path: &Path, svg: &str) -> Result<(), Failure> {
         .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))
 }
 
+/// Length of a run that can be judged and waited for, s.
+fn seconds(text: &str) -> Result<f64, String> {
+    within(text, 1.0, 3600.0, "s")
+}
+
+/// A sampling rate that a real loop could have, Hz.
+fn hertz(text: &str) -> Result<f64, String> {
+    within(text, 10.0, 20_000.0, "Hz")
+}
+
+fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(x) if (least..=most).contains(&x) => Ok(x),
+        _ => Err(format!("must be a number from {least} to {most} {unit}")),
+    }
+}
+
 /// A progress bar over `count` runs, where there is a terminal.
 fn bar(count: u64) -> ProgressBar {
     let bar = ProgressBar::new(count);

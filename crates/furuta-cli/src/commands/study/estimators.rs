@@ -7,7 +7,7 @@ use furuta_design::limit_cycle::typical;
 use furuta_model::Rig;
 use serde_json::json;
 
-use crate::commands::emulate::positive;
+use super::{hertz, seconds};
 use crate::failure::Failure;
 
 /// How well each estimator knows the speeds that no encoder measures: all watch the same run of a rig with dry friction on both axes, arm steps while
@@ -18,10 +18,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "RIG", default_value = "shahzad2022-srv02")]
     rig: String,
     /// Samples per second.
-    #[arg(long, value_name = "HZ", default_value = "500", value_parser = positive)]
+    #[arg(long, value_name = "HZ", default_value = "500", value_parser = hertz)]
     rate: f64,
     /// Length of the run.
-    #[arg(long, value_name = "SECONDS", default_value = "12", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value = "12", value_parser = seconds)]
     duration: f64,
     /// Print one line of JSON in place of text.
     #[arg(long)]

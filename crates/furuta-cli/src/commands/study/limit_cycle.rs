@@ -10,8 +10,7 @@ use furuta_hw::emulate::hidden_effect;
 use furuta_model::{Effect, Rig};
 use serde_json::json;
 
-use super::plot;
-use crate::commands::emulate::positive;
+use super::{hertz, plot, seconds};
 use crate::failure::Failure;
 
 /// How far a balanced rig wanders that has an effect: with a control system that does not know it, with one whose rig file names it and that
@@ -28,10 +27,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "RIG", requires = "hide")]
     known: Option<String>,
     /// Samples per second.
-    #[arg(long, value_name = "HZ", default_value = "500", value_parser = positive)]
+    #[arg(long, value_name = "HZ", default_value = "500", value_parser = hertz)]
     rate: f64,
     /// Length of each run; its last half counts.
-    #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = seconds)]
     duration: f64,
     /// Draw arm and command over the last half (SVG).
     #[arg(long, value_name = "OUT.svg", requires = "hide")]
