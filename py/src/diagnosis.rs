@@ -3,11 +3,13 @@
 use crate::error;
 use crate::recording::{Read, read};
 use crate::rig::PyRig;
-use furuta_ident::diagnose::{DiagnoseError, Outcome, Progress, Request};
-use pyo3::exceptions::{PyKeyError, PyRuntimeError};
+use furuta_ident::diagnose::{DiagnoseError, Options, Outcome, Progress, Request};
+use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
@@ -35,6 +37,10 @@ const PATIENCE: Duration = Duration::from_millis(50);
 ///     Errors on the recordings given as `verify`: run, channel, nominal, recalibrated, repaired (rad).
 /// notices : list of str
 ///     What was noticed about the recordings.
+/// interrupted : bool
+///     Whether Ctrl-C ended the search; then what is said holds for what was looked at.
+/// unfinished : list of str
+///     What was left undone then: "parameters", "search", "rivals", "long_horizons", "held_out", "limits".
 /// seconds : float
 /// repaired_rig : Rig
 ///     The rig with refitted parameters and the named effects.
@@ -144,6 +150,18 @@ impl PyDiagnosis {
         self.outcome.diagnosis.notices.clone()
     }
 
+    /// Whether Ctrl-C ended the search before it was done.
+    #[getter]
+    fn interrupted(&self) -> bool {
+        self.outcome.diagnosis.interrupted
+    }
+
+    /// What was left undone then.
+    #[getter]
+    fn unfinished<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "unfinished")
+    }
+
     #[getter]
     fn seconds(&self) -> f64 {
         self.outcome.diagnosis.seconds
@@ -170,7 +188,9 @@ impl PyDiagnosis {
     fn field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         match self.contract.bind(py).get_item(name)? {
             Some(value) => Ok(value),
-            None if name == "verification" => Ok(pyo3::types::PyList::empty(py).into_any()),
+            None if ["verification", "unfinished"].contains(&name) => {
+                Ok(pyo3::types::PyList::empty(py).into_any())
+            }
             None => Err(PyKeyError::new_err(name.to_owned())),
         }
     }
@@ -207,6 +227,9 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 ///     A recording that cannot be used: which, where, why.
 /// DiagnoseError
 ///     Recordings too short, or in which nothing moves.
+/// Interrupted
+///     On Ctrl-C (it is a KeyboardInterrupt), a second or two later: the exception's attribute `diagnosis` holds what was found by
+///     then, its `interrupted` True. A second Ctrl-C is raised at once. In a notebook, `sys.last_value.diagnosis` after the cell.
 ///
 /// Examples
 /// --------
@@ -243,44 +266,67 @@ pub(crate) fn diagnose(
     };
     let rig = rig.rig.clone();
     let (send, receive) = channel::<Progress>();
-    // On Ctrl-C the worker is left to end by itself: it owns all it needs, and nobody waits for its answer.
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    // Where nobody waits for its answer any more, the worker ends by itself: it owns all it needs.
     let worker = std::thread::spawn(move || -> Result<Outcome, DiagnoseError> {
         let request = Request {
             recordings: &recordings,
             rig: &rig,
             verify: &verify,
         };
+        let options = Options { stop: Some(&flag) };
         let report = |p| drop(send.send(p));
-        furuta_ident::diagnose::diagnose(&request, &report)
+        furuta_ident::diagnose::diagnose_with(&request, options, &report)
     });
     // The receiver sits in a Mutex only because a reference to it crosses `detach`.
     let receive = std::sync::Mutex::new(receive);
+    let mut interrupt: Option<PyErr> = None;
     loop {
         let news = py.detach(|| match receive.lock() {
             Ok(receive) => receive.recv_timeout(PATIENCE),
             Err(_) => Err(RecvTimeoutError::Disconnected),
         });
-        py.check_signals()?;
+        if let Err(raised) = py.check_signals() {
+            stop.store(true, Ordering::Relaxed);
+            // The first Ctrl-C waits for what is known so far, a second one for nothing; nor does an error of somebody's signal handler.
+            if interrupt.is_some() || !raised.is_instance_of::<PyKeyboardInterrupt>(py) {
+                return Err(raised);
+            }
+            interrupt = Some(raised);
+        }
         match news {
             Ok(p) => {
-                if let Some(call) = progress {
-                    call.call1((p.stage, p.candidate))?;
+                if let Some(call) = progress.filter(|_| interrupt.is_none()) {
+                    call.call1((p.stage, p.candidate))
+                        .inspect_err(|_| stop.store(true, Ordering::Relaxed))?;
                 }
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
         }
     }
-    let mut outcome = py
-        .detach(|| worker.join())
-        .map_err(|_| {
-            PyRuntimeError::new_err(
-                "the diagnosis broke off: this is a mistake of the program, please report it",
-            )
-        })?
-        .map_err(error::diagnose)?;
-    notices.append(&mut outcome.diagnosis.notices);
-    outcome.diagnosis.notices = notices;
+    let outcome = py.detach(|| worker.join()).map_err(|_| {
+        PyRuntimeError::new_err(
+            "the diagnosis broke off: this is a mistake of the program, please report it",
+        )
+    })?;
+    let mut outcome = match (outcome, &interrupt) {
+        (Ok(outcome), _) => outcome,
+        (Err(_), Some(raised)) => return Err(raised.clone_ref(py)),
+        (Err(e), None) => return Err(error::diagnose(e)),
+    };
+    outcome.diagnosis.notices.splice(0..0, notices);
     let contract = parsed(py, &outcome.diagnosis.to_json())?.unbind();
-    Ok(PyDiagnosis { outcome, contract })
+    let diagnosis = PyDiagnosis { outcome, contract };
+    match interrupt {
+        None => Ok(diagnosis),
+        Some(_) => {
+            let raised = error::Interrupted::new_err(diagnosis.outcome.diagnosis.sentence());
+            raised
+                .value(py)
+                .setattr("diagnosis", Py::new(py, diagnosis)?)?;
+            Err(raised)
+        }
+    }
 }

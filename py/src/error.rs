@@ -1,7 +1,7 @@
 //! Python's exceptions: one base class, a `ValueError`, and one subclass for each part that can refuse its input.
 
 use pyo3::create_exception;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 
 create_exception!(
@@ -53,6 +53,13 @@ create_exception!(
     "A design problem without a usable answer."
 );
 
+create_exception!(
+    furuta,
+    Interrupted,
+    PyKeyboardInterrupt,
+    "A KeyboardInterrupt during `diagnose`; its attribute `diagnosis` holds what was found by then."
+);
+
 /// Adds the exceptions to the module.
 pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = m.py();
@@ -63,7 +70,8 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("RecordingError", py.get_type::<RecordingError>())?;
     m.add("DiagnoseError", py.get_type::<DiagnoseError>())?;
     m.add("ControllerError", py.get_type::<ControllerError>())?;
-    m.add("DesignError", py.get_type::<DesignError>())
+    m.add("DesignError", py.get_type::<DesignError>())?;
+    m.add("Interrupted", py.get_type::<Interrupted>())
 }
 
 /// A rig error of the model as Python's.

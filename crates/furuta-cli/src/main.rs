@@ -17,10 +17,11 @@ struct Cli {
     command: commands::Command,
 }
 
-/// Exit code 0: done; 1: failed, with one line that says what and what to do; 2: not a valid command line.
+/// Exit code 0: done; 1: failed, with one line that says what and what to do; 2: not a valid command line; 130: a diagnosis that Ctrl-C
+/// interrupted, with what was found by then.
 fn main() -> ExitCode {
     match Cli::parse().command.run() {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(failure) => {
             eprintln!("furuta: {failure}");
             ExitCode::FAILURE

@@ -134,3 +134,63 @@ fn a_truncated_log_is_refused() {
         "{line}"
     );
 }
+
+/// Ctrl-C in the middle of a search: what is known so far, marked as such, every file written, exit code 130.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_gives_what_is_known_so_far() {
+    use std::process::{Command, Stdio};
+    use std::time::Duration;
+
+    let folder = Folder::new("diagnose-ctrl-c");
+    // Two effects that have to be found one after the other, in a minute of data: a search of many seconds.
+    let data = folder.path("run.csv");
+    let simulated = furuta(&["simulate", "--rig", "qube-servo-2", "--duration", "60"])
+        .args([
+            "--input",
+            "multisine",
+            "--hide",
+            "arm.coulomb",
+            "--hide",
+            "arm.spring",
+        ])
+        .arg("--output")
+        .arg(&data)
+        .output()
+        .expect("the binary runs");
+    assert!(simulated.status.success(), "{simulated:?}");
+    let [json, report, rig] = ["out.json", "out.html", "out.toml"].map(|name| folder.path(name));
+    let child = furuta(&["diagnose", "--rig", "qube-servo-2"])
+        .arg(&data)
+        .arg("--json")
+        .arg(&json)
+        .arg("--report")
+        .arg(&report)
+        .arg("--write-rig")
+        .arg(&rig)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary runs");
+    std::thread::sleep(Duration::from_millis(700));
+    let pressed = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .expect("kill");
+    assert!(pressed.success());
+    let output = child.wait_with_output().expect("it ends");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    assert!(
+        text.starts_with("Interrupted") && text.contains("may be missing all the same"),
+        "{text}"
+    );
+    let answer = std::fs::read_to_string(&json).expect("written");
+    assert!(
+        answer.contains("\"interrupted\": true") && answer.contains("\"search\""),
+        "{answer}"
+    );
+    let page = std::fs::read_to_string(&report).expect("written");
+    assert!(page.contains("The diagnosis was interrupted"));
+    furuta_model::Rig::load(rig.to_str().expect("UTF-8")).expect("a rig file");
+}

@@ -15,6 +15,7 @@ __all__ = [
     "Diagnosis",
     "Estimator",
     "FurutaError",
+    "Interrupted",
     "RecordingError",
     "Rig",
     "RigError",
@@ -59,6 +60,10 @@ class RecordingError(FurutaError): ...
 class DiagnoseError(FurutaError): ...
 class ControllerError(FurutaError): ...
 class DesignError(FurutaError): ...
+
+class Interrupted(KeyboardInterrupt):
+    diagnosis: Diagnosis
+
 
 class _ParameterDetail(TypedDict):
     unit: str
@@ -396,6 +401,10 @@ class Diagnosis:
     def verification(self) -> list[dict[str, Any]]: ...
     @property
     def notices(self) -> list[str]: ...
+    @property
+    def interrupted(self) -> bool: ...
+    @property
+    def unfinished(self) -> list[str]: ...
     @property
     def seconds(self) -> float: ...
 

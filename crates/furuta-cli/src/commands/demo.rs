@@ -365,6 +365,9 @@ fn find(logs: &[PathBuf], sheet: &Rig, out: &Path) -> Result<Outcome, Failure> {
         rig: sheet,
         verify: &[],
     })?;
+    if outcome.diagnosis.interrupted {
+        return Err(Failure::new("the diagnosis was interrupted"));
+    }
     write(out, REPAIRED, &outcome.repaired.to_toml())?;
     write(out, "diagnosis.json", &outcome.diagnosis.to_json())?;
     let html = report::html(&outcome.diagnosis, &outcome.curves);

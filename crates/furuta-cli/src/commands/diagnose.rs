@@ -2,20 +2,25 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use crate::print::estimate;
 use furuta_ident::diagnose::result::significant;
-use furuta_ident::diagnose::result::{Channel, Diagnosis};
-use furuta_ident::diagnose::{Outcome, Request, diagnose};
+use furuta_ident::diagnose::result::{Channel, Diagnosis, Part};
+use furuta_ident::diagnose::{Options, Outcome, Request, diagnose_with};
 use furuta_ident::recording::Recording;
 use furuta_ident::report;
 use furuta_model::{Rig, effects};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;
+use crate::interrupt;
 
 /// Find where recordings and model disagree, name the missing effects, and repair the rig file.
+///
+/// Ctrl-C ends the search and gives what was found by then, files included, with exit code 130; a second Ctrl-C ends the program at once.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Recordings of one rig, CSV or MCAP.
@@ -42,7 +47,7 @@ pub(crate) struct Args {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     let rig = Rig::load(&args.rig)?;
     let mut notices = Vec::new();
     let recordings = load(&args.data, args.accept_suspicious, &mut notices)?;
@@ -52,7 +57,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         rig: &rig,
         verify: &verify,
     })?;
-    outcome.diagnosis.notices = notices;
+    let interrupted = outcome.diagnosis.interrupted;
+    outcome.diagnosis.notices.splice(0..0, notices);
     write(args, &outcome)?;
     let to_stdout = args.json.as_deref() == Some(Path::new("-"));
     let text = if to_stdout {
@@ -61,19 +67,29 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         summary(&outcome.diagnosis)
     };
     std::io::stdout().lock().write_all(text.as_bytes())?;
-    Ok(())
+    Ok(if interrupted {
+        ExitCode::from(interrupt::EXIT)
+    } else {
+        ExitCode::SUCCESS
+    })
 }
 
-/// Diagnoses with a progress bar where there is a terminal.
+/// Diagnoses with a progress bar where there is a terminal; Ctrl-C ends it early.
 pub(crate) fn search(request: &Request<'_>) -> Result<Outcome, Failure> {
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed:>4} {prefix} {msg}") {
         bar.set_style(style);
     }
     bar.enable_steady_tick(Duration::from_millis(100));
-    let outcome = diagnose(request, &|progress| {
+    let flag = interrupt::flag_then_exit();
+    let options = Options { stop: Some(flag) };
+    let outcome = diagnose_with(request, options, &|progress| {
         bar.set_prefix(progress.stage);
-        bar.set_message(progress.candidate.unwrap_or_default());
+        bar.set_message(if flag.load(Ordering::Relaxed) {
+            "(interrupted: putting together what is known; Ctrl-C again ends at once)".into()
+        } else {
+            progress.candidate.unwrap_or_default()
+        });
     });
     bar.finish_and_clear();
     Ok(outcome?)
@@ -120,6 +136,7 @@ fn write(args: &Args, outcome: &Outcome) -> Result<(), Failure> {
 /// The answer for a person.
 pub(crate) fn summary(d: &Diagnosis) -> String {
     let mut out = vec![d.sentence()];
+    out.extend(d.interruption());
     for notice in &d.notices {
         out.push(format!("note: {notice}"));
     }
@@ -129,19 +146,28 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
         for (name, p) in &e.parameters {
             out.push(format!("  {name} = {}", estimate(p, 4)));
         }
+        let held_out = if e.held_out_gain.is_finite() {
+            format!(
+                "; {:.0} % of the remaining squared error on held-out data goes",
+                100.0 * e.held_out_gain
+            )
+        } else {
+            String::new()
+        };
         out.push(format!(
-            "  evidence: BIC falls by {:.0}; {:.0} % of the remaining squared error on held-out data goes",
-            e.delta_bic,
-            100.0 * e.held_out_gain
+            "  evidence: BIC falls by {:.0}{held_out}",
+            e.delta_bic
         ));
         if let Some(spec) = effects::spec(&e.id) {
             out.push(format!("  {}", spec.sentence));
         }
         if !e.confusable_with.is_empty() {
-            out.push(format!(
-                "  these data cannot tell it from {}",
-                e.confusable_with.join(", ")
-            ));
+            let rivals = e.confusable_with.join(", ");
+            out.push(if d.unfinished.contains(&Part::Rivals) {
+                format!("  not compared with {rivals}")
+            } else {
+                format!("  these data cannot tell it from {rivals}")
+            });
         }
     }
     out.push(String::new());

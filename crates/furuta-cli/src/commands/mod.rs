@@ -14,6 +14,8 @@ mod signal;
 mod simulate;
 mod study;
 
+use std::process::ExitCode;
+
 use crate::failure::Failure;
 
 /// What the program can do.
@@ -34,19 +36,20 @@ pub(crate) enum Command {
 
 impl Command {
     /// Runs the command.
-    pub(crate) fn run(&self) -> Result<(), Failure> {
+    pub(crate) fn run(&self) -> Result<ExitCode, Failure> {
         match self {
-            Self::Demo(args) => demo::run(args),
-            Self::Rigs(args) => rigs::run(args),
-            Self::Effects(args) => effects::run(args),
-            Self::Simulate(args) => simulate::run(args),
-            Self::Design(args) => design::run(args),
-            Self::Controllers(args) => controllers::run(args),
-            Self::Diagnose(args) => diagnose::run(args),
-            Self::Emulate(args) => emulate::run(args),
-            Self::Run(args) => run::run(args),
-            Self::Convert(args) => convert::run(args),
-            Self::Study(args) => study::run(args),
+            Self::Demo(args) => demo::run(args)?,
+            Self::Rigs(args) => rigs::run(args)?,
+            Self::Effects(args) => effects::run(args)?,
+            Self::Simulate(args) => simulate::run(args)?,
+            Self::Design(args) => design::run(args)?,
+            Self::Controllers(args) => controllers::run(args)?,
+            Self::Diagnose(args) => return diagnose::run(args),
+            Self::Emulate(args) => emulate::run(args)?,
+            Self::Run(args) => run::run(args)?,
+            Self::Convert(args) => convert::run(args)?,
+            Self::Study(args) => study::run(args)?,
         }
+        Ok(ExitCode::SUCCESS)
     }
 }

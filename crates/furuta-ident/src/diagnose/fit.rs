@@ -7,12 +7,15 @@ use rayon::prelude::*;
 use super::data::{Data, Window};
 use super::hypothesis::{Hypothesis, Nominal};
 use super::shooting::{Inner, Reduced, reduced};
+use super::stop::Stop;
 
 /// What is being fitted to what.
 pub(super) struct Problem<'a> {
     pub(super) data: &'a Data,
     pub(super) nominal: &'a Nominal,
     pub(super) windows: Vec<Window>,
+    /// When it is wanted, fits end where they are and searches claim nothing further.
+    pub(super) stop: Stop<'a>,
 }
 
 /// A fitted hypothesis.
@@ -56,7 +59,13 @@ impl<'a> Problem<'a> {
             data,
             nominal,
             windows,
+            stop: Stop::NEVER,
         }
+    }
+
+    /// The same problem, to be given up when `stop` says so.
+    pub(super) fn until(self, stop: Stop<'a>) -> Self {
+        Self { stop, ..self }
     }
 
     /// Sum of the weights of all samples: the cost that noise alone leaves, but for the degrees of freedom.
@@ -118,6 +127,9 @@ impl<'a> Problem<'a> {
         let mut damping = 1e-3;
         let mut r = self.linearise(&here);
         for _ in 0..effort.iterations {
+            if self.stop.wanted() {
+                break;
+            }
             let Some((trial, predicted)) = self.trial(&here, &r, &bounds, damping) else {
                 break;
             };

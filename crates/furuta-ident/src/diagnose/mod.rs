@@ -20,14 +20,16 @@ pub mod result;
 mod scout;
 mod search;
 mod shooting;
+mod stop;
 mod verify;
 
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use furuta_model::{Rig, effects};
 
 pub use error::DiagnoseError;
-pub use result::{Channel, Channels, Curves, Diagnosis, Verdict};
+pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
 pub use search::candidates;
 
 use crate::recording::Recording;
@@ -38,6 +40,7 @@ use location::Residual;
 use predict::{Model, rms};
 use result::{CandidateEvidence, NamedEffect, RunCurves};
 use search::{Rival, Trial};
+use stop::Stop;
 
 /// Length of the windows of the search, s.
 const SEARCH: f64 = 0.25;
@@ -61,6 +64,14 @@ pub struct Request<'a> {
     pub rig: &'a Rig,
     /// Recordings to predict with the finished models; the search never sees them.
     pub verify: &'a [Recording],
+}
+
+/// What may be asked of a diagnosis beside its [`Request`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options<'a> {
+    /// Set (by Ctrl-C, say), it ends the search within a fraction of a second; what was found by then is fitted and given as
+    /// [`Diagnosis::interrupted`], with [`Diagnosis::unfinished`] saying what was left undone.
+    pub stop: Option<&'a AtomicBool>,
 }
 
 /// What a diagnosis is doing.
@@ -120,7 +131,21 @@ pub fn diagnose(
     request: &Request<'_>,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Outcome, DiagnoseError> {
+    diagnose_with(request, Options::default(), progress)
+}
+
+/// As [`diagnose`], with [`Options`].
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_with(
+    request: &Request<'_>,
+    options: Options<'_>,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Outcome, DiagnoseError> {
     let begin = Instant::now();
+    let stop = Stop::when(options.stop);
+    let mut unfinished: Vec<Part> = Vec::new();
     let data = Data::new(request.recordings, request.rig);
     error::check(request, &data)?;
     let nominal = Nominal::new(request.rig, &data);
@@ -140,10 +165,14 @@ pub fn diagnose(
     };
 
     stage("recalibrating");
-    let short = Problem::new(&data, &nominal, data.windows(SEARCH, |_| true));
+    let short = Problem::new(&data, &nominal, data.windows(SEARCH, |_| true)).until(stop);
     let base = Hypothesis::base();
     let as_given = short.settle(&base, &vec![0.0; base.len()], None);
     let recalibrated = short.fit(&base, as_given.z.clone(), &as_given.states, Effort::FULL);
+
+    if stop.wanted() {
+        unfinished.push(Part::Parameters);
+    }
 
     stage("searching");
     let (mut named, first) =
@@ -158,7 +187,7 @@ pub fn diagnose(
                 EXPLAINED
             }
     };
-    if !explains(&named) {
+    if !explains(&named) && !stop.wanted() {
         stage("searching over long windows");
         let further = search_long(
             &short,
@@ -173,12 +202,32 @@ pub fn diagnose(
         }
     }
 
+    // From here on every fit is made to its end.
+    let calm = Problem::new(&data, &nominal, short.windows.clone());
+    if stop.wanted() {
+        // Names of finished rounds stay if they stand up to a fit to the end; who else might stand in their place was not looked at.
+        unfinished.extend([Part::Search, Part::Rivals]);
+        if !named.hypothesis.effects.is_empty() {
+            named = calm.fit(
+                &named.hypothesis.clone(),
+                named.z.clone(),
+                &named.states,
+                Effort::FULL,
+            );
+            named = calm.simplify(named, &base);
+        }
+        rivals = calm.unrivalled(&named);
+    }
+
     stage("fitting");
     let explained = explains(&named);
     let (base_fit, named_fit) = rayon::join(
-        || finish(&data, &nominal, &recalibrated, explained),
-        || finish(&data, &nominal, &named, explained),
+        || finish(&data, &nominal, &recalibrated, explained, stop),
+        || finish(&data, &nominal, &named, explained, stop),
     );
+    if stop.wanted() && !explained {
+        unfinished.push(Part::LongHorizons);
+    }
 
     stage("judging");
     let mut diagnosis = Diagnosis::new(if explained {
@@ -191,10 +240,27 @@ pub fn diagnose(
         Verdict::Unexplained
     });
     let folds = held_out::folds(&data);
-    diagnosis.held_out = held_out::judge(&data, &nominal, &folds, &recalibrated, &named);
-    diagnosis.effects = name(&short, &folds, &named, &named_fit, rivals);
+    let folds = if stop.wanted() {
+        unfinished.push(Part::HeldOut);
+        None
+    } else {
+        diagnosis.held_out = held_out::judge(&data, &nominal, &folds, &recalibrated, &named);
+        Some(folds)
+    };
+    diagnosis.effects = name(&calm, folds.as_ref(), &named, &named_fit, rivals);
+    if unfinished.contains(&Part::Rivals) {
+        for effect in &mut diagnosis.effects {
+            effect.confusable_with = not_ruled_out(&effect.id, &named);
+        }
+    }
     diagnosis.next_experiment = next_experiment(&diagnosis.effects);
-    diagnosis.limits = limits::limits(&short, &named);
+    if stop.wanted() {
+        unfinished.push(Part::Limits);
+    } else {
+        diagnosis.limits = limits::limits(&calm, &named);
+    }
+    diagnosis.interrupted = !unfinished.is_empty();
+    diagnosis.unfinished = unfinished;
 
     let repaired = repair::repaired(request.rig, &nominal, &named_fit);
     diagnosis.parameters = repair::parameters(request.rig, &repaired, &nominal, &named_fit);
@@ -248,7 +314,7 @@ fn search_long(
     if !data.runs.iter().any(data::Run::hangs) {
         return named;
     }
-    let long = Problem::new(data, nominal, long_windows(data, LONG));
+    let long = Problem::new(data, nominal, long_windows(data, LONG)).until(short.stop);
     let start = long.settle(&named.hypothesis, &named.z, None);
     let start = long.fit(
         &named.hypothesis,
@@ -281,8 +347,11 @@ fn search_long(
 }
 
 /// The parameters to be used: from half-second windows for a model that explains the data. For one that does not, what it lacks pulls the
-/// parameters of each horizon elsewhere: of those led to longer and longer windows, those that predict whole runs best.
-fn finish(data: &Data, nominal: &Nominal, fit: &Fit, explained: bool) -> Fit {
+/// parameters of each horizon elsewhere: of those led to longer and longer windows, those that predict whole runs best. In a hurry, those at hand.
+fn finish(data: &Data, nominal: &Nominal, fit: &Fit, explained: bool, stop: Stop<'_>) -> Fit {
+    if stop.wanted() {
+        return fit.clone();
+    }
     let h = &fit.hypothesis;
     let refit = |last: &Fit, seconds: f64| {
         let problem = Problem::new(data, nominal, long_windows(data, seconds));
@@ -295,6 +364,9 @@ fn finish(data: &Data, nominal: &Nominal, fit: &Fit, explained: bool) -> Fit {
     }
     let mut best = (predict::open_loop(data, nominal, &last), last.clone());
     for seconds in LADDER {
+        if stop.wanted() {
+            break;
+        }
         last = refit(&last, seconds);
         let error = predict::open_loop(data, nominal, &last);
         if error < best.0 {
@@ -306,7 +378,7 @@ fn finish(data: &Data, nominal: &Nominal, fit: &Fit, explained: bool) -> Fit {
 
 fn name(
     short: &Problem<'_>,
-    folds: &held_out::Folds,
+    folds: Option<&held_out::Folds>,
     named: &Fit,
     named_fit: &Fit,
     rivals: Vec<Rival>,
@@ -320,7 +392,9 @@ fn name(
             name: rival.spec.name.into(),
             parameters: repair::effect_parameters(nominal, named_fit, i),
             delta_bic: short.evidence(&rival.without, named).delta_bic,
-            held_out_gain: held_out::gain(data, nominal, folds, &rival.without, named),
+            held_out_gain: folds.map_or(f64::NAN, |folds| {
+                held_out::gain(data, nominal, folds, &rival.without, named)
+            }),
             confusable_with: rival
                 .near
                 .iter()
@@ -332,6 +406,16 @@ fn name(
         .collect();
     effects.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
     effects
+}
+
+/// The look-alikes that the catalogue lists, for an effect whose rivals were not compared.
+fn not_ruled_out(id: &str, named: &Fit) -> Vec<String> {
+    effects::spec(id)
+        .map_or(&[][..], |spec| spec.look_alikes)
+        .iter()
+        .filter(|other| !named.hypothesis.has(other))
+        .map(|&other| other.to_owned())
+        .collect()
 }
 
 fn next_experiment(named: &[NamedEffect]) -> Option<String> {

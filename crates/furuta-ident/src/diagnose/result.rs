@@ -37,6 +37,40 @@ impl Verdict {
     }
 }
 
+/// A part of a diagnosis that an interruption left undone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Part {
+    /// Refitting the parameters alone.
+    Parameters,
+    /// Looking through the catalogue: effects that are not named may be missing all the same.
+    Search,
+    /// Comparing each named effect with others in its place: [`NamedEffect::confusable_with`] holds the catalogue's look-alikes, none of them ruled out.
+    Rivals,
+    /// Leading an incomplete model to whole runs.
+    LongHorizons,
+    /// Judging by data kept apart.
+    HeldOut,
+    /// How large effects that are not named could be.
+    Limits,
+}
+
+impl Part {
+    /// What it means that this was left undone, for a sentence.
+    #[must_use]
+    pub const fn undone(self) -> &'static str {
+        match self {
+            Self::Parameters => "the parameters were not fitted to the end",
+            Self::Search => "effects that are not named may be missing all the same",
+            Self::Rivals => "nothing was tried in the place of what is named",
+            Self::LongHorizons => "the parameters were not led to whole runs",
+            Self::HeldOut => "nothing was judged on data kept apart",
+            Self::Limits => "no limits of other effects",
+        }
+    }
+}
+
 impl core::fmt::Display for Verdict {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(self.as_str())
@@ -300,6 +334,12 @@ pub struct Diagnosis {
     /// What was noticed about the recordings and dealt with, one sentence each; left out of the JSON where there is nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notices: Vec<String>,
+    /// Whether the diagnosis was ended before it was done: what it says holds for what was looked at.
+    #[serde(default)]
+    pub interrupted: bool,
+    /// What was left undone then; left out of the JSON where there is nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unfinished: Vec<Part>,
     /// Wall-clock time that the diagnosis took, s.
     #[serde(with = "null_if_not_finite")]
     pub seconds: f64,
@@ -329,6 +369,8 @@ impl Diagnosis {
             next_experiment: None,
             verification: Vec::new(),
             notices: Vec::new(),
+            interrupted: false,
+            unfinished: Vec::new(),
             seconds: f64::NAN,
         }
     }
@@ -351,6 +393,9 @@ impl Diagnosis {
     /// The verdict in one sentence, with the number that matters most.
     #[must_use]
     pub fn sentence(&self) -> String {
+        if self.unfinished.contains(&Part::Search) {
+            return self.so_far();
+        }
         match self.verdict {
             Verdict::NoGap => "The model predicts these recordings down to the noise floor: nothing is missing.".into(),
             Verdict::ParametersOnly => format!(
@@ -372,6 +417,34 @@ impl Diagnosis {
                 self.change(|gap| (gap.recalibrated, gap.augmented))
             ),
         }
+    }
+
+    /// The sentence of a search that was broken off.
+    fn so_far(&self) -> String {
+        if self.effects.is_empty() {
+            return format!(
+                "Interrupted before any effect was named: with the parameters refitted, {}.",
+                self.change(|gap| (gap.nominal, gap.recalibrated))
+            );
+        }
+        format!(
+            "Interrupted; found so far: {}; with {} added, {}.",
+            self.effect_names(),
+            if self.effects.len() == 1 {
+                "it"
+            } else {
+                "them"
+            },
+            self.change(|gap| (gap.recalibrated, gap.augmented))
+        )
+    }
+
+    /// What an interruption left undone, in one sentence; nothing where there was none.
+    #[must_use]
+    pub fn interruption(&self) -> Option<String> {
+        let undone: Vec<&str> = self.unfinished.iter().map(|part| part.undone()).collect();
+        self.interrupted
+            .then(|| format!("The diagnosis was interrupted: {}.", undone.join("; ")))
     }
 
     fn effect_names(&self) -> String {

@@ -271,6 +271,9 @@ impl Problem<'_> {
         let mut promising: Vec<(f64, &'static Spec, Vec<f64>)> = jobs
             .into_par_iter()
             .map(|(spec, z)| {
+                if self.stop.wanted() {
+                    return (f64::NEG_INFINITY, spec, z);
+                }
                 let h = from.hypothesis.with(spec);
                 let mut here = from.z.clone();
                 here.extend(&z[from.z.len()..]);
@@ -289,6 +292,7 @@ impl Problem<'_> {
         self.follow(from, &mut promising);
         let quick: Vec<(&'static Spec, Fit)> = promising
             .into_par_iter()
+            .filter(|_| !self.stop.wanted())
             .map(|(_, spec, z)| {
                 let h = from.hypothesis.with(spec);
                 let fit = self.fit(&h, z, &from.states, Effort::QUICK);
@@ -372,10 +376,14 @@ impl Problem<'_> {
     ) -> (Fit, Vec<Trial>) {
         let mut here = start;
         let mut first = Vec::new();
-        while here.hypothesis.effects.len() < MOST_EFFECTS {
+        while here.hypothesis.effects.len() < MOST_EFFECTS && !self.stop.wanted() {
             let trials = self.candidates(&here, report);
             if first.is_empty() {
                 first.clone_from(&trials);
+            }
+            // Of a round that was broken off, the best may not have been looked at: nobody is named by it.
+            if self.stop.wanted() {
+                break;
             }
             let next = trials
                 .into_iter()
@@ -389,7 +397,7 @@ impl Problem<'_> {
     }
 
     /// Leaves out, one at a time, the effects that the others do without; those of `settled` stay.
-    fn simplify(&self, mut here: Fit, settled: &Hypothesis) -> Fit {
+    pub(super) fn simplify(&self, mut here: Fit, settled: &Hypothesis) -> Fit {
         while here.hypothesis.effects.len() > 1 {
             let weakest = self
                 .without_each(&here)
@@ -424,6 +432,7 @@ impl Problem<'_> {
                 .flat_map(|r| &r.near)
                 .min_by(|a, b| worth(&a.fit).total_cmp(&worth(&b.fit)));
             match better {
+                _ if self.stop.wanted() => break,
                 Some(t) if worth(&t.fit) < worth(&here) => {
                     here = self.fit(
                         &t.fit.hypothesis,
@@ -452,6 +461,18 @@ impl Problem<'_> {
                 let mut z = here.z.clone();
                 z.drain(offset..offset + spec.parameters.len());
                 (spec, self.fit(&h, z, &here.states, Effort::FULL))
+            })
+            .collect()
+    }
+
+    /// What [`Self::rivals`] gives where nobody has the time to look for rivals.
+    pub(super) fn unrivalled(&self, here: &Fit) -> Vec<Rival> {
+        self.without_each(here)
+            .into_iter()
+            .map(|(spec, without)| Rival {
+                spec,
+                without,
+                near: Vec::new(),
             })
             .collect()
     }

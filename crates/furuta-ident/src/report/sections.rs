@@ -4,7 +4,7 @@ use core::fmt::Write as _;
 
 use super::{charts, encode, escape};
 use crate::diagnose::result::{
-    Channel, Curves, Diagnosis, NamedEffect, RunCurves, Verdict, significant,
+    Channel, Curves, Diagnosis, NamedEffect, Part, RunCurves, Verdict, significant,
 };
 
 pub(super) fn verdict(diagnosis: &Diagnosis, curves: &Curves) -> String {
@@ -30,9 +30,12 @@ pub(super) fn verdict(diagnosis: &Diagnosis, curves: &Curves) -> String {
         1 => format!(" from one recording of {seconds:.0} s"),
         n => format!(" from {n} recordings, {seconds:.0} s in all"),
     };
+    let interruption = diagnosis.interruption().map_or_else(String::new, |s| {
+        format!("<p class=\"lead\">{}</p>", escape(&s))
+    });
     format!(
         "<header><p class=\"eyebrow\"><b>furuta diagnose</b> · {rig}{data}</p>\
-         <span class=\"badge {}\">{word}</span><h1>{}</h1></header>\n{}",
+         <span class=\"badge {}\">{word}</span><h1>{}</h1>{interruption}</header>\n{}",
         diagnosis.verdict,
         escape(&diagnosis.sentence()),
         gap(diagnosis)
@@ -97,7 +100,12 @@ pub(super) fn effects(diagnosis: &Diagnosis, curves: &Curves) -> String {
     if diagnosis.effects.is_empty() {
         return String::new();
     }
-    let cards: String = diagnosis.effects.iter().map(effect).collect();
+    let compared = !diagnosis.unfinished.contains(&Part::Rivals);
+    let cards: String = diagnosis
+        .effects
+        .iter()
+        .map(|e| effect(e, compared))
+        .collect();
     let whole = curves.repaired_rig.as_ref().map_or_else(String::new, |rig| {
         format!(
             "<details><summary>The whole repaired rig file, with refitted parameters</summary><div class=\"snippet\"><button data-copy>copy</button><pre>{}</pre></div></details>",
@@ -112,7 +120,7 @@ pub(super) fn effects(diagnosis: &Diagnosis, curves: &Curves) -> String {
     )
 }
 
-fn effect(effect: &NamedEffect) -> String {
+fn effect(effect: &NamedEffect, compared: bool) -> String {
     let spec = furuta_model::effects::spec(&effect.id);
     let says = spec.map_or_else(String::new, |spec| {
         format!(
@@ -168,7 +176,12 @@ fn effect(effect: &NamedEffect) -> String {
             .map(|id| format!("<code>{}</code>", escape(id)))
             .collect();
         format!(
-            "<p class=\"note\">These data are explained nearly as well by {}.</p>",
+            "<p class=\"note\">{} {}.</p>",
+            if compared {
+                "These data are explained nearly as well by"
+            } else {
+                "Not compared with"
+            },
             ids.join(", ")
         )
     };
