@@ -9,7 +9,7 @@ use std::time::Duration;
 use crate::print::estimate;
 use furuta_ident::diagnose::result::significant;
 use furuta_ident::diagnose::result::{Channel, Diagnosis, Part};
-use furuta_ident::diagnose::{Options, Outcome, Request, diagnose_with};
+use furuta_ident::diagnose::{Options, Outcome, Request, STAGES, diagnose_with};
 use furuta_ident::recording::Recording;
 use furuta_ident::report;
 use furuta_model::{Rig, effects};
@@ -76,17 +76,20 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
 
 /// Diagnoses with a progress bar where there is a terminal; Ctrl-C ends it early.
 pub(crate) fn search(request: &Request<'_>) -> Result<Outcome, Failure> {
-    let bar = ProgressBar::new_spinner();
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed:>4} {prefix} {msg}") {
-        bar.set_style(style);
+    let bar = ProgressBar::new(STAGES.len() as u64);
+    let template = "{spinner} {elapsed:>4} [{bar:12}] {prefix} {wide_msg}";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style.progress_chars("=> "));
     }
     bar.enable_steady_tick(Duration::from_millis(100));
     let flag = interrupt::flag_then_exit();
     let options = Options { stop: Some(flag) };
     let outcome = diagnose_with(request, options, &|progress| {
+        let stage = STAGES.iter().position(|s| *s == progress.stage);
+        bar.set_position(stage.unwrap_or_default() as u64);
         bar.set_prefix(progress.stage);
         bar.set_message(if flag.load(Ordering::Relaxed) {
-            "(interrupted: putting together what is known; Ctrl-C again ends at once)".into()
+            "(interrupted; again: at once)".into()
         } else {
             progress.candidate.unwrap_or_default()
         });

@@ -74,10 +74,20 @@ pub struct Options<'a> {
     pub stop: Option<&'a AtomicBool>,
 }
 
+/// The stages of a diagnosis in their order; some are skipped where there is nothing to do.
+pub const STAGES: [&str; 6] = [
+    "recalibrating",
+    "searching",
+    "searching over long windows",
+    "fitting",
+    "judging",
+    "verifying",
+];
+
 /// What a diagnosis is doing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// The stage, in words.
+    /// The stage, in words: one of [`STAGES`].
     pub stage: &'static str,
     /// The candidate just tried, if any.
     pub candidate: Option<String>,
