@@ -343,6 +343,7 @@ impl Scout {
                 angle: Angle::of(x.alpha),
                 coefficients: &self.coefficients,
                 memory: 0.0,
+                volts: 0.0,
             };
             for (i, effect) in [Some(first), second].into_iter().flatten().enumerate() {
                 let torque = effect.torque(&at);

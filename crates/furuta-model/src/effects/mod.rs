@@ -5,9 +5,11 @@
 //!
 //! Parameters that are all "off" (zero strength) leave the plant exactly as it was.
 
+mod custom;
 mod pulse;
 mod spec;
 
+pub use custom::{Custom, EMPIRICAL, TERMS, Term};
 pub use spec::{Acts, Clock, Drive, EffectError, Instant, Kind, Law, ParameterSpec, Spec};
 
 use crate::params::{Coefficients, Params};
@@ -50,7 +52,9 @@ macro_rules! catalogue {
         #[derive(Copy, Clone, Debug, PartialEq)]
         #[non_exhaustive]
         pub enum Effect<S> {
-            $(#[doc = concat!("See [`", stringify!($name), "`].")] $name($name<S>)),+
+            $(#[doc = concat!("See [`", stringify!($name), "`].")] $name($name<S>),)+
+            /// See [`Custom`].
+            Custom(Custom<S>),
         }
 
         /// Every effect this version knows, in the catalogue's order.
@@ -59,72 +63,75 @@ macro_rules! catalogue {
         impl<S: Scalar> Effect<S> {
             fn build(id: &str, values: &[S]) -> Option<Self> {
                 $(if id == $module::SPEC.id { return Some(Self::$name($name::from_values(values))); })+
-                None
+                Custom::build(id, values).map(Self::Custom)
             }
 
             /// What the catalogue says of it.
             #[must_use]
             pub fn spec(&self) -> &'static Spec {
-                match self { $(Self::$name(_) => &$module::SPEC),+ }
+                match self { $(Self::$name(_) => &$module::SPEC,)+ Self::Custom(e) => e.spec() }
             }
 
-            /// Where it stands in the catalogue: the order in which effects act.
+            /// Where it stands in the catalogue, empirical terms behind it: the order in which effects act.
             #[must_use]
             pub fn rank(&self) -> usize {
-                CATALOGUE.iter().position(|s| s.id == self.spec().id).unwrap_or(usize::MAX)
+                match self {
+                    Self::Custom(e) => e.rank(),
+                    _ => CATALOGUE.iter().position(|s| s.id == self.spec().id).unwrap_or(usize::MAX),
+                }
             }
 
             /// Values in the order of [`Spec::parameters`].
             #[must_use]
             pub fn values(&self) -> ArrayVec<S, MAX_PARAMETERS> {
-                match self { $(Self::$name(e) => e.values()),+ }
+                match self { $(Self::$name(e) => e.values(),)+ Self::Custom(e) => e.values() }
             }
         }
 
         impl<S: Scalar> Law<S> for Effect<S> {
             #[inline(always)]
             fn voltage(&self, t: S, volts: S) -> S {
-                match self { $(Self::$name(e) => e.voltage(t, volts)),+ }
+                match self { $(Self::$name(e) => e.voltage(t, volts),)+ Self::Custom(e) => e.voltage(t, volts) }
             }
             #[inline(always)]
             fn travelled(&self, memory: S, travel: S) -> S {
-                match self { $(Self::$name(e) => e.travelled(memory, travel)),+ }
+                match self { $(Self::$name(e) => e.travelled(memory, travel),)+ Self::Custom(e) => e.travelled(memory, travel) }
             }
             #[inline(always)]
             fn jump_after(&self, run: usize, t: S) -> Option<S> {
-                match self { $(Self::$name(e) => e.jump_after(run, t)),+ }
+                match self { $(Self::$name(e) => e.jump_after(run, t),)+ Self::Custom(e) => e.jump_after(run, t) }
             }
             #[inline(always)]
             fn drive(&self) -> Drive<S> {
-                match self { $(Self::$name(e) => e.drive()),+ }
+                match self { $(Self::$name(e) => e.drive(),)+ Self::Custom(e) => e.drive() }
             }
             #[inline(always)]
             fn sensor_delay(&self) -> S {
-                match self { $(Self::$name(e) => e.sensor_delay()),+ }
+                match self { $(Self::$name(e) => e.sensor_delay(),)+ Self::Custom(e) => e.sensor_delay() }
             }
             #[inline(always)]
             fn delay(&self) -> S {
-                match self { $(Self::$name(e) => e.delay()),+ }
+                match self { $(Self::$name(e) => e.delay(),)+ Self::Custom(e) => e.delay() }
             }
             #[inline(always)]
             fn lag(&self) -> S {
-                match self { $(Self::$name(e) => e.lag()),+ }
+                match self { $(Self::$name(e) => e.lag(),)+ Self::Custom(e) => e.lag() }
             }
             #[inline(always)]
             fn shape(&self, coefficients: Coefficients<S>) -> Coefficients<S> {
-                match self { $(Self::$name(e) => e.shape(coefficients)),+ }
+                match self { $(Self::$name(e) => e.shape(coefficients),)+ Self::Custom(e) => e.shape(coefficients) }
             }
             #[inline(always)]
             fn torque(&self, at: &Instant<'_, S>) -> [S; 2] {
-                match self { $(Self::$name(e) => e.torque(at)),+ }
+                match self { $(Self::$name(e) => e.torque(at),)+ Self::Custom(e) => e.torque(at) }
             }
             #[inline(always)]
             fn dry_friction(&self, at: &Instant<'_, S>) -> [S; 2] {
-                match self { $(Self::$name(e) => e.dry_friction(at)),+ }
+                match self { $(Self::$name(e) => e.dry_friction(at),)+ Self::Custom(e) => e.dry_friction(at) }
             }
             #[inline(always)]
             fn reading(&self, angles: [S; 2]) -> [S; 2] {
-                match self { $(Self::$name(e) => e.reading(angles)),+ }
+                match self { $(Self::$name(e) => e.reading(angles),)+ Self::Custom(e) => e.reading(angles) }
             }
         }
     };
@@ -162,7 +169,7 @@ catalogue! {
     disturbance_arm_kick::DisturbanceArmKick,
 }
 
-/// The catalogue's entry with this id.
+/// The entry with this id, of the catalogue or of [`EMPIRICAL`].
 ///
 /// ```
 /// let spec = furuta_model::effects::spec("arm.spring").expect("in the catalogue");
@@ -170,7 +177,17 @@ catalogue! {
 /// ```
 #[must_use]
 pub fn spec(id: &str) -> Option<&'static Spec> {
-    CATALOGUE.iter().copied().find(|s| s.id == id)
+    known().find(|s| s.id == id)
+}
+
+/// Everything that a rig file can name: the catalogue, and then the empirical terms.
+///
+/// ```
+/// assert!(furuta_model::effects::known().any(|s| s.id == "custom.1"));
+/// assert!(furuta_model::CATALOGUE.iter().all(|s| s.id != "custom.1"));
+/// ```
+pub fn known() -> impl Iterator<Item = &'static Spec> {
+    CATALOGUE.iter().chain(EMPIRICAL).copied()
 }
 
 impl<S: Scalar> Effect<S> {

@@ -172,6 +172,8 @@ pub struct Instant<'a, S> {
     pub coefficients: &'a Coefficients<S>,
     /// What [`Law::travelled`] keeps.
     pub memory: S,
+    /// Voltage at the motor, V.
+    pub volts: S,
 }
 
 /// A moment of a run.
@@ -346,7 +348,9 @@ pub enum EffectError {
 impl core::fmt::Display for EffectError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::UnknownEffect => write!(f, "no such effect in the catalogue"),
+            Self::UnknownEffect => {
+                write!(f, "no such effect in the catalogue, nor an empirical term")
+            }
             Self::WrongCount {
                 effect,
                 given,

@@ -337,6 +337,7 @@ impl<S: Scalar> Plant<S> {
             angle,
             coefficients: c,
             memory,
+            volts,
         };
         if self.acts.includes(Acts::TORQUE) {
             torque = if S::LANES > 1 {

@@ -277,8 +277,7 @@ fn within(key: &'static str, value: f64, min: f64, max: f64) -> Result<f64, RigE
 fn effect(id: &str, values: &BTreeMap<String, ValueText>) -> Result<Effect<f64>, RigError> {
     let spec = effects::spec(id).ok_or_else(|| RigError::UnknownEffect {
         id: id.to_owned(),
-        known: effects::CATALOGUE
-            .iter()
+        known: effects::known()
             .map(|s| s.id)
             .collect::<Vec<_>>()
             .join(", "),

@@ -2,7 +2,7 @@
 
 use super::Policy;
 use super::error::{SimulationError, finite_start};
-use crate::effects::Effect;
+use crate::effects::{Effect, Kind};
 use crate::lanes::Lanes;
 use crate::params::Params;
 use crate::plant::{Plant, PlantError, PlantState};
@@ -173,9 +173,18 @@ fn in_lanes(rollouts: &[Rollout]) -> Result<(Plant<Several>, PlantState<Several>
     let mut effects = Vec::with_capacity(lane(0).effects.len());
     for (place, first) in lane(0).effects.iter().enumerate() {
         let id = first.spec().id;
-        let alike = rollouts
-            .iter()
-            .all(|r| r.effects.len() == lane(0).effects.len() && r.effects[place].spec().id == id);
+        // A word (which encoder, which term) is a branch, and lanes take the same one.
+        let same_words = |r: &Rollout| {
+            let values = r.effects[place].values();
+            let pairs = first.values().into_iter().zip(values);
+            (first.spec().parameters.iter().zip(pairs))
+                .all(|(p, (a, b))| !matches!(p.kind, Kind::Choice(_)) || a == b)
+        };
+        let alike = rollouts.iter().all(|r| {
+            r.effects.len() == lane(0).effects.len()
+                && r.effects[place].spec().id == id
+                && same_words(r)
+        });
         if !alike {
             return Err(PlantError::EventsInLanes);
         }

@@ -102,7 +102,7 @@ proptest! {
                 let plant = Plant::new(&rig.params, &[e]).expect("one");
                 let c = plant.coefficients;
                 let hooks = || {
-                    let at = Instant { clock: Clock::at(t), x: &x, angle: Angle::of(x.alpha), coefficients: &c, memory: 0.0 };
+                    let at = Instant { clock: Clock::at(t), x: &x, angle: Angle::of(x.alpha), coefficients: &c, memory: 0.0, volts: 0.0 };
                     (e.voltage(t, u), by_hooks(&e, &at))
                 };
                 let (volts, extra) = by_formula(&e, &rig.params, &x, t, u).unwrap_or_else(hooks);
@@ -131,7 +131,7 @@ proptest! {
             let spec = effects::spec(id).expect("in the catalogue");
             let values: Vec<f64> = spec.parameters.iter().zip(exponents).map(|(p, e)| 10_f64.powf(e).clamp(p.min, p.max)).collect();
             let e = Effect::new(id, &values).expect("within its range");
-            let at = Instant { clock: Clock::at(0.0), x: &x, angle: Angle::of(x.alpha), coefficients: &c, memory: 0.0 };
+            let at = Instant { clock: Clock::at(0.0), x: &x, angle: Angle::of(x.alpha), coefficients: &c, memory: 0.0, volts: 0.0 };
             let power = by_hooks(&e, &at);
             prop_assert!(power <= 0.0, "{id} {values:?}: {power} W");
             // and only on the axis that moves
