@@ -173,7 +173,13 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
             });
         }
     }
+    expression(d, &mut out);
     out.push(String::new());
+    let repaired = match (&d.custom, d.effects.is_empty()) {
+        (None, _) => "with the named effects",
+        (Some(_), true) => "with the expression",
+        (Some(_), false) => "with named effects and expression",
+    };
     out.push(format!(
         "RMS prediction error over {} s [rad]      theta     alpha",
         d.gap.horizon
@@ -181,7 +187,7 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
     for (name, g) in [
         ("rig file as given", d.gap.nominal),
         ("parameters refitted", d.gap.recalibrated),
-        ("with the named effects", d.gap.augmented),
+        (repaired, d.gap.augmented),
         ("noise of the encoders", d.gap.noise_floor),
     ] {
         out.push(format!("  {name:<36} {:>9.5} {:>9.5}", g.theta, g.alpha));
@@ -194,7 +200,7 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
         ));
         out.push(format!(
             "    {:<34} {:>9.5} {:>9.5}",
-            "with the named effects", h.augmented.theta, h.augmented.alpha
+            repaired, h.augmented.theta, h.augmented.alpha
         ));
     }
     let mut where_it_sits = d.location.iter().take(3).peekable();
@@ -219,6 +225,36 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
     }
     out.push(format!("\n{:.1} s", d.seconds));
     out.join("\n") + "\n"
+}
+
+/// The empirical expression, each axis on a line, and its coefficients as they stand in the rig file.
+fn expression(d: &Diagnosis, out: &mut Vec<String>) {
+    let Some(custom) = &d.custom else {
+        return;
+    };
+    out.push(String::new());
+    out.push("What is left is imitated by a torque [N m] on the".into());
+    for torque in custom.torques() {
+        out.push(format!("  {torque}"));
+    }
+    for term in &custom.terms {
+        if let Some(coefficient) = term.parameters.get("coefficient") {
+            out.push(format!(
+                "  {} coefficient = {}",
+                term.id,
+                estimate(coefficient, 4)
+            ));
+        }
+    }
+    out.push(format!("  {}", custom.sentence()));
+    let [before, after] = [custom.without, custom.with];
+    out.push(format!(
+        "  RMS error there: arm {} to {} rad, pendulum {} to {} rad",
+        significant(before.theta, 3),
+        significant(after.theta, 3),
+        significant(before.alpha, 3),
+        significant(after.alpha, 3)
+    ));
 }
 
 /// What was not named, and how large it could be all the same: what is ruled out at a size that would be noticed.

@@ -31,14 +31,15 @@ pub(super) fn folds(data: &Data) -> Folds {
 }
 
 impl Folds {
-    fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         match self {
             Self::Recordings(n) => *n,
             Self::Blocks => 2,
         }
     }
 
-    fn part(&self, data: &Data, w: &Window) -> usize {
+    /// The part to which a window belongs.
+    pub(super) fn part(&self, data: &Data, w: &Window) -> usize {
         let run = &data.runs[w.run];
         match self {
             Self::Recordings(_) => run.recording,
@@ -48,7 +49,7 @@ impl Folds {
 }
 
 /// Prediction errors on every part by a model fitted to the others.
-fn errors(data: &Data, nominal: &Nominal, folds: &Folds, fit: &Fit) -> Vec<[f64; 2]> {
+pub(super) fn errors(data: &Data, nominal: &Nominal, folds: &Folds, fit: &Fit) -> Vec<[f64; 2]> {
     (0..folds.count())
         .into_par_iter()
         .map(|part| {
@@ -92,6 +93,11 @@ pub(super) fn judge(
     } else {
         errors(data, nominal, folds, named)
     };
+    compared(data, &before, &after)
+}
+
+/// The same from the errors of both; `None` where nothing could be kept apart.
+pub(super) fn compared(data: &Data, before: &[[f64; 2]], after: &[[f64; 2]]) -> Option<HeldOut> {
     (!before.is_empty()).then(|| HeldOut {
         recalibrated: rms(before.iter()).into(),
         augmented: rms(after.iter()).into(),
@@ -107,8 +113,14 @@ pub(super) fn gain(
     smaller: &Fit,
     larger: &Fit,
 ) -> f64 {
-    let sum = |fit: &Fit| -> f64 {
-        errors(data, nominal, folds, fit)
+    let of = |fit: &Fit| errors(data, nominal, folds, fit);
+    removed(data, &of(smaller), &of(larger))
+}
+
+/// The same from the errors of both.
+pub(super) fn removed(data: &Data, smaller: &[[f64; 2]], larger: &[[f64; 2]]) -> f64 {
+    let sum = |errors: &[[f64; 2]]| -> f64 {
+        errors
             .iter()
             .map(|e| (e[0] / data.noise[0]).powi(2) + (e[1] / data.noise[1]).powi(2))
             .sum()

@@ -7,8 +7,10 @@
 //! 4. The named effects are judged on data they were not fitted to (`held_out`), and their rivals listed.
 //! 5. The repaired model goes back into a rig file (`repair`), and whole recordings are predicted with it (`predict`).
 
+mod custom;
 mod data;
 mod error;
+mod expression;
 mod fit;
 mod held_out;
 mod hypothesis;
@@ -229,11 +231,22 @@ pub fn diagnose_with(
         rivals = calm.unrivalled(&named);
     }
 
-    stage("fitting");
     let explained = explains(&named);
+    let folds = held_out::folds(&data);
+    let mut custom = None;
+    if !explained && stop.wanted() {
+        unfinished.push(Part::Expression);
+    } else if !explained {
+        stage("looking for an expression");
+        custom = custom::propose(&calm, &folds, &recalibrated, &named);
+    }
+    let whole = custom.as_ref().map_or(&named, |c| &c.fit);
+    rivals.retain(|r| whole.hypothesis.has(r.spec.id));
+
+    stage("fitting");
     let (base_fit, named_fit) = rayon::join(
         || finish(&data, &nominal, &recalibrated, explained, stop),
-        || finish(&data, &nominal, &named, explained, stop),
+        || finish(&data, &nominal, whole, explains(whole), stop),
     );
     if stop.wanted() && !explained {
         unfinished.push(Part::LongHorizons);
@@ -249,14 +262,20 @@ pub fn diagnose_with(
     } else {
         Verdict::Unexplained
     });
-    let folds = held_out::folds(&data);
     let folds = if stop.wanted() {
         unfinished.push(Part::HeldOut);
         None
     } else {
-        diagnosis.held_out = held_out::judge(&data, &nominal, &folds, &recalibrated, &named);
+        diagnosis.held_out = match &custom {
+            None => held_out::judge(&data, &nominal, &folds, &recalibrated, &named),
+            Some(custom) => {
+                let before = held_out::errors(&data, &nominal, &folds, &recalibrated);
+                held_out::compared(&data, &before, &custom.errors)
+            }
+        };
         Some(folds)
     };
+    diagnosis.custom = custom.as_ref().map(|c| c.refitted(&nominal, &named_fit));
     diagnosis.effects = name(&calm, folds.as_ref(), &named, &named_fit, rivals);
     if unfinished.contains(&Part::Rivals) {
         for effect in &mut diagnosis.effects {
@@ -267,7 +286,7 @@ pub fn diagnose_with(
     if stop.wanted() {
         unfinished.push(Part::Limits);
     } else {
-        diagnosis.limits = limits::limits(&calm, &named);
+        diagnosis.limits = limits::limits(&calm, whole);
     }
     diagnosis.interrupted = !unfinished.is_empty();
     diagnosis.unfinished = unfinished;
@@ -285,7 +304,7 @@ pub fn diagnose_with(
             id: t.spec.id.into(),
             delta_bic: t.evidence.delta_bic,
             held_out_gain: f64::NAN,
-            named: named.hypothesis.has(t.spec.id),
+            named: whole.hypothesis.has(t.spec.id),
         })
         .collect();
     let models = [

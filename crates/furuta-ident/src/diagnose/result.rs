@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub use super::expression::{CustomTerm, Expression};
+
 /// Version of the JSON contract, the field `schema`.
 pub const SCHEMA: u32 = 1;
 
@@ -48,6 +50,8 @@ pub enum Part {
     Search,
     /// Comparing each named effect with others in its place: [`NamedEffect::confusable_with`] holds the catalogue's look-alikes, none of them ruled out.
     Rivals,
+    /// Looking for an empirical expression for what no effect explains.
+    Expression,
     /// Leading an incomplete model to whole runs.
     LongHorizons,
     /// Judging by data kept apart.
@@ -64,6 +68,7 @@ impl Part {
             Self::Parameters => "the parameters were not fitted to the end",
             Self::Search => "effects that are not named may be missing all the same",
             Self::Rivals => "nothing was tried in the place of what is named",
+            Self::Expression => "no expression was looked for",
             Self::LongHorizons => "the parameters were not led to whole runs",
             Self::HeldOut => "nothing was judged on data kept apart",
             Self::Limits => "no limits of other effects",
@@ -244,7 +249,7 @@ pub struct Gap {
     pub nominal: Channels,
     /// The rig file with refitted parameters.
     pub recalibrated: Channels,
-    /// Refitted, with the named effects.
+    /// Refitted, with the named effects (and the expression of [`Diagnosis::custom`]).
     pub augmented: Channels,
     /// What a perfect model would leave.
     pub noise_floor: Channels,
@@ -255,7 +260,7 @@ pub struct Gap {
 pub struct HeldOut {
     /// The rig file with refitted parameters.
     pub recalibrated: Channels,
-    /// Refitted, with the named effects.
+    /// Refitted, with the named effects (and the expression of [`Diagnosis::custom`]).
     pub augmented: Channels,
     /// What a perfect model would leave.
     pub noise_floor: Channels,
@@ -313,6 +318,9 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Effects that are missing, the strongest evidence first.
     pub effects: Vec<NamedEffect>,
+    /// An empirical expression for what no effect explains, where the verdict is `unexplained` and one helps; left out of the JSON otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub custom: Option<Expression>,
     /// The rig file's parameters by `table.key`.
     pub parameters: BTreeMap<String, ParameterEstimate>,
     /// How large each effect that was not named could still be, what is ruled out most firmly (against its typical size) first.
@@ -361,6 +369,7 @@ impl Diagnosis {
             schema: SCHEMA,
             verdict,
             effects: Vec::new(),
+            custom: None,
             parameters: BTreeMap::new(),
             limits: Vec::new(),
             gap,
@@ -598,11 +607,14 @@ fn not_a_number() -> f64 {
 }
 
 /// JSON has no NaN and no infinity: they are written as `null`, whatever the serialiser's own habit is, and read back as NaN.
-mod null_if_not_finite {
+pub(super) mod null_if_not_finite {
     use serde::{Deserialize, Deserializer, Serializer};
 
     #[allow(clippy::trivially_copy_pass_by_ref)] // the signature that serde calls
-    pub(super) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(in super::super) fn serialize<S: Serializer>(
+        value: &f64,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
         if value.is_finite() {
             serializer.serialize_f64(*value)
         } else {
@@ -610,7 +622,9 @@ mod null_if_not_finite {
         }
     }
 
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<f64, D::Error> {
         Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
     }
 }

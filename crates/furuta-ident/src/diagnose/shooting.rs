@@ -215,6 +215,7 @@ impl<const N: usize> Inner<N> {
                 y,
                 weight: std::array::from_fn(|c| run.weight[k + 1][c] / data.noise[c]),
                 left: std::array::from_fn(|c| run.y[k + 1][c] - y[c].v),
+                volts: s.voltage.v,
             });
         }
         Trace { steps }
@@ -329,6 +330,8 @@ pub(super) struct Traced<const N: usize> {
     pub(super) weight: [f64; 2],
     /// Measured less predicted angles after the step, rad.
     pub(super) left: [f64; 2],
+    /// Voltage at the motor at the step's end, V.
+    pub(super) volts: f64,
 }
 
 fn damped_step(n: &Normal<4>, damping: f64) -> Option<Vector4<f64>> {
