@@ -24,6 +24,9 @@ const PATIENCE: Duration = Duration::from_millis(50);
 ///     "no_gap", "parameters_only", "missing_effects" or "unexplained".
 /// effects : list of dict
 ///     The missing effects: id, name, parameters (value, std, unit by name), delta_bic, held_out_gain, confusable_with.
+/// custom : dict or None
+///     An empirical expression for what no effect explains (verdict "unexplained"): terms (id, expression, on, parameters), held_out_gain, and the
+///     RMS errors on held-out data without and with it (rad). Fitted, no law of physics; `repaired_rig` has it.
 /// limits : list of dict
 ///     How large each effect that was not named could still be (95 %): id, parameter, at_most, typical, unit.
 /// parameters : dict
@@ -40,10 +43,10 @@ const PATIENCE: Duration = Duration::from_millis(50);
 /// interrupted : bool
 ///     Whether Ctrl-C ended the search; then what is said holds for what was looked at.
 /// unfinished : list of str
-///     What was left undone then: "parameters", "search", "rivals", "long_horizons", "held_out", "limits".
+///     What was left undone then: "parameters", "search", "rivals", "expression", "long_horizons", "held_out", "limits".
 /// seconds : float
 /// repaired_rig : Rig
-///     The rig with refitted parameters and the named effects.
+///     The rig with refitted parameters, the named effects and the expression.
 #[pyclass(name = "Diagnosis", module = "furuta", frozen)]
 pub(crate) struct PyDiagnosis {
     outcome: Outcome,
@@ -79,6 +82,11 @@ impl PyDiagnosis {
             };
             lines.push(format!("  {}: {}{rivals}", e.id, values.join(", ")));
         }
+        if let Some(custom) = &d.custom {
+            let torques = custom.torques();
+            lines.extend(torques.iter().map(|t| format!("  {t} N m")));
+            lines.push(custom.sentence());
+        }
         lines.extend(d.next_experiment.clone());
         lines.join("\n")
     }
@@ -103,6 +111,15 @@ impl PyDiagnosis {
     #[getter]
     fn verdict(&self) -> &'static str {
         self.outcome.diagnosis.verdict.as_str()
+    }
+
+    /// An empirical expression for what no effect explains, or None.
+    #[getter]
+    fn custom<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self.outcome.diagnosis.custom {
+            Some(_) => self.field(py, "custom"),
+            None => Ok(py.None().into_bound(py)),
+        }
     }
 
     #[getter]

@@ -359,6 +359,17 @@ class _NamedEffect(TypedDict):
     held_out_gain: float | None
     confusable_with: list[str]
 
+class _CustomTerm(TypedDict):
+    id: str
+    expression: str
+    on: Literal["arm", "pendulum"]
+    parameters: dict[str, _Estimate]
+
+_Expression = TypedDict(
+    "_Expression",
+    {"terms": list[_CustomTerm], "held_out_gain": float | None, "without": dict[str, float | None], "with": dict[str, float | None]},
+)
+
 class _Limit(TypedDict):
     id: str
     parameter: str
@@ -385,6 +396,8 @@ class Diagnosis:
     def verdict(self) -> Literal["no_gap", "parameters_only", "missing_effects", "unexplained"]: ...
     @property
     def effects(self) -> list[_NamedEffect]: ...
+    @property
+    def custom(self) -> _Expression | None: ...
     @property
     def parameters(self) -> dict[str, _ParameterEstimate]: ...
     @property

@@ -158,6 +158,7 @@ pub(super) fn propose(
             (beside, _) => beside?,
         },
     };
+    let fit = problem.fit(&fit.hypothesis, fit.z.clone(), &fit.states, Effort::FULL);
     if !lasts(problem, named, &fit) {
         return None;
     }
@@ -252,7 +253,7 @@ fn with_terms(
             column.term as f64,
         ]);
     }
-    Some(problem.fit(&h, z, &here.states, Effort::FULL))
+    Some(problem.fit(&h, z, &here.states, Effort::QUICK))
 }
 
 /// The term whose coefficient is the least certain, if that may as well be zero.
@@ -274,7 +275,7 @@ fn without_term(problem: &Problem<'_>, fit: &Fit, left: usize, i: usize) -> Fit 
     z.drain(at..at + EMPIRICAL[0].parameters.len());
     // Those behind it move up: the terms of a rig are numbered without a gap.
     h.effects.pop();
-    problem.fit(&h, z, &fit.states, Effort::FULL)
+    problem.fit(&h, z, &fit.states, Effort::QUICK)
 }
 
 /// Terms for what `here` leaves, in which there are `before` already, and the step of its parameters and their coefficients.

@@ -8,6 +8,7 @@ use super::data::Window;
 use super::fit::{Effort, Fit, Problem};
 use super::hypothesis::{FIRST_EFFECT, Hypothesis, is_late};
 use super::scout::{self, Scout};
+use super::shooting::MAX_FREE;
 
 /// The most effects that are looked for together.
 pub(super) const MOST_EFFECTS: usize = 4;
@@ -242,10 +243,10 @@ impl Problem<'_> {
         starts
     }
 
-    /// The candidates that are neither in `from` nor in the rig file.
+    /// The candidates that are neither in `from` nor in the rig file, and for whose parameters a fit has room.
     pub(super) fn addable(&self, from: &Fit) -> impl Iterator<Item = &'static Spec> {
         candidates()
-            .filter(|s| !from.hypothesis.has(s.id))
+            .filter(|s| !from.hypothesis.has(s.id) && from.z.len() + s.parameters.len() <= MAX_FREE)
             .filter(|s| {
                 let present = &self.nominal.present;
                 present

@@ -29,6 +29,7 @@ pub fn html(diagnosis: &Diagnosis, curves: &Curves) -> String {
     let body = [
         sections::verdict(diagnosis, curves),
         sections::effects(diagnosis, curves),
+        sections::expression(diagnosis),
         sections::runs(diagnosis, curves),
         sections::location(diagnosis, curves),
         sections::evidence(diagnosis, curves),

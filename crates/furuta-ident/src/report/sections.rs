@@ -192,6 +192,47 @@ fn effect(effect: &NamedEffect, compared: bool) -> String {
     )
 }
 
+/// The empirical expression, marked as what it is.
+pub(super) fn expression(diagnosis: &Diagnosis) -> String {
+    let Some(custom) = &diagnosis.custom else {
+        return String::new();
+    };
+    let torques: String = custom
+        .torques()
+        .iter()
+        .map(|t| format!("<p><code>{} N m</code></p>", escape(t)))
+        .collect();
+    let rows: String = custom
+        .terms
+        .iter()
+        .filter_map(|t| Some((t, t.parameters.get("coefficient")?)))
+        .map(|(t, c)| {
+            format!(
+                "<div class=\"fact\"><span class=\"label\">{}</span><span class=\"value\">{} <small>± {} {}</small></span></div>",
+                escape(&t.id),
+                number(c.value, digits(c.value, c.std)),
+                significant(c.std, 2),
+                escape(&c.unit)
+            )
+        })
+        .collect();
+    let part = |channel: Channel| {
+        format!(
+            "{} {} → <b>{}</b> rad",
+            channel.part(),
+            number(custom.without.get(channel), 3),
+            number(custom.with.get(channel), 3)
+        )
+    };
+    let [theta, alpha] = Channel::ALL.map(part);
+    format!(
+        "<section><h2>An expression for the rest</h2><article class=\"card effect\"><header><h3>Empirical torque</h3><code class=\"id\">fitted, no law</code></header>\
+         {torques}<p class=\"says\">{} It says nothing of why, and nothing outside the motions recorded.</p><div class=\"facts\">{rows}</div>\
+         <p class=\"note\">On data kept apart from search and fit, without and with it: {theta}, {alpha}. Angles in rad, speeds in rad/s, u the motor's voltage in V.</p></article></section>\n",
+        escape(&custom.sentence())
+    )
+}
+
 /// The effects as tables of a rig file.
 fn snippet(effects: &[NamedEffect]) -> String {
     let mut text = String::new();
