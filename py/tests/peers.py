@@ -11,7 +11,7 @@ All three see the same recordings and the same data sheet, and predict a recordi
    both, quadratic on the arm, each fitted with the parameters, the one kept that predicts that last quarter best.
 4. furuta diagnose --verify.
 
-Not part of the tests: it needs `pip install pysindy scipy`, and minutes.
+Not part of the tests: it needs `pip install pysindy numba scipy`, and minutes.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ import time
 import tomllib
 from collections.abc import Callable
 
+import numba
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
@@ -116,37 +117,69 @@ class Sheet:
 
 
 Extra = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-Limit = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+# Of the arm's dry friction: Coulomb (N m), what static friction adds (N m), Stribeck's speed (rad/s), share of the load, square of the speed (N m s2/rad2).
+Friction = tuple[float, float, float, float, float]
+FRICTIONLESS: Friction = (0.0, 0.0, 1.0, 0.0, 0.0)
 
 
-def simulate(sheet: Sheet, x: np.ndarray, u: np.ndarray, h: float, extra: Extra | None = None, limit: Limit | None = None) -> np.ndarray:
-    """Runge-Kutta of many windows side by side: x (n, 4), u (n, samples) -> angles (n, samples, 2).
+@numba.njit(cache=False)
+def rate(c, f, u, h, t, a, v, w):  # noqa: ANN001, ANN202
+    """Accelerations; friction stops the arm within half a step as far as it can (c: the sheet's coefficients)."""
+    sin, cos = np.sin(a), np.cos(a)
+    arm = c[5] * u - c[6] * v - 2 * c[1] * sin * cos * v * w - c[2] * sin * w**2
+    pendulum = -c[7] * w + c[1] * sin * cos * v**2 + c[4] * sin
+    m11, m12, m22 = c[0] + c[1] * sin**2, -c[2] * cos, c[3]
+    det = m11 * m22 - m12**2
+    most = f[0] + f[1] * np.exp(-((v / f[2]) ** 2)) + f[3] * abs(arm) + f[4] * v**2
+    if most > 0:
+        wanted = -(2 * v / h + (m22 * arm - m12 * pendulum) / det) * det / m22
+        arm += min(max(wanted, -most), most)
+    return (m22 * arm - m12 * pendulum) / det, (m11 * pendulum - m12 * arm) / det
 
-    `extra`: torques by state and command. `limit`: largest dry friction of the arm by state, command and load; it stops the arm as far as it can.
-    """
 
-    def rate(x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        arm, pendulum = sheet.torque(x, u)
-        if extra is not None:
-            more = extra(x, u)
-            arm, pendulum = arm + more[0], pendulum + more[1]
+@numba.njit(cache=False)
+def rubbing(c, f, x, u, h):  # noqa: ANN001, ANN202
+    """Runge-Kutta of windows: x (n, 4), u (n, samples) -> angles (n, samples, 2)."""
+    out = np.empty((*u.shape, 2))
+    for i in range(u.shape[0]):
+        t, a, v, w = x[i]
+        for k in range(u.shape[1]):
+            out[i, k, 0], out[i, k, 1] = t, a
+            n = u[i, k]
+            p1, q1 = rate(c, f, n, h, t, a, v, w)
+            v2, w2 = v + h / 2 * p1, w + h / 2 * q1
+            p2, q2 = rate(c, f, n, h, t + h / 2 * v, a + h / 2 * w, v2, w2)
+            v3, w3 = v + h / 2 * p2, w + h / 2 * q2
+            p3, q3 = rate(c, f, n, h, t + h / 2 * v2, a + h / 2 * w2, v3, w3)
+            v4, w4 = v + h * p3, w + h * q3
+            p4, q4 = rate(c, f, n, h, t + h * v3, a + h * w3, v4, w4)
+            t += h / 6 * (v + 2 * v2 + 2 * v3 + v4)
+            a += h / 6 * (w + 2 * w2 + 2 * w3 + w4)
+            v += h / 6 * (p1 + 2 * p2 + 2 * p3 + p4)
+            w += h / 6 * (q1 + 2 * q2 + 2 * q3 + q4)
+    return out
+
+
+def simulate(sheet: Sheet, x: np.ndarray, u: np.ndarray, h: float, extra: Extra | None = None, friction: Friction = FRICTIONLESS) -> np.ndarray:
+    """Many windows: x (n, 4), u (n, samples) -> angles (n, samples, 2). `extra`: torques by state and command, without dry friction."""
+    if extra is None:
+        return rubbing(dataclasses.astuple(sheet), friction, x, u, h)
+
+    def rates(x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        (arm, pendulum), more = sheet.torque(x, u), extra(x, u)
+        arm, pendulum = arm + more[0], pendulum + more[1]
         m11, m12, m22 = sheet.inertia(x)
         det = m11 * m22 - m12**2
-        if limit is not None:
-            free = (m22 * arm - m12 * pendulum) / det
-            wanted = -(x[:, 2] / (2 * h) + free) * det / m22
-            most = limit(x, u, arm)
-            arm = arm + np.clip(wanted, -most, most)
         return np.stack([x[:, 2], x[:, 3], (m22 * arm - m12 * pendulum) / det, (m11 * pendulum - m12 * arm) / det], axis=1)
 
     out = np.empty((*u.shape, 2))
     with np.errstate(all="ignore"):
         for k in range(u.shape[1]):
             out[:, k] = x[:, :2]
-            a = rate(x, u[:, k])
-            b = rate(x + h / 2 * a, u[:, k])
-            c = rate(x + h / 2 * b, u[:, k])
-            d = rate(x + h * c, u[:, k])
+            a = rates(x, u[:, k])
+            b = rates(x + h / 2 * a, u[:, k])
+            c = rates(x + h / 2 * b, u[:, k])
+            d = rates(x + h * c, u[:, k])
             x = x + h / 6 * (a + 2 * b + 2 * c + d)
     return out
 
@@ -174,37 +207,33 @@ class Windows:
                 y.append(run.y[k : k + length])
         return Windows(np.array(x), np.array(u), np.array(y), runs[0].h)
 
-    def errors(self, sheet: Sheet, extra: Extra | None = None, limit: Limit | None = None) -> np.ndarray:
-        predicted = simulate(sheet, self.x, self.u, self.h, extra, limit)
+    def errors(self, sheet: Sheet, extra: Extra | None = None, friction: Friction = FRICTIONLESS) -> np.ndarray:
+        predicted = simulate(sheet, self.x, self.u, self.h, extra, friction)
         return np.nan_to_num(predicted - self.y, nan=10.0, posinf=10.0, neginf=-10.0).clip(-10, 10)
 
 
-def fitted(sheet: Sheet, windows: Windows, start: list[float], model: Callable[[np.ndarray], Limit | None]) -> tuple[np.ndarray, Sheet]:
+def fitted(sheet: Sheet, windows: Windows, start: list[float], model: Callable[..., Friction]) -> tuple[Friction, Sheet]:
     """Least squares on five factors of the sheet and the friction's numbers (not negative)."""
     low, high = [0.25] * 3 + [0.0] * 2 + [0.0] * len(start), [4.0] * 3 + [20.0] * 2 + [np.inf] * len(start)
     scale = np.array([1.0] * 5 + [max(s, 1e-9) for s in start])
 
     def residual(z: np.ndarray) -> np.ndarray:
-        return windows.errors(sheet.scaled(z[:5]), limit=model(z[5:] * scale[5:]))[:, 5::10].ravel()
+        return windows.errors(sheet.scaled(z[:5]), friction=model(*(z[5:] * scale[5:])))[:, 5::10].ravel()
 
-    z = least_squares(residual, np.ones(5 + len(start)), bounds=(low, high), loss="soft_l1", f_scale=0.01, max_nfev=15).x
-    return z[5:] * scale[5:], sheet.scaled(z[:5])
+    z = least_squares(residual, np.ones(5 + len(start)), bounds=(low, high), loss="soft_l1", f_scale=0.01, max_nfev=40).x
+    return model(*(z[5:] * scale[5:])), sheet.scaled(z[:5])
 
 
-# The ladder: name, numbers at the start as shares of the stall torque (speeds: rad/s, shares of the load: 1), and the largest friction.
-def ladder(stall: float) -> list[tuple[str, list[float], Callable[[np.ndarray], Limit | None]]]:
+def ladder(stall: float) -> list[tuple[str, list[float], Callable[..., Friction]]]:
+    """Name, where its numbers start, and the friction that they make."""
     c, q = 0.02 * stall, 0.002 * stall
     return [
-        ("viscous", [], lambda p: None),
-        ("Coulomb", [c], lambda p: lambda x, u, load: p[0] + 0 * u),
-        ("Stribeck", [c, c, 0.5], lambda p: lambda x, u, load: p[0] + p[1] * np.exp(-((x[:, 2] / (p[2] + 1e-6)) ** 2))),
-        ("load-dependent", [c, 0.05], lambda p: lambda x, u, load: p[0] + p[1] * np.abs(load)),
-        (
-            "Stribeck, load-dependent",
-            [c, c, 0.5, 0.05],
-            lambda p: lambda x, u, load: p[0] + p[1] * np.exp(-((x[:, 2] / (p[2] + 1e-6)) ** 2)) + p[3] * np.abs(load),
-        ),
-        ("quadratic", [c, q], lambda p: lambda x, u, load: p[0] + p[1] * x[:, 2] ** 2),
+        ("viscous", [], lambda: FRICTIONLESS),
+        ("Coulomb", [c], lambda c: (c, 0.0, 1.0, 0.0, 0.0)),
+        ("Stribeck", [c, c, 0.5], lambda c, s, v: (c, s, v + 1e-6, 0.0, 0.0)),
+        ("load-dependent", [c, 0.05], lambda c, k: (c, 0.0, 1.0, k, 0.0)),
+        ("Stribeck, load-dependent", [c, c, 0.5, 0.05], lambda c, s, v, k: (c, s, v + 1e-6, k, 0.0)),
+        ("quadratic", [c, q], lambda c, q: (c, 0.0, 1.0, 0.0, q)),
     ]
 
 
@@ -283,10 +312,10 @@ def torques(coefficients: np.ndarray) -> Extra:
     return extra
 
 
-def whole(run: Run, sheet: Sheet, extra: Extra | None = None, limit: Limit | None = None) -> tuple[float, float]:
+def whole(run: Run, sheet: Sheet, extra: Extra | None = None, friction: Friction = FRICTIONLESS) -> tuple[float, float]:
     """RMS errors of both angles over the whole run, from rest."""
     x = np.array([[run.y[0, 0], run.y[0, 1], 0.0, 0.0]])
-    predicted = simulate(sheet, x, run.u[None], run.h, extra, limit)[0]
+    predicted = simulate(sheet, x, run.u[None], run.h, extra, friction)[0]
     error = np.nan_to_num(predicted - run.y, nan=10.0, posinf=10.0, neginf=-10.0).clip(-10, 10)
     return tuple(np.sqrt((error**2).mean(axis=0)))  # type: ignore[return-value]
 
@@ -310,7 +339,7 @@ def compare(cli: list[str], case: str, truth: str, rig: pathlib.Path, train: lis
     begin = time.perf_counter()
     given = Sheet.load(rig)
     fitting, kept = Windows.of(runs, 0.0, 0.75), Windows.of(runs, 0.75, 1.0)
-    _, sheet = fitted(given, fitting, [], lambda p: None)
+    _, sheet = fitted(given, fitting, [], lambda: FRICTIONLESS)
     shared = time.perf_counter() - begin
     rows = [Row(case, truth, "data sheet refitted", "", mean_square([whole(r, sheet) for r in held]), shared)]
     if pysindy is not None:
@@ -320,12 +349,12 @@ def compare(cli: list[str], case: str, truth: str, rig: pathlib.Path, train: lis
     begin, best = time.perf_counter(), None
     stall = given.drive * max(float(np.abs(r.u).max()) for r in runs)
     for name, start, model in ladder(stall):
-        p, rung = fitted(given, fitting, start, model)
-        error = float((kept.errors(rung, limit=model(p)) ** 2).mean())
+        friction, rung = fitted(given, fitting, start, model)
+        error = float((kept.errors(rung, friction=friction) ** 2).mean())
         if best is None or error < best[0]:
-            best = (error, name, rung, model(p))
+            best = (error, name, rung, friction)
     assert best is not None
-    error = mean_square([whole(r, best[2], limit=best[3]) for r in held])
+    error = mean_square([whole(r, best[2], friction=best[3]) for r in held])
     rows.append(Row(case, truth, "friction ladder", best[1], error, time.perf_counter() - begin))
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder, "out.json")

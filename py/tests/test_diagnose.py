@@ -165,3 +165,24 @@ def test_ctrl_c(case):
 
     with pytest.raises(LookupError, match="recalibrating"):
         furuta.diagnose(files, rig, progress=refuse)
+
+
+def test_what_no_effect_explains_is_imitated_by_an_expression():
+    """A drag of the hinge that grows with the arm's speed: in no catalogue, in the library of expressions, and in the repaired rig."""
+    rig = furuta.Rig.load("qube-servo-2")
+    hidden = rig.with_effect("custom.1", coefficient=-3e-5, on="pendulum", term="alpha_dot*abs(theta_dot)")
+    t = 0.004 * np.arange(2001)
+    recordings = []
+    for fast, slow in ((1.3, 0.8), (1.7, -0.5)):
+        u = 2.5 * np.sin(t * (2 + fast * t)) + 2 * np.sin(slow * 2.1 * t)
+        theta, alpha = furuta.simulate(hidden, [0, np.pi, 0, 0], u[:-1], 0.004, encoders=True)[1].T
+        recordings.append({"t": t, "u": u, "theta": theta, "alpha": alpha})
+    found = furuta.diagnose(recordings, rig)
+    assert found.verdict == "unexplained"
+    assert found.custom is not None and found.custom["held_out_gain"] > 0.5
+    (term,) = found.custom["terms"]
+    assert term["on"] == "pendulum" and term["expression"].endswith("*alpha_dot*abs(theta_dot)")
+    assert "no law" in found.summary() and term["expression"] in found.summary()
+    effect = found.repaired_rig.effects["custom.1"]
+    assert effect["term"] == "alpha_dot*abs(theta_dot)"
+    assert effect["coefficient"] == pytest.approx(-3e-5, rel=0.02)  # two recordings of eight seconds
