@@ -4,7 +4,7 @@ use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
 use std::path::Path;
 
-use super::{Notice, NoticeKind, Recording, RecordingError, Table, Values, convention};
+use super::{Notice, NoticeKind, Recording, RecordingError, Table, Values, clipped, convention};
 
 /// An interval may differ from the sample period by this fraction of it and still count as jitter. Time stamps in whole milliseconds
 /// need 0.2 at 400 Hz and 0.33 at 667 Hz.
@@ -388,6 +388,9 @@ fn content(recording: &Recording, notices: &mut Vec<NoticeKind>) {
         notices.push(NoticeKind::ConstantCommand {
             value: recording.u.first().copied().unwrap_or(0.0),
         });
+    }
+    for (column, values) in [("theta", &recording.theta), ("alpha", &recording.alpha)] {
+        notices.extend(clipped::clipped(recording, column, values));
     }
     if !notices.iter().any(NoticeKind::is_suspicion) {
         notices.extend(convention::signs(recording));

@@ -2,6 +2,9 @@
 //!
 //! These are suspicions, never corrections: a wrong guess would turn good data into nonsense.
 
+use core::f64::consts::PI;
+
+use super::regression::{Estimate, Regression};
 use super::{NoticeKind, Recording};
 
 /// No encoder of the bench has fewer counts a turn: a resolution coarser than `2 pi` over this is not in radians.
@@ -48,7 +51,9 @@ pub(super) fn degrees(column: &'static str, values: &[f64]) -> Option<NoticeKind
 
 /// Time over which the second difference is taken, s: long enough that a count of the encoder does not drown the acceleration, short
 /// against a swing.
-const DIFFERENCE: f64 = 0.02;
+pub(super) const DIFFERENCE: f64 = 0.02;
+/// The same for small or slow motion, s: three times as long lowers the noise of an acceleration to a ninth, and still sees a pendulum of 3 Hz.
+const LONG_DIFFERENCE: f64 = 0.06;
 /// Standard deviations that a coefficient must be away from zero to be spoken of; the noise of neighbouring samples is correlated and the
 /// friction left out of the regression, so this is far above the usual three.
 const SIGNIFICANT: f64 = 12.0;
@@ -57,133 +62,140 @@ const FREQUENCY_SQUARED_AT_LEAST: f64 = 8.0;
 /// Least coupling `m L c / (I + m c^2)` of a rig worth the name.
 const COUPLING_AT_LEAST: f64 = 0.1;
 
-/// Suspects alpha counted from hanging, or one angle counted the other way.
-///
-/// The pendulum obeys `alpha_ddot = a*sin(alpha) + b*cos(alpha)*theta_ddot - c*alpha_dot`, whatever the motor does, with
-/// `a = m g c / (I + m c^2) > 0` and `b = m L c / (I + m c^2) > 0`. Counted from hanging, both signs turn; with one angle mirrored, `b` turns.
-pub(super) fn signs(recording: &Recording) -> Option<NoticeKind> {
-    let lag = (DIFFERENCE / recording.sample_period).round().max(1.0);
+/// A column that is at half a turn on average, within this (rad), while the other is at zero, is the pendulum's.
+const HANGS_WITHIN: f64 = 0.3;
+/// What another order of the columns must leave unexplained at most, and by which factor less than the order given, to be believed.
+const SWAPPED_LEAVES: f64 = 0.3;
+const SWAPPED_BETTER: f64 = 3.0;
+
+/// The pendulum's equation, which holds whatever the motor does, as the recording shows it:
+/// `alpha_ddot = a*sin(alpha) + b*cos(alpha)*theta_ddot - c*alpha_dot`, with `a = m g c / (I + m c^2) > 0` and `b = m L c / (I + m c^2) > 0`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PendulumLaw {
+    /// `a`, 1/s^2.
+    pub(super) gravity: Estimate,
+    /// `b`.
+    pub(super) coupling: Estimate,
+    /// Share of `alpha_ddot` that is left, 0 to 1.
+    pub(super) left: f64,
+}
+
+impl PendulumLaw {
+    /// From two columns of a recording, taken as theta and alpha: over the differences that leave least.
+    pub(super) fn of(recording: &Recording, theta: &[f64], alpha: &[f64]) -> Option<Self> {
+        [DIFFERENCE, LONG_DIFFERENCE]
+            .into_iter()
+            .filter_map(|span| Self::over(recording, [theta, alpha], span))
+            .min_by(|a, b| a.left.total_cmp(&b.left))
+    }
+
+    fn over(recording: &Recording, columns: [&[f64]; 2], span: f64) -> Option<Self> {
+        let mut regression = Regression::default();
+        let lag = differences(recording, columns, span, |d| {
+            let (sin, cos) = d[1].angle.sin_cos();
+            regression.add(
+                [sin, cos * d[0].acceleration, d[1].speed],
+                d[1].acceleration,
+            );
+        })?;
+        // Neighbouring samples share most of their differences: only one in 2*lag + 1 is independent.
+        let solution = regression.solve((2 * lag + 1) as f64)?;
+        let [gravity, coupling, _] = solution.coefficients;
+        Some(Self {
+            gravity,
+            coupling,
+            left: solution.left,
+        })
+    }
+
+    /// The signs of `a` and `b`, where the recording shows them beyond doubt.
+    pub(super) fn signs(&self) -> [Option<f64>; 2] {
+        [
+            self.gravity.sign(FREQUENCY_SQUARED_AT_LEAST, SIGNIFICANT),
+            self.coupling.sign(COUPLING_AT_LEAST, SIGNIFICANT),
+        ]
+    }
+}
+
+/// An angle with its derivatives at one sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Differences {
+    pub(super) index: usize,
+    pub(super) angle: f64,
+    pub(super) speed: f64,
+    pub(super) acceleration: f64,
+}
+
+/// Calls `f` with the central differences of two columns at every sample that has them, and returns the lag of the differences, in samples.
+pub(super) fn differences(
+    recording: &Recording,
+    columns: [&[f64]; 2],
+    span: f64,
+    mut f: impl FnMut([Differences; 2]),
+) -> Option<usize> {
+    let lag = (span / recording.sample_period).round().max(1.0);
     if lag >= recording.len() as f64 {
         return None;
     }
     let (span, lag) = (lag * recording.sample_period, lag as usize);
-    let mut regression = Regression::default();
     for segment in &recording.segments {
-        let (Some(theta), Some(alpha)) = (
-            recording.theta.get(segment.clone()),
-            recording.alpha.get(segment.clone()),
-        ) else {
+        let [Some(first), Some(second)] = columns.map(|c| c.get(segment.clone())) else {
             continue;
         };
-        for (theta, alpha) in theta.windows(2 * lag + 1).zip(alpha.windows(2 * lag + 1)) {
-            let ([t0, t1, t2], [a0, a1, a2]) =
-                (ends_and_middle(theta, lag), ends_and_middle(alpha, lag));
-            let acceleration = |x0: f64, x1: f64, x2: f64| (x2 - 2.0 * x1 + x0) / (span * span);
-            let (sin, cos) = a1.sin_cos();
-            regression.add(
-                [
-                    sin,
-                    cos * acceleration(t0, t1, t2),
-                    (a2 - a0) / (2.0 * span),
-                ],
-                acceleration(a0, a1, a2),
-            );
+        let windows = first.windows(2 * lag + 1).zip(second.windows(2 * lag + 1));
+        for (k, (first, second)) in windows.enumerate() {
+            f([first, second].map(|window| {
+                let [x0, x1, x2] = ends_and_middle(window, lag);
+                Differences {
+                    index: segment.start + k + lag,
+                    angle: x1,
+                    speed: (x2 - x0) / (2.0 * span),
+                    acceleration: (x2 - 2.0 * x1 + x0) / (span * span),
+                }
+            }));
         }
     }
-    // Neighbouring samples share most of their differences: only one in 2*lag + 1 is independent.
-    let [gravity, coupling, _] = regression.solve((2 * lag + 1) as f64)?;
-    let sign = |estimate: Estimate, least: f64| {
-        (estimate.value.abs() > least && estimate.value.abs() > SIGNIFICANT * estimate.std)
-            .then_some(estimate.value.signum())
-    };
-    match (
-        sign(gravity, FREQUENCY_SQUARED_AT_LEAST),
-        sign(coupling, COUPLING_AT_LEAST),
-    ) {
-        (Some(gravity), _) if gravity < 0.0 => Some(NoticeKind::HangingSuspected),
-        (Some(_), Some(coupling)) if coupling < 0.0 => Some(NoticeKind::SignSuspected),
+    Some(lag)
+}
+
+/// Suspects swapped columns, alpha counted from hanging, or one angle counted the other way.
+///
+/// Counted from hanging, both signs of the pendulum's equation turn; with one angle mirrored, that of the coupling. Where two columns are swapped, the
+/// equation holds when they are swapped back.
+pub(super) fn signs(recording: &Recording) -> Option<NoticeKind> {
+    let (u, theta, alpha) = (&recording.u, &recording.theta, &recording.alpha);
+    let law = PendulumLaw::of(recording, theta, alpha);
+    let left = law.map_or(1.0, |law| law.left);
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    // The pendulum hangs in theta's column.
+    if (mean(theta).abs() - PI).abs() < HANGS_WITHIN && mean(alpha).abs() < HANGS_WITHIN {
+        return Some(NoticeKind::SwappedSuspected {
+            columns: ["theta", "alpha"],
+        });
+    }
+    let orders = [
+        (["theta", "alpha"], alpha, theta),
+        (["u", "theta"], u, alpha),
+        (["u", "alpha"], theta, u),
+    ];
+    for (columns, theta, alpha) in orders {
+        let Some(other) = PendulumLaw::of(recording, theta, alpha) else {
+            continue;
+        };
+        if other.signs() == [Some(1.0); 2]
+            && other.left < SWAPPED_LEAVES
+            && SWAPPED_BETTER * other.left < left
+        {
+            return Some(NoticeKind::SwappedSuspected { columns });
+        }
+    }
+    match law?.signs() {
+        [Some(gravity), _] if gravity < 0.0 => Some(NoticeKind::HangingSuspected),
+        [Some(_), Some(coupling)] if coupling < 0.0 => Some(NoticeKind::SignSuspected),
         _ => None,
     }
 }
 
 fn ends_and_middle(window: &[f64], lag: usize) -> [f64; 3] {
     [0, lag, 2 * lag].map(|k| window.get(k).copied().unwrap_or(0.0))
-}
-
-#[derive(Clone, Copy)]
-struct Estimate {
-    value: f64,
-    std: f64,
-}
-
-/// Least squares with three regressors, by normal equations.
-#[derive(Default)]
-struct Regression {
-    xx: [[f64; 3]; 3],
-    xy: [f64; 3],
-    yy: f64,
-    count: f64,
-}
-
-impl Regression {
-    fn add(&mut self, x: [f64; 3], y: f64) {
-        for ((row, xy), xi) in self.xx.iter_mut().zip(&mut self.xy).zip(x) {
-            for (entry, xj) in row.iter_mut().zip(x) {
-                *entry += xi * xj;
-            }
-            *xy += xi * y;
-        }
-        self.yy += y * y;
-        self.count += 1.0;
-    }
-
-    /// Coefficients with standard deviations, where one sample in `correlated` is independent; `None` where the regressors do not differ.
-    fn solve(&self, correlated: f64) -> Option<[Estimate; 3]> {
-        let [[a, b, c], [_, d, e], [_, _, f]] = self.xx;
-        let adjugate = [
-            [d * f - e * e, c * e - b * f, b * e - c * d],
-            [c * e - b * f, a * f - c * c, b * c - a * e],
-            [b * e - c * d, b * c - a * e, a * d - b * b],
-        ];
-        let determinant = a * (d * f - e * e) + b * (c * e - b * f) + c * (b * e - c * d);
-        let independent = self.count / correlated - 3.0;
-        if !(determinant > 1e-12 * a * d * f && independent > 10.0) {
-            return None;
-        }
-        let dot = |row: [f64; 3]| {
-            row.into_iter()
-                .zip(self.xy)
-                .map(|(entry, xy)| entry * xy)
-                .sum::<f64>()
-                / determinant
-        };
-        let values = adjugate.map(dot);
-        let explained: f64 = values
-            .into_iter()
-            .zip(self.xy)
-            .map(|(value, xy)| value * xy)
-            .sum();
-        let variance = ((self.yy - explained) / correlated / independent).max(0.0);
-        let [[p, ..], [_, q, _], [_, _, r]] = adjugate;
-        let std = |cofactor: f64| {
-            (variance * correlated * cofactor / determinant)
-                .max(0.0)
-                .sqrt()
-        };
-        let [x, y, z] = values;
-        Some([
-            Estimate {
-                value: x,
-                std: std(p),
-            },
-            Estimate {
-                value: y,
-                std: std(q),
-            },
-            Estimate {
-                value: z,
-                std: std(r),
-            },
-        ])
-    }
 }

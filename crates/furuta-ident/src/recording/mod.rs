@@ -4,17 +4,21 @@
 //! `furuta run`. Nothing about the data is changed silently: each change is a [`Notice`], and what cannot be mended is a
 //! [`RecordingError`] that names file, row, column and value.
 
+mod against_rig;
 mod checks;
+mod clipped;
 mod convention;
 mod csv;
 mod error;
 mod mcap;
 mod notice;
+mod regression;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
+pub use against_rig::against_rig;
 pub use checks::{GAP_FACTOR, IRREGULAR_SHARE, JITTER_TOLERATED, MIN_SEGMENT};
 pub use error::RecordingError;
 pub use notice::{Notice, NoticeKind};

@@ -118,6 +118,41 @@ pub enum NoticeKind {
     HangingSuspected,
     /// The pendulum answers the arm with the wrong sign: theta or alpha is counted the other way.
     SignSuspected,
+    /// The pendulum's equation holds if two columns are swapped, and not as they are.
+    SwappedSuspected {
+        /// The two.
+        columns: [&'static str; 2],
+    },
+    /// An encoder stops counting while the axis turns on.
+    ClippedSuspected {
+        /// The column.
+        column: &'static str,
+        /// The value at which it ends, rad.
+        at: f64,
+        /// How often it was met.
+        times: usize,
+    },
+    /// The pendulum swings at another frequency than the rig's.
+    FrequencySuspected {
+        /// Small swings in the recording, Hz.
+        found: f64,
+        /// Small swings of the rig, Hz.
+        expected: f64,
+    },
+    /// The two angles are not in one unit.
+    ScaleSuspected {
+        /// Coupling of arm and pendulum over the rig's.
+        ratio: f64,
+    },
+    /// The arm answers the command with the wrong sign.
+    CommandSignSuspected,
+    /// The recording is of another rig than the one it is diagnosed with.
+    OtherRigSuspected {
+        /// The other recording.
+        than: String,
+        /// What differs.
+        why: String,
+    },
 }
 
 /// At most this many rows are listed; the rest are counted.
@@ -149,6 +184,12 @@ impl NoticeKind {
                 | Self::TimeUnitSuspected { .. }
                 | Self::HangingSuspected
                 | Self::SignSuspected
+                | Self::SwappedSuspected { .. }
+                | Self::ClippedSuspected { .. }
+                | Self::FrequencySuspected { .. }
+                | Self::ScaleSuspected { .. }
+                | Self::CommandSignSuspected
+                | Self::OtherRigSuspected { .. }
                 | Self::Jump { .. }
         )
     }
@@ -224,6 +265,34 @@ impl fmt::Display for NoticeKind {
             Self::HangingSuspected => write!(
                 f,
                 "the pendulum swings about alpha = 0, so alpha looks as if measured from hanging; it must be 0 upright: add pi to it"
+            ),
+            Self::SwappedSuspected { columns: [a, b] } => write!(
+                f,
+                "the pendulum moves as it should if the columns {a} and {b} are swapped, so they look as if exchanged: give each its name"
+            ),
+            Self::ClippedSuspected { column, at, times } => write!(
+                f,
+                "{column} stops dead at {at:.4} rad {times} times while it moves, so its encoder (or the file's format) looks as if it ended there, or the axis met a stop: \
+                 record with less motion, or leave those stretches out"
+            ),
+            Self::FrequencySuspected { found, expected } => write!(
+                f,
+                "the pendulum swings at {found:.2} Hz, the rig's at {expected:.2} Hz: either time stamps are off by a factor of {:.2}, or the recording is of another rig; \
+                 check the sample rate and --rig",
+                expected / found
+            ),
+            Self::ScaleSuspected { ratio } => write!(
+                f,
+                "the arm moves the pendulum {ratio:.3} times as much as on this rig, so theta looks as if in another unit than alpha (degrees?), or the recording is of another rig: \
+                 check the units and --rig"
+            ),
+            Self::CommandSignSuspected => write!(
+                f,
+                "the arm answers the command with the wrong sign, so u or theta looks as if counted the other way: change the sign of u, or of theta (and of alpha, if both angles are mirrored)"
+            ),
+            Self::OtherRigSuspected { than, why } => write!(
+                f,
+                "looks as if recorded on another rig than {than}: {why}; diagnose recordings of one rig at a time"
             ),
             Self::SignSuspected => write!(
                 f,

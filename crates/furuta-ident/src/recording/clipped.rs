@@ -1,0 +1,95 @@
+//! Whether an encoder stopped counting while the axis still turned.
+
+use super::{NoticeKind, Recording};
+
+/// A plateau at an extreme lasts at least so many samples.
+const PLATEAU: usize = 8;
+/// The motion over so many counts before a plateau is compared with that over as many before those.
+const COUNTS: f64 = 6.0;
+/// An axis that comes to rest takes 2.4 times as long for the last counts as for as many before them, one whose encoder ends as long.
+const SLOWING: f64 = 1.5;
+/// At its speed the axis would have gone beyond the plateau by so many counts at least before it came back.
+const BEYOND: f64 = 4.0;
+/// So many such plateaus there are at least.
+const TIMES: usize = 2;
+
+/// Suspects an encoder (or a column of fixed range) that ends at a value: motion that stops dead at the largest or smallest value, stays there
+/// and leaves it as suddenly, more than once.
+pub(super) fn clipped(
+    recording: &Recording,
+    column: &'static str,
+    values: &[f64],
+) -> Option<NoticeKind> {
+    let count = values
+        .iter()
+        .zip(values.iter().skip(1))
+        .map(|(a, b)| (b - a).abs())
+        .filter(|s| *s > 1e-9)
+        .fold(f64::INFINITY, f64::min);
+    if !count.is_finite() {
+        return None;
+    }
+    for extreme in [
+        values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        values.iter().copied().fold(f64::INFINITY, f64::min),
+    ] {
+        let times = recording
+            .segments
+            .iter()
+            .filter_map(|segment| values.get(segment.clone()))
+            .map(|values| dead_stops(values, extreme, count))
+            .sum();
+        if times >= TIMES {
+            return Some(NoticeKind::ClippedSuspected {
+                column,
+                at: extreme,
+                times,
+            });
+        }
+    }
+    None
+}
+
+/// How often the motion stops dead at a value and leaves it as suddenly.
+fn dead_stops(values: &[f64], extreme: f64, count: f64) -> usize {
+    let at = |v: &f64| (v - extreme).abs() < 0.5 * count;
+    let (mut k, mut times) = (0, 0);
+    while let Some(first) = values[k..].iter().position(at).map(|i| k + i) {
+        // Noise may lead off the plateau by a count or two.
+        let near = values[first..]
+            .iter()
+            .take_while(|v| (**v - extreme).abs() < 2.5 * count)
+            .count();
+        let length = values[first..first + near]
+            .iter()
+            .rposition(at)
+            .map_or(1, |i| i + 1);
+        let last = first + length - 1;
+        let arrival = sudden(values[..first].iter().rev(), extreme, count);
+        let departure = sudden(values[last + 1..].iter(), extreme, count);
+        if let (true, Some(arrival), Some(departure)) = (length >= PLATEAU, arrival, departure) {
+            // The way beyond of an axis that turns back evenly within the plateau.
+            let beyond = 0.25 * length as f64 * arrival.min(departure);
+            times += usize::from(beyond > BEYOND * count);
+        }
+        k = first + near.max(1);
+    }
+    times
+}
+
+/// The speed next to a plateau, per sample, where the motion does not slow down towards it; `away` leads away from it.
+fn sudden<'a>(away: impl Iterator<Item = &'a f64>, extreme: f64, count: f64) -> Option<f64> {
+    let mut passed = None;
+    for (k, value) in away.enumerate() {
+        let distance = (value - extreme).abs();
+        match passed {
+            None if distance >= COUNTS * count => passed = Some((k + 1, distance)),
+            Some((samples, way)) if distance >= 2.0 * way => {
+                let (near, far) = (samples as f64, (k + 1 - samples) as f64);
+                return (near < SLOWING * far + 1.0).then_some(way / near);
+            }
+            _ => {}
+        }
+    }
+    None
+}
