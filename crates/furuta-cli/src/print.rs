@@ -39,7 +39,7 @@ pub(crate) fn significant(x: f64) -> String {
 
 /// `0.03 ± 5e-6 N m/rad`, or the word for what is a choice, or the number alone for what is not fitted.
 pub(crate) fn estimate(e: &Estimate, digits: usize) -> String {
-    let unit = if e.unit == "-" { "" } else { e.unit.as_str() };
+    let unit = if e.unit == "1" { "" } else { e.unit.as_str() };
     let text = match &e.word {
         Some(word) => word.clone(),
         None if e.std.is_finite() => format!(

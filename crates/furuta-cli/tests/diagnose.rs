@@ -194,3 +194,128 @@ fn ctrl_c_gives_what_is_known_so_far() {
     assert!(page.contains("The diagnosis was interrupted"));
     furuta_model::Rig::load(rig.to_str().expect("UTF-8")).expect("a rig file");
 }
+
+/// A recording of a rig with something hidden, by its encoders: what `furuta simulate` writes, in whole counts.
+fn recorded(folder: &Folder, name: &str, hide: &str, input: &str) -> std::path::PathBuf {
+    let output = furuta(&[
+        "simulate",
+        "--rig",
+        "qube-servo-2",
+        "--hide",
+        hide,
+        "--input",
+    ])
+    .args(input.split(' '))
+    .output()
+    .expect("the binary runs");
+    assert!(output.status.success(), "{output:?}");
+    let count = std::f64::consts::TAU / 2048.0;
+    let mut text = String::from("t,u,theta,alpha\n");
+    let written = String::from_utf8(output.stdout).expect("UTF-8");
+    for line in written
+        .lines()
+        .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()))
+    {
+        let values: Vec<f64> = line
+            .split(',')
+            .map(|v| v.parse().expect("a number"))
+            .collect();
+        let [theta, alpha] = [values[2], values[3]].map(|y| (y / count).round() * count);
+        text += &format!("{},{},{theta},{alpha}\n", values[0], values[1]);
+    }
+    folder.file(name, text)
+}
+
+/// What the sheet shows to be wrong is refused by name, and taken where the person insists.
+#[test]
+fn mistakes_that_only_the_rig_shows_are_refused() {
+    let folder = Folder::new("diagnose-mistakes");
+    let sound = recorded(
+        &folder,
+        "sound.csv",
+        "arm.spring",
+        "multisine --amplitude 1 --duration 8",
+    );
+    let text = std::fs::read_to_string(&sound).expect("written");
+    let changed = |name: &str, change: fn(&mut [f64])| {
+        let mut out = String::from("t,u,theta,alpha\n");
+        for line in text.lines().skip(1) {
+            let mut row: Vec<f64> = line
+                .split(',')
+                .map(|v| v.parse().expect("a number"))
+                .collect();
+            change(&mut row);
+            let row: Vec<String> = row.iter().map(f64::to_string).collect();
+            out += &(row.join(",") + "\n");
+        }
+        folder.file(name, out)
+    };
+    for (name, change, says) in [
+        (
+            "hanging.csv",
+            (|r| r[3] -= std::f64::consts::PI) as fn(&mut [f64]),
+            "measured from hanging",
+        ),
+        (
+            "swapped.csv",
+            |r| r.swap(2, 3),
+            "columns theta and alpha are swapped",
+        ),
+        (
+            "degrees.csv",
+            |r| r[2..].iter_mut().for_each(|y| *y = y.to_degrees()),
+            "in degrees",
+        ),
+        (
+            "u.csv",
+            |r| r[1] = -r[1],
+            "answers the command with the wrong sign",
+        ),
+        ("alpha.csv", |r| r[3] = -r[3], "counted the other way"),
+        ("theta.csv", |r| r[2] = -r[2], "counted the other way"),
+        (
+            "slow.csv",
+            |r| r[0] *= 2.0,
+            "time stamps are off by a factor of 2.0",
+        ),
+        (
+            "fast.csv",
+            |r| r[0] *= 0.5,
+            "time stamps are off by a factor of 0.5",
+        ),
+        ("ms.csv", |r| r[0] *= 1000.0, "milliseconds"),
+        (
+            "clipped.csv",
+            |r| r[2] = r[2].clamp(-0.2, 0.2),
+            "stops dead at",
+        ),
+    ] {
+        let line = refusal(&folder, &changed(name, change), "qube-servo-2");
+        assert!(
+            line.contains(name) && line.contains(says) && line.contains("--accept-suspicious"),
+            "{name}: {line}"
+        );
+    }
+    // Two rigs: the same signal on another one.
+    let other = furuta(&[
+        "simulate",
+        "--rig",
+        "shahzad2022-srv02",
+        "--input",
+        "multisine",
+    ])
+    .args(["--amplitude", "1", "--output"])
+    .arg(folder.path("other.csv"))
+    .output()
+    .expect("the binary runs");
+    assert!(other.status.success());
+    let output = furuta(&["diagnose", "--rig", "qube-servo-2"])
+        .args([&sound, &folder.path("other.csv")])
+        .output()
+        .expect("the binary runs");
+    let line = failure(&output);
+    assert!(
+        line.contains("other.csv") && line.contains("another rig"),
+        "{line}"
+    );
+}

@@ -360,11 +360,12 @@ fn find(logs: &[PathBuf], sheet: &Rig, out: &Path) -> Result<Outcome, Failure> {
         .iter()
         .map(Recording::load)
         .collect::<Result<Vec<_>, _>>()?;
-    let outcome = search(&Request {
+    let request = Request {
         recordings: &recordings,
         rig: sheet,
         verify: &[],
-    })?;
+    };
+    let outcome = search(&request, false)?;
     if outcome.diagnosis.interrupted {
         return Err(Failure::new("the diagnosis was interrupted"));
     }

@@ -10,7 +10,7 @@ use crate::print::estimate;
 use furuta_ident::diagnose::result::significant;
 use furuta_ident::diagnose::result::{Channel, Diagnosis, Part};
 use furuta_ident::diagnose::{Options, Outcome, Request, STAGES, diagnose_with};
-use furuta_ident::recording::Recording;
+use furuta_ident::recording::{Notice, Recording, against_rig};
 use furuta_ident::report;
 use furuta_model::{Rig, effects};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -41,6 +41,9 @@ pub(crate) struct Args {
     /// Recordings that the search must not see, predicted afterwards by the model as given, refitted and repaired.
     #[arg(long, value_name = "DATA", num_args = 1..)]
     verify: Vec<PathBuf>,
+    /// Where the data cannot tell effects apart, look for the experiment that would: simulates both with every test signal.
+    #[arg(long)]
+    plan: bool,
     /// Diagnose recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign).
     #[arg(long)]
     accept_suspicious: bool,
@@ -52,11 +55,17 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut notices = Vec::new();
     let recordings = load(&args.data, args.accept_suspicious, &mut notices)?;
     let verify = load(&args.verify, args.accept_suspicious, &mut notices)?;
-    let mut outcome = search(&Request {
+    let everything: Vec<Recording> = recordings.iter().chain(&verify).cloned().collect();
+    for notice in against_rig(&everything, &rig) {
+        refuse_suspicion(&notice, args.accept_suspicious)?;
+        notices.push(notice.to_string());
+    }
+    let request = Request {
         recordings: &recordings,
         rig: &rig,
         verify: &verify,
-    })?;
+    };
+    let mut outcome = search(&request, args.plan)?;
     let interrupted = outcome.diagnosis.interrupted;
     outcome.diagnosis.notices.splice(0..0, notices);
     write(args, &outcome)?;
@@ -64,7 +73,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     let text = if to_stdout {
         outcome.diagnosis.to_json() + "\n"
     } else {
-        summary(&outcome.diagnosis)
+        summary(&outcome.diagnosis) + &planned(args, &outcome.diagnosis)
     };
     std::io::stdout().lock().write_all(text.as_bytes())?;
     Ok(if interrupted {
@@ -75,7 +84,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
 }
 
 /// Diagnoses with a progress bar where there is a terminal; Ctrl-C ends it early.
-pub(crate) fn search(request: &Request<'_>) -> Result<Outcome, Failure> {
+pub(crate) fn search(request: &Request<'_>, plan: bool) -> Result<Outcome, Failure> {
     let bar = ProgressBar::new(STAGES.len() as u64);
     let template = "{spinner} {elapsed:>4} [{bar:12}] {prefix} {wide_msg}";
     if let Ok(style) = ProgressStyle::with_template(template) {
@@ -83,7 +92,10 @@ pub(crate) fn search(request: &Request<'_>) -> Result<Outcome, Failure> {
     }
     bar.enable_steady_tick(Duration::from_millis(100));
     let flag = interrupt::flag_then_exit();
-    let options = Options { stop: Some(flag) };
+    let options = Options {
+        stop: Some(flag),
+        plan,
+    };
     let outcome = diagnose_with(request, options, &|progress| {
         let stage = STAGES.iter().position(|s| *s == progress.stage);
         bar.set_position(stage.unwrap_or_default() as u64);
@@ -98,6 +110,15 @@ pub(crate) fn search(request: &Request<'_>) -> Result<Outcome, Failure> {
     Ok(outcome?)
 }
 
+fn refuse_suspicion(notice: &Notice, accepted: bool) -> Result<(), Failure> {
+    if notice.kind.is_suspicion() && !accepted {
+        return Err(Failure::new(format!(
+            "{notice}; mend the recording, or pass --accept-suspicious if it is right as it is"
+        )));
+    }
+    Ok(())
+}
+
 fn load(
     paths: &[PathBuf],
     accept_suspicious: bool,
@@ -107,11 +128,7 @@ fn load(
     for path in paths {
         let (recording, found) = Recording::load_with_notices(path)?;
         for notice in found {
-            if notice.kind.is_suspicion() && !accept_suspicious {
-                return Err(Failure::new(format!(
-                    "{notice}; mend the recording, or pass --accept-suspicious if it is right as it is"
-                )));
-            }
+            refuse_suspicion(&notice, accept_suspicious)?;
             notices.push(notice.to_string());
         }
         recordings.push(recording);
@@ -255,6 +272,39 @@ fn expression(d: &Diagnosis, out: &mut Vec<String>) {
         significant(before.alpha, 3),
         significant(after.alpha, 3)
     ));
+}
+
+/// The table of `--plan`, and the command line that records the best.
+fn planned(args: &Args, d: &Diagnosis) -> String {
+    if !args.plan {
+        return String::new();
+    }
+    let Some(first) = d.plan.first() else {
+        return "\nNo experiment is planned: nothing is confusable that a recording could tell apart.\n".into();
+    };
+    let mut out = format!(
+        "\nExperiments that would tell what these data cannot, the clearest first:\n  {:<56} {:>5} {:>6}  {:<40} {:>12}\n",
+        "", "s", "V", "tells apart", "evidence"
+    );
+    for row in &d.plan {
+        out += &format!(
+            "  {:<56} {:>5} {:>6}  {:<40} {:>12.0}\n",
+            row.excitation,
+            row.seconds,
+            significant(row.volts, 2),
+            row.separates.join(" or "),
+            row.expected_evidence
+        );
+    }
+    let rig = args
+        .write_rig
+        .as_deref()
+        .map_or_else(|| args.rig.clone(), |path| path.display().to_string());
+    out + &format!(
+        "Expected rise of the wrong one's BIC, whichever is right (simulated with these encoders; above 10 is very strong). The first:\n  \
+         furuta run --port PORT --rig {rig} --task {} --log next.mcap\n",
+        first.arguments
+    )
 }
 
 /// What was not named, and how large it could be all the same: what is ruled out at a size that would be noticed.

@@ -16,6 +16,7 @@ mod held_out;
 mod hypothesis;
 mod limits;
 mod location;
+mod plan;
 mod predict;
 mod repair;
 pub mod result;
@@ -74,15 +75,18 @@ pub struct Options<'a> {
     /// Set (by Ctrl-C, say), it ends the search within a fraction of a second; what was found by then is fitted and given as
     /// [`Diagnosis::interrupted`], with [`Diagnosis::unfinished`] saying what was left undone.
     pub stop: Option<&'a AtomicBool>,
+    /// Look for the experiments that would tell confusable effects apart: [`Diagnosis::plan`].
+    pub plan: bool,
 }
 
 /// The stages of a diagnosis in their order; some are skipped where there is nothing to do.
-pub const STAGES: [&str; 6] = [
+pub const STAGES: [&str; 7] = [
     "recalibrating",
     "searching",
     "searching over long windows",
     "fitting",
     "judging",
+    "planning",
     "verifying",
 ];
 
@@ -276,6 +280,13 @@ pub fn diagnose_with(
         Some(folds)
     };
     diagnosis.custom = custom.as_ref().map(|c| c.refitted(&nominal, &named_fit));
+    if options.plan {
+        stage("planning");
+        diagnosis.plan = plan::plan(request.rig, &data, &nominal, &named, &rivals, stop);
+        if stop.wanted() {
+            unfinished.push(Part::Plan);
+        }
+    }
     diagnosis.effects = name(&calm, folds.as_ref(), &named, &named_fit, rivals);
     if unfinished.contains(&Part::Rivals) {
         for effect in &mut diagnosis.effects {

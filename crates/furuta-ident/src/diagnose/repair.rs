@@ -90,7 +90,7 @@ pub(super) fn parameters(
                 nominal,
                 fitted,
                 std: std.unwrap_or(f64::NAN),
-                unit: range.unit.to_owned(),
+                unit: if range.unit == "-" { "1" } else { range.unit }.to_owned(),
                 identifiable: std.is_some_and(f64::is_finite),
             };
             (range.key.to_owned(), estimate)
@@ -120,7 +120,7 @@ pub(super) fn effect_parameters(
                 } else {
                     f64::NAN
                 },
-                unit: p.unit.to_owned(),
+                unit: if p.unit == "-" { "1" } else { p.unit }.to_owned(),
                 word: p.word(values[i]).map(str::to_owned),
             };
             (p.name.to_owned(), estimate)

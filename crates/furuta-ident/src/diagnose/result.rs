@@ -58,6 +58,8 @@ pub enum Part {
     HeldOut,
     /// How large effects that are not named could be.
     Limits,
+    /// The experiments to make next.
+    Plan,
 }
 
 impl Part {
@@ -72,6 +74,7 @@ impl Part {
             Self::LongHorizons => "the parameters were not led to whole runs",
             Self::HeldOut => "nothing was judged on data kept apart",
             Self::Limits => "no limits of other effects",
+            Self::Plan => "not every experiment was thought through",
         }
     }
 }
@@ -298,6 +301,27 @@ pub struct VerificationRow {
     pub repaired: f64,
 }
 
+/// An experiment that would tell two explanations apart: a row of the plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlannedExperiment {
+    /// What is done, in words.
+    pub excitation: String,
+    /// The same for the command line, behind `furuta run --task` (or `furuta simulate --input`).
+    pub arguments: String,
+    /// Length of the recording, s.
+    pub seconds: f64,
+    /// The largest voltage, V.
+    pub volts: f64,
+    /// Ids of the effect named and of the one that could stand in its place.
+    pub separates: [String; 2],
+    /// By how much the Bayesian information criterion of the wrong one is expected to be above that of the right one, whichever of the two is
+    /// right: above 10 counts as very strong, below 0 the experiment tells nothing.
+    #[serde(with = "null_if_not_finite")]
+    pub expected_evidence: f64,
+    /// The same if the first of the two is right, and if the second is.
+    pub if_true: [f64; 2],
+}
+
 /// The result of `diagnose`: the JSON contract.
 ///
 /// ```
@@ -336,6 +360,10 @@ pub struct Diagnosis {
     pub location: Vec<GapShare>,
     /// What to measure next, in a sentence.
     pub next_experiment: Option<String>,
+    /// Experiments that would tell confusable effects apart, the clearest first for each pair, where they were asked for; left out of the JSON
+    /// where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub plan: Vec<PlannedExperiment>,
     /// Recordings of `--verify`, predicted over their whole length; left out of the JSON where there are none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub verification: Vec<VerificationRow>,
@@ -376,6 +404,7 @@ impl Diagnosis {
             held_out: None,
             location: Vec::new(),
             next_experiment: None,
+            plan: Vec::new(),
             verification: Vec::new(),
             notices: Vec::new(),
             interrupted: false,
@@ -565,6 +594,15 @@ pub struct Curves {
     pub verification: Vec<RunCurves>,
     /// The repaired rig file, whole, as TOML.
     pub repaired_rig: Option<String>,
+}
+
+impl Curves {
+    /// All of it as JSON; numbers that are not finite become `null`.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // As for [`Diagnosis::to_json`].
+        serde_json::to_string(self).unwrap_or_default()
+    }
 }
 
 /// `value` with `digits` significant digits, without an exponent between 1e-4 and 1e5.

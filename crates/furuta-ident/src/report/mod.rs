@@ -1,8 +1,11 @@
-//! The report: one self-contained HTML page, readable without a network, in light and dark.
+//! The report: one self-contained HTML page, readable without a network, in light and dark; and the same at a glance.
 
+mod card;
 mod charts;
 mod encode;
 mod sections;
+
+pub use card::card;
 
 use crate::diagnose::result::{Curves, Diagnosis};
 

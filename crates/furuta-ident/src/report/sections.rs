@@ -504,9 +504,43 @@ pub(super) fn verification(diagnosis: &Diagnosis, curves: &Curves) -> String {
 }
 
 pub(super) fn next_experiment(diagnosis: &Diagnosis) -> String {
-    diagnosis.next_experiment.as_ref().map_or_else(String::new, |next| {
-        format!("<section><h2>What to measure next</h2><div class=\"card next\"><p>{}</p></div></section>\n", escape(next))
-    })
+    let Some(next) = &diagnosis.next_experiment else {
+        return String::new();
+    };
+    format!(
+        "<section><h2>What to measure next</h2><div class=\"card next\"><p>{}</p>{}</div></section>\n",
+        escape(next),
+        plan(diagnosis)
+    )
+}
+
+/// The experiments, the clearest first, and how to record the first.
+fn plan(diagnosis: &Diagnosis) -> String {
+    let Some(first) = diagnosis.plan.first() else {
+        return String::new();
+    };
+    let rows: String = diagnosis
+        .plan
+        .iter()
+        .map(|row| {
+            format!(
+                "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td><code>{}</code> or <code>{}</code></td><td class=\"n\">{:.0}</td></tr>",
+                escape(&row.excitation),
+                number(row.seconds, 2),
+                number(row.volts, 2),
+                escape(&row.separates[0]),
+                escape(&row.separates[1]),
+                row.expected_evidence
+            )
+        })
+        .collect();
+    format!(
+        "<div class=\"scroll\"><table><thead><tr><th>experiment</th><th class=\"n\">s</th><th class=\"n\">V at most</th><th>tells apart</th>\
+         <th class=\"n\">expected ΔBIC</th></tr></thead><tbody>{rows}</tbody></table></div>\
+         <p class=\"note\">Expected from simulations of both with these encoders, whichever is right; above 10 counts as very strong. To record the first:</p>\
+         <div class=\"snippet\"><button data-copy>copy</button><pre>furuta run --port PORT --rig RIG.toml --task {} --log next.mcap</pre></div>",
+        escape(&first.arguments)
+    )
 }
 
 pub(super) fn notices(diagnosis: &Diagnosis) -> String {
