@@ -1,9 +1,11 @@
 //! The diagnosis: run in a thread of its own, so that Ctrl-C and progress work while Rust is at it.
 
 use crate::error;
-use crate::recording::{Read, read};
+use crate::recording::{Read, read, refuse_suspicion};
 use crate::rig::PyRig;
+use crate::summary;
 use furuta_ident::diagnose::{DiagnoseError, Options, Outcome, Progress, Request};
+use furuta_ident::recording::{Recording, against_rig};
 use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -36,6 +38,9 @@ const PATIENCE: Duration = Duration::from_millis(50);
 /// where : list of dict
 ///     Where the gap sits: run, channel, condition, share_of_gap.
 /// next_experiment : str or None
+/// plan : list of dict
+///     Experiments that would tell confusable effects apart, where `plan=True` asked for them: excitation, arguments (for
+///     `furuta run --task`), seconds, volts, separates, expected_evidence, if_true.
 /// verification : list of dict
 ///     Errors on the recordings given as `verify`: run, channel, nominal, recalibrated, repaired (rad).
 /// notices : list of str
@@ -65,30 +70,62 @@ impl PyDiagnosis {
         parsed(py, &self.to_json())
     }
 
-    /// The verdict and the effects in a few lines of text.
+    /// The diagnosis in plain text: what is missing, how large, how sure, where it shows, what to measure next.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, furuta
+    /// >>> rig = furuta.Rig.load("qube-servo-2")
+    /// >>> real = rig.with_effect("arm.spring", stiffness=2e-3, rest=0.2)
+    /// >>> t = 0.002 * np.arange(2001)
+    /// >>> u = 1.5 * np.sin(3 * t * (1 + t))
+    /// >>> x = furuta.simulate(real, [0, np.pi, 0, 0], u[:-1], 0.002)
+    /// >>> theta, alpha = furuta.measure(real, x).T
+    /// >>> found = furuta.diagnose({"t": t, "u": u, "theta": theta, "alpha": alpha}, rig)
+    /// >>> print(found.summary().splitlines()[0])  # doctest: +ELLIPSIS
+    /// Missing from the model: spring (cable) on the arm; with it added, the prediction error of the ... falls from ... rad.
     fn summary(&self) -> String {
-        let d = &self.outcome.diagnosis;
-        let mut lines = vec![d.sentence()];
-        for e in &d.effects {
-            let values: Vec<_> = e
-                .parameters
-                .iter()
-                .map(|(name, p)| format!("{name} = {:.4e} +- {:.1e} {}", p.value, p.std, p.unit))
-                .collect();
-            let rivals = if e.confusable_with.is_empty() {
-                String::new()
-            } else {
-                format!("; or {}", e.confusable_with.join(", "))
-            };
-            lines.push(format!("  {}: {}{rivals}", e.id, values.join(", ")));
-        }
-        if let Some(custom) = &d.custom {
-            let torques = custom.torques();
-            lines.extend(torques.iter().map(|t| format!("  {t} N m")));
-            lines.push(custom.sentence());
-        }
-        lines.extend(d.next_experiment.clone());
-        lines.join("\n")
+        summary::text(&self.outcome.diagnosis)
+    }
+
+    /// Draws the diagnosis with matplotlib: measured against predicted, before and after, where the gap sits, what was tried.
+    ///
+    /// Parameters
+    /// ----------
+    /// run : str, optional
+    ///     Name of the recording to show; the one with the largest gap if not given.
+    /// seconds : float, optional
+    ///     Length of the stretch to show, around the largest error; 4 if not given.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     Without matplotlib: `pip install matplotlib`.
+    #[pyo3(signature = (*, run=None, seconds=4.0))]
+    fn plot<'py>(
+        slf: Bound<'py, Self>,
+        run: Option<&str>,
+        seconds: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        py.import("furuta._plot")?
+            .call_method1("plot", (slf, run, seconds))
+    }
+
+    /// What `plot` and the report draw: runs (name, t, u, measured, nominal, recalibrated, augmented, restarts; angles as
+    /// `[theta, alpha]`), bars (where the gap sits), evidence (of all candidates), verification.
+    fn curves<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let json = py.detach(|| self.outcome.curves.to_json());
+        parsed(py, &json)
+    }
+
+    /// The diagnosis at a glance, for notebooks.
+    fn _repr_html_(&self) -> String {
+        furuta_ident::report::card(&self.outcome.diagnosis)
     }
 
     /// Writes the report, one self-contained HTML page, to this path.
@@ -158,6 +195,11 @@ impl PyDiagnosis {
     }
 
     #[getter]
+    fn plan<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "plan")
+    }
+
+    #[getter]
     fn verification<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.field(py, "verification")
     }
@@ -205,7 +247,7 @@ impl PyDiagnosis {
     fn field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         match self.contract.bind(py).get_item(name)? {
             Some(value) => Ok(value),
-            None if ["verification", "unfinished"].contains(&name) => {
+            None if ["verification", "unfinished", "plan"].contains(&name) => {
                 Ok(pyo3::types::PyList::empty(py).into_any())
             }
             None => Err(PyKeyError::new_err(name.to_owned())),
@@ -231,6 +273,10 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 ///     As its data sheet describes it.
 /// verify : path, dict, or list of these, optional
 ///     Recordings that the search does not see; the finished models predict them whole.
+/// plan : bool, optional
+///     Where the data cannot tell effects apart, look for the experiment that would: takes some seconds more.
+/// accept_suspicious : bool, optional
+///     Diagnose recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign, another rig).
 /// progress : callable, optional
 ///     Called with the stage and the candidate just tried (str or None), in the calling thread.
 ///
@@ -241,7 +287,7 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// Raises
 /// ------
 /// RecordingError
-///     A recording that cannot be used: which, where, why.
+///     A recording that cannot be used, or looks as if a convention were broken: which, where, why, what to do.
 /// DiagnoseError
 ///     Recordings too short, or in which nothing moves.
 /// Interrupted
@@ -261,27 +307,37 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// >>> found.verdict, [e["id"] for e in found.effects]
 /// ('missing_effects', ['arm.spring'])
 #[pyfunction]
-#[pyo3(signature = (recordings, rig, *, verify=None, progress=None), text_signature = "(recordings, rig, *, verify=None, progress=None)")]
+#[pyo3(
+    signature = (recordings, rig, *, verify=None, plan=false, accept_suspicious=false, progress=None),
+    text_signature = "(recordings, rig, *, verify=None, plan=False, accept_suspicious=False, progress=None)"
+)]
 pub(crate) fn diagnose(
     py: Python<'_>,
     recordings: &Bound<'_, PyAny>,
     rig: PyRef<'_, PyRig>,
     verify: Option<&Bound<'_, PyAny>>,
+    plan: bool,
+    accept_suspicious: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyDiagnosis> {
     let Read {
         recordings,
         mut notices,
-    } = read(recordings)?;
+    } = read(recordings, accept_suspicious)?;
     let verify = match verify {
         Some(given) => {
-            let more = read(given)?;
+            let more = read(given, accept_suspicious)?;
             notices.extend(more.notices);
             more.recordings
         }
         None => Vec::new(),
     };
     let rig = rig.rig.clone();
+    let everything: Vec<Recording> = recordings.iter().chain(&verify).cloned().collect();
+    for notice in against_rig(&everything, &rig) {
+        refuse_suspicion(&notice, accept_suspicious)?;
+        notices.push(notice.to_string());
+    }
     let (send, receive) = channel::<Progress>();
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
@@ -292,7 +348,10 @@ pub(crate) fn diagnose(
             rig: &rig,
             verify: &verify,
         };
-        let options = Options { stop: Some(&flag) };
+        let options = Options {
+            stop: Some(&flag),
+            plan,
+        };
         let report = |p| drop(send.send(p));
         furuta_ident::diagnose::diagnose_with(&request, options, &report)
     });

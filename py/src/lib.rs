@@ -19,6 +19,7 @@ mod region;
 mod rig;
 mod signals;
 mod simulate;
+mod summary;
 
 use pyo3::prelude::*;
 

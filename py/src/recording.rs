@@ -1,7 +1,7 @@
 //! Recordings given from Python: paths of files, or columns as arrays.
 
 use crate::error;
-use furuta_ident::recording::Recording;
+use furuta_ident::recording::{Notice, Recording};
 use numpy::{AllowTypeChange, PyArrayLike1};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -15,8 +15,18 @@ pub(crate) struct Read {
     pub(crate) notices: Vec<String>,
 }
 
+/// A notice that looks like a broken convention is an error, unless the person knows better.
+pub(crate) fn refuse_suspicion(notice: &Notice, accepted: bool) -> PyResult<()> {
+    if notice.kind.is_suspicion() && !accepted {
+        return Err(error::recording(format!(
+            "{notice}; mend the recording, or pass accept_suspicious=True if it is right as it is"
+        )));
+    }
+    Ok(())
+}
+
 /// Reads one recording or a sequence of them, each a path or a mapping of columns.
-pub(crate) fn read(given: &Bound<'_, PyAny>) -> PyResult<Read> {
+pub(crate) fn read(given: &Bound<'_, PyAny>, accept_suspicious: bool) -> PyResult<Read> {
     let one = given.is_instance_of::<PyString>()
         || given.is_instance_of::<PyDict>()
         || given.hasattr("__fspath__")?;
@@ -43,6 +53,9 @@ pub(crate) fn read(given: &Bound<'_, PyAny>) -> PyResult<Read> {
             Recording::load_with_notices(path)
         }
         .map_err(error::recording)?;
+        for notice in &notices {
+            refuse_suspicion(notice, accept_suspicious)?;
+        }
         read.notices
             .extend(notices.iter().map(|n| format!("{}: {n}", recording.name)));
         read.recordings.push(recording);

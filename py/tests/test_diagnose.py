@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import signal
+import sys
 import threading
+import xml.dom.minidom
 
+import command_line
 import furuta
 import numpy as np
 import pytest
@@ -117,6 +121,109 @@ def test_what_comes_out(case, tmp_path):
     assert "arm.spring" in found.summary() == str(found) and repr(found) == "<furuta.Diagnosis missing_effects: arm.spring>"
     with pytest.raises(OSError, match="No such file"):
         found.report(tmp_path / "no" / "such" / "folder.html")
+
+
+def sweep(rig, effects, seconds=5.0):
+    """What the encoders of a simulated rig read."""
+    t = 0.002 * np.arange(int(seconds / 0.002) + 1)
+    u = 1.5 * np.sin(3 * t * (1 + t))
+    real = rig
+    for id, values in effects.items():
+        real = real.with_effect(id, **values)
+    x = furuta.simulate(real, [0, np.pi, 0, 0], u[:-1], 0.002)
+    count = 2 * np.pi / 2048
+    theta, alpha = np.round(furuta.measure(real, x).T / count) * count
+    return {"t": t, "u": u, "theta": theta, "alpha": alpha}
+
+
+@pytest.fixture(scope="module")
+def spring():
+    rig = furuta.Rig.load("qube-servo-2")
+    return furuta.diagnose(sweep(rig, {"arm.spring": {"stiffness": 2e-3, "rest": 0.2}}), rig)
+
+
+def test_summary_is_for_people(spring):
+    text = spring.summary()
+    assert text.startswith("Missing from the model: spring (cable) on the arm")
+    assert "stiffness = 0.0020" in text and "On data that the fit had not seen" in text
+    assert max(map(len, text.splitlines())) < 250 and "NaN" not in text
+
+
+def test_card(spring):
+    """A small piece of HTML, well-formed, with nothing to load."""
+    card = spring._repr_html_()
+    assert len(card) < 10_000 and "src=" not in card and "<script" not in card
+    xml.dom.minidom.parseString(card)
+    assert "one effect is missing" in card and "stiffness" in card and "RMS error" in card
+
+
+def test_plot(spring):
+    pytest.importorskip("matplotlib")
+    figure = spring.plot()
+    theta, alpha, gap, evidence = figure.axes
+    measured, before, after = (line.get_ydata() for line in theta.get_lines() if line.get_label()[0] != "_")
+    assert len(measured) == 2000  # 4 s
+    assert np.std(after - measured) < 0.1 * np.std(before - measured)
+    assert [label.get_text() for label in evidence.get_yticklabels()][0] == "arm.spring"
+    figure.savefig(io.BytesIO(), format="png")
+    with pytest.raises(KeyError, match="recording-0"):
+        spring.plot(run="no such run")
+    curves = spring.curves()
+    assert len(curves["runs"][0]["t"]) == len(curves["runs"][0]["augmented"][1]) and curves["evidence"]
+
+
+def test_plot_without_matplotlib(spring, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    with pytest.raises(ImportError, match="pip install matplotlib"):
+        spring.plot()
+
+
+def test_mistakes_are_refused_unless_accepted():
+    rig = furuta.Rig.load("qube-servo-2")
+    data = sweep(rig, {})
+    for change, says in [
+        ({"alpha": data["alpha"] - np.pi}, "measured from hanging"),
+        ({"u": -data["u"]}, "wrong sign"),
+        ({"t": 2 * data["t"]}, "factor of 2"),
+    ]:
+        with pytest.raises(furuta.RecordingError, match=f"{says}.*accept_suspicious=True"):
+            furuta.diagnose(data | change, rig)
+    found = furuta.diagnose(data | {"u": -data["u"]}, rig, accept_suspicious=True)
+    assert any("wrong sign" in notice for notice in found.notices)
+
+
+def encoded(text):
+    """The CSV of `furuta simulate` as encoders of 2048 counts see it."""
+    data = np.genfromtxt(io.StringIO(text), delimiter=",", names=True, comments="#")
+    count = 2 * np.pi / 2048
+    return {name: data[name] if name in "tu" else np.round(data[name] / count) * count for name in ("t", "u", "theta", "alpha")}
+
+
+def test_the_planned_experiment_separates_what_was_confusable():
+    """A slow sine cannot tell a shifted encoder from other effects; the experiment that the plan puts first for the pair, really made, names the
+    truth, with about the evidence over the rival that was expected."""
+    rig, truth = furuta.Rig.load("qube-servo-2"), "sensor.alpha.offset"
+
+    def recorded(arguments):
+        hide = ["simulate", "--rig", "qube-servo-2", "--hide", f"{truth}:angle=0.05", "--input"]
+        return encoded(command_line.furuta(*hide, *arguments.split()).stdout)
+
+    before = furuta.diagnose(recorded("chirp --amplitude 0.4 --band 1,1 --duration 6"), rig, plan=True)
+    open_ = {e["id"]: e["confusable_with"] for e in before.effects}
+    assert any(truth == id or truth in rivals for id, rivals in open_.items() if rivals)
+    row = next(r for r in before.plan if truth in r["separates"])
+    assert row["expected_evidence"] == min(row["if_true"]) > 30 and row["volts"] <= rig.parameters["motor.command_limit"]
+    assert before.plan[0]["arguments"] in before.summary()
+    (rival,) = set(row["separates"]) - {truth}
+    expected = row["if_true"][row["separates"].index(truth)]
+
+    after = furuta.diagnose(recorded(row["arguments"]), rig)
+    assert [e["id"] for e in after.effects] == [truth] and rival not in after.effects[0]["confusable_with"]
+    evidence = {e["id"]: e["delta_bic"] for e in after.curves()["evidence"]}
+    # The search does not fit a rival that is far off to its end: it may look worse than it is, hardly better.
+    found = evidence[truth] - evidence.get(rival, 0.0)
+    print(row, expected, found)
+    assert found > expected / 3
 
 
 def columns(**changed):
