@@ -16,7 +16,12 @@ pub(crate) fn text(d: &Diagnosis) -> String {
         for (name, p) in &e.parameters {
             lines.push(format!("  {name} = {}", value(p)));
         }
-        if e.held_out_gain.is_finite() {
+        if e.held_out_gain < 0.0 {
+            lines.push(
+                "  On data that the fit had not seen, it does not help: its size is not to be relied on."
+                    .into(),
+            );
+        } else if e.held_out_gain.is_finite() {
             lines.push(format!(
                 "  On data that the fit had not seen, it takes away {:.1} % of the remaining squared error.",
                 100.0 * e.held_out_gain

@@ -160,7 +160,7 @@ def test_card(spring):
 def test_plot(spring):
     pytest.importorskip("matplotlib")
     figure = spring.plot()
-    theta, alpha, gap, evidence = figure.axes
+    theta, alpha, error, gap, evidence = figure.axes
     measured, before, after = (line.get_ydata() for line in theta.get_lines() if line.get_label()[0] != "_")
     assert len(measured) == 2000  # 4 s
     assert np.std(after - measured) < 0.1 * np.std(before - measured)

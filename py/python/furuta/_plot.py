@@ -27,13 +27,13 @@ def plot(diagnosis: Any, run: str | None = None, seconds: float = 4.0) -> Any:
         raise KeyError(f"no recording is called {run!r}; there are {', '.join(runs)}")
 
     # The object-oriented face: no window opens, no global state changes, a notebook shows what is returned once.
-    figure = Figure(figsize=(11, 8.6), layout="constrained")
-    grid = figure.add_gridspec(3, 2, height_ratios=[1, 1, 1.25])
+    figure = Figure(figsize=(11, 10), layout="constrained")
+    grid = figure.add_gridspec(4, 2, height_ratios=[1, 1, 0.8, 1.4])
     theta = figure.add_subplot(grid[0, :])
-    alpha = figure.add_subplot(grid[1, :], sharex=theta)
-    _time_series([theta, alpha], runs[run], seconds, diagnosis.gap)
-    _gap(figure.add_subplot(grid[2, 0]), curves["bars"])
-    _evidence(figure.add_subplot(grid[2, 1]), curves["evidence"])
+    alpha, error = (figure.add_subplot(grid[row, :], sharex=theta) for row in (1, 2))
+    _time_series([theta, alpha, error], runs[run], seconds, diagnosis.gap)
+    _gap(figure.add_subplot(grid[3, 0]), curves["bars"])
+    _evidence(figure.add_subplot(grid[3, 1]), curves["evidence"])
     figure.suptitle("\n".join(textwrap.wrap(diagnosis.summary().splitlines()[0], 110)), fontsize=11, fontweight="bold")
     for axes in figure.axes:
         axes.spines[["top", "right"]].set_visible(False)
@@ -52,7 +52,7 @@ def _largest_error(run: dict[str, Any]) -> float:
 
 
 def _time_series(axes: list[Any], run: dict[str, Any], seconds: float, gap: dict[str, Any]) -> None:
-    """A stretch around the largest error of the refitted model, both angles."""
+    """A stretch around the largest error of the refitted model: both angles, and the error of the one that is wrong most."""
     t = np.array(run["t"])
     wrong = sum(np.nan_to_num(_series(run, "recalibrated", c) - _series(run, "measured", c)) ** 2 for c in (0, 1))
     # Where most of the error is within one stretch.
@@ -60,18 +60,27 @@ def _time_series(axes: list[Any], run: dict[str, Any], seconds: float, gap: dict
     sums = np.convolve(wrong, np.ones(width), mode="valid")
     first = int(np.argmax(sums))
     stretch = slice(first, first + width)
-    for c, (ax, part) in enumerate(zip(axes, ["arm, theta [rad]", "pendulum, alpha [rad]"])):
+    for ax in axes:
         for restart in run["restarts"]:
             if first <= restart < first + width:
                 ax.axvline(t[restart], color=FAINT, lw=0.5, alpha=0.4)
+    for c, (ax, part) in enumerate(zip(axes, ["arm, theta [rad]", "pendulum, alpha [rad]"])):
         ax.plot(t[stretch], _series(run, "measured", c)[stretch], color=MEASURED, lw=2.2, alpha=0.55, label="measured")
-        ax.plot(t[stretch], _series(run, "recalibrated", c)[stretch], color=BEFORE, lw=1.3, label="model, parameters refitted")
-        ax.plot(t[stretch], _series(run, "augmented", c)[stretch], color=AFTER, lw=1.3, ls=(0, (4, 2)), label="model, repaired")
+        ax.plot(t[stretch], _series(run, "recalibrated", c)[stretch], color=BEFORE, lw=1.3, label="parameters refitted")
+        ax.plot(t[stretch], _series(run, "augmented", c)[stretch], color=AFTER, lw=1.3, ls=(0, (4, 2)), label="repaired")
         ax.set_ylabel(part)
-    axes[0].legend(loc="upper right", ncols=3, fontsize=9, frameon=False)
-    axes[0].set_title(f"{run['name']}: each prediction starts anew at a faint line, every {gap['horizon']:g} s", fontsize=10, loc="left")
+    errors = {
+        (name, c): (_series(run, name, c) - _series(run, "measured", c))[stretch] for name in ("recalibrated", "augmented") for c in (0, 1)
+    }
+    worst = max((0, 1), key=lambda c: np.nansum(errors["recalibrated", c] ** 2))
+    axes[2].plot(t[stretch], errors["recalibrated", worst], color=BEFORE, lw=1.1)
+    axes[2].plot(t[stretch], errors["augmented", worst], color=AFTER, lw=1.1)
+    axes[2].set_ylabel(f"error of {('theta', 'alpha')[worst]} [rad]")
+    axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=9, frameon=False, borderaxespad=0.1)
+    axes[0].set_title(f"{run['name']}: starts anew at each faint line ({gap['horizon']:g} s)", fontsize=10, loc="left")
     axes[0].tick_params(labelbottom=False)
-    axes[1].set_xlabel("time [s]")
+    axes[1].tick_params(labelbottom=False)
+    axes[2].set_xlabel("time [s]")
 
 
 def _gap(ax: Any, bars: list[dict[str, Any]]) -> None:
@@ -105,5 +114,5 @@ def _evidence(ax: Any, evidence: list[dict[str, Any]]) -> None:
     ax.set_xlim(left=min(10.0, best[-1]["delta_bic"] / 2))
     ax.axvline(10.0, color=FLOOR, lw=1.2)
     ax.set_yticks(y, [e["id"] for e in best], fontsize=8)
-    ax.set_title("evidence for each candidate alone (blue: named)", fontsize=10, loc="left")
+    ax.set_title("evidence, each alone (blue: named)", fontsize=10, loc="left")
     ax.set_xlabel("fall of BIC (green: 10, very strong)", fontsize=9)
