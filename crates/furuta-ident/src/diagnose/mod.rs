@@ -80,10 +80,11 @@ pub struct Options<'a> {
 }
 
 /// The stages of a diagnosis in their order; some are skipped where there is nothing to do.
-pub const STAGES: [&str; 7] = [
+pub const STAGES: [&str; 8] = [
     "recalibrating",
     "searching",
     "searching over long windows",
+    "looking for an expression",
     "fitting",
     "judging",
     "planning",

@@ -40,6 +40,19 @@ pub fn card(diagnosis: &Diagnosis) -> String {
     for e in &diagnosis.effects {
         effect(&mut out, e, compared);
     }
+    if let Some(custom) = &diagnosis.custom {
+        out.push_str(
+            "<div style=\"margin:.5em 0\">What is left is imitated by a torque [N m] on the",
+        );
+        for torque in custom.torques() {
+            let _ = write!(
+                out,
+                "<div style=\"padding-left:1.2em\"><code>{}</code></div>",
+                escape(&torque)
+            );
+        }
+        out.push_str("</div>");
+    }
     errors(&mut out, diagnosis);
     if let Some(next) = &diagnosis.next_experiment {
         let _ = write!(
