@@ -17,7 +17,7 @@ use crate::scalar::Scalar;
 use crate::state::State;
 use arrayvec::ArrayVec;
 use friction::{Balance, softly};
-use state::{Contact, History};
+use state::Contact;
 
 /// The most effects one plant can have.
 pub const MAX_EFFECTS: usize = 8;
@@ -175,26 +175,30 @@ impl<S: Scalar> Plant<S> {
     /// that torque; friction that remembers has slid in the direction of the arm's speed.
     #[must_use]
     pub fn rest_under(&self, x: State<S>, u: S) -> PlantState<S> {
-        let mut s = PlantState {
-            run: 0,
-            t: S::ZERO,
-            x,
-            voltage: self.mapped(S::ZERO, u),
-            rotor: [x.theta, x.theta_dot],
-            contact: Contact::Free,
-            memory: self.slid(x.theta_dot),
-            commands: History::constant(u),
-            readings: History::constant([S::ZERO; 4]),
-            period: S::Real::ONE,
-        };
+        let mut s = PlantState::blank();
+        self.settle(&mut s, x, u);
+        s
+    }
+
+    /// [`Plant::rest_under`] for a state that is there already.
+    fn settle(&self, s: &mut PlantState<S>, x: State<S>, u: S) {
+        s.run = 0;
+        s.t = S::ZERO;
+        s.x = x;
+        s.voltage = self.mapped(S::ZERO, u);
+        s.rotor = [x.theta, x.theta_dot];
+        s.contact = Contact::Free;
+        s.memory = self.slid(x.theta_dot);
+        s.commands.fill(u);
+        s.readings.fill([S::ZERO; 4]);
+        s.period = S::Real::ONE;
         if self.acts.includes(Acts::DRIVE) {
-            self.engage(&mut s);
+            self.engage(s);
         }
         if self.acts.includes(Acts::SENSOR_DELAY) {
-            let [theta, alpha] = self.prompt_reading(&s);
-            s.readings = History::constant([theta, alpha, S::ZERO, S::ZERO]);
+            let [theta, alpha] = self.prompt_reading(s);
+            s.readings.fill([theta, alpha, S::ZERO, S::ZERO]);
         }
-        s
     }
 
     /// The plant's state with the mechanical state `x` at time `t` (s), after the commands `past` (oldest first, each held for `h` seconds).
@@ -202,8 +206,33 @@ impl<S: Scalar> Plant<S> {
     /// What the effects remember comes from the commands alone, so a recording can be entered at any sample.
     #[must_use]
     pub fn resume(&self, x: State<S>, t: S::Real, past: &[S::Real], h: S::Real) -> PlantState<S> {
+        let mut s = PlantState::blank();
+        self.enter(&mut s, x, t, past, h);
+        s
+    }
+
+    /// [`Plant::resume`] for a state that is there already: it is large, and need not be made anew for each of many short rollouts.
+    ///
+    /// ```
+    /// use furuta_model::{Plant, Rig, State};
+    /// let rig = Rig::builtin("qube-servo-2").expect("built in");
+    /// let plant: Plant<f64> = Plant::new(&rig.params, &[])?;
+    /// let mut s = plant.rest(State::hanging());
+    /// plant.step(&mut s, 3.0, 0.002);
+    /// plant.enter(&mut s, State::hanging(), 0.0, &[], 0.002);
+    /// assert_eq!(s.x, State::hanging());
+    /// # Ok::<(), furuta_model::PlantError>(())
+    /// ```
+    pub fn enter(
+        &self,
+        s: &mut PlantState<S>,
+        x: State<S>,
+        t: S::Real,
+        past: &[S::Real],
+        h: S::Real,
+    ) {
         let first = past.first().map_or(S::ZERO, |u| S::from_real(*u));
-        let mut s = self.rest_under(x, first);
+        self.settle(s, x, first);
         let lagging = self.acts.includes(Acts::LAG);
         if lagging || self.acts.includes(Acts::DELAY) {
             #[allow(clippy::cast_precision_loss)]
@@ -214,7 +243,7 @@ impl<S: Scalar> Plant<S> {
                 s.commands.push(u);
                 if lagging {
                     let now = S::from_real(t) - S::from_real(h).scale(S::Real::from_f64(ago));
-                    let target = self.mapped(now, self.delayed(&s, u, h));
+                    let target = self.mapped(now, self.delayed(s, u, h));
                     s.voltage = target + (s.voltage - target) * decay;
                 }
                 ago -= 1.0;
@@ -224,9 +253,8 @@ impl<S: Scalar> Plant<S> {
         }
         s.t = S::from_real(t);
         if self.acts.includes(Acts::DRIVE) {
-            self.engage(&mut s);
+            self.engage(s);
         }
-        s
     }
 
     /// Lets the friction that remembers know where the arm has been before: its angles (rad), the last one now. Other plants do not listen.
@@ -249,6 +277,12 @@ impl<S: Scalar> Plant<S> {
     #[must_use]
     pub fn has_drive(&self) -> bool {
         self.acts.includes(Acts::DRIVE)
+    }
+
+    /// Whether there is play between them.
+    #[must_use]
+    pub fn has_play(&self) -> bool {
+        self.acts.includes(Acts::DRIVE) && self.drive.loose()
     }
 
     /// What the encoders are mounted on: the mechanical state, with the rotor's angle and speed in the arm's place where the arm's encoder sits on the

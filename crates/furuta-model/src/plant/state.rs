@@ -30,6 +30,24 @@ pub struct PlantState<S: Scalar> {
     pub(super) period: S::Real,
 }
 
+impl<S: Scalar> PlantState<S> {
+    /// To be filled.
+    pub(super) fn blank() -> Self {
+        Self {
+            run: 0,
+            t: S::ZERO,
+            x: State::new(S::ZERO, S::ZERO, S::ZERO, S::ZERO),
+            voltage: S::ZERO,
+            rotor: [S::ZERO; 2],
+            contact: Contact::Free,
+            memory: S::ZERO,
+            commands: History::constant(S::ZERO),
+            readings: History::constant([S::ZERO; 4]),
+            period: S::Real::ONE,
+        }
+    }
+}
+
 /// Rotor and arm.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub(super) enum Contact {
@@ -84,6 +102,12 @@ impl<T: Copy> History<T> {
             past: ArrayVec::new(),
             newest: 0,
         }
+    }
+
+    pub(super) fn fill(&mut self, value: T) {
+        self.before = value;
+        self.past.clear();
+        self.newest = 0;
     }
 
     pub(super) fn push(&mut self, value: T) {

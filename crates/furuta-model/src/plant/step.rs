@@ -9,6 +9,12 @@ use crate::state::State;
 /// What makes a stretch between known times more than one smooth step.
 const FLOWS: Acts = Acts::DRY_FRICTION.and(Acts::MEMORY).and(Acts::DRIVE);
 
+/// With any of these, a whole sample period is more than sliding.
+const UNLIKE_SLIDING: Acts = Acts::DELAY
+    .and(Acts::JUMPS)
+    .and(Acts::MEMORY)
+    .and(Acts::DRIVE);
+
 impl<S: Scalar> Plant<S> {
     /// Advances by `h` seconds under the command `u` (V), held meanwhile: one step of the classical Runge-Kutta method, cut where the
     /// equations jump.
@@ -16,7 +22,10 @@ impl<S: Scalar> Plant<S> {
     pub fn step(&self, s: &mut PlantState<S>, u: S, h: S::Real) {
         // In lanes there are none: `Plant::new` sees to it.
         if S::LANES == 1 && self.acts.touches(EVENTS) {
-            self.step_through_events(s, u, h);
+            let slides = !self.acts.touches(UNLIKE_SLIDING) && self.slide(s, u, Fixed(h));
+            if !slides {
+                self.step_through_events(s, u, h);
+            }
         } else {
             self.smooth(s, u, Fixed(h));
         }
@@ -83,11 +92,65 @@ impl<S: Scalar> Plant<S> {
             self.smooth(s, u, h);
             return;
         }
+        // Without others `step` has tried that.
+        if !self.acts.touches(Acts::MEMORY.and(Acts::DRIVE))
+            && self.acts.touches(UNLIKE_SLIDING)
+            && self.slide(s, u, h)
+        {
+            return;
+        }
         let parts = self.substeps(h.of(S::ONE).real());
         let part = h.part(parts);
         for _ in 0..parts {
             self.flow(s, u, part);
         }
+    }
+
+    /// One step in which what dry friction acts on slides on as it does: the usual case, at little more than the cost of a smooth step. Where an
+    /// axis rests or turns nothing is done, and the answer is `false`.
+    #[inline(always)]
+    fn slide<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) -> bool {
+        let zero = S::Real::ZERO;
+        let before = [s.x.theta_dot.real(), s.x.alpha_dot.real()];
+        if before[0] == zero || before[1] == zero {
+            return false;
+        }
+        let volts = self.voltages(s, u, h);
+        let field = Sliding {
+            plant: self,
+            volts,
+            clocks: clocks(s, h),
+            backward: before.map(|v| v < zero),
+        };
+        let x = rk4(s.x, h, &field);
+        let after = [x.theta_dot.real(), x.alpha_dot.real()];
+        // Written so that what is not a number turns.
+        let turns = |i: usize| {
+            let goes_on = if field.backward[i] {
+                after[i] <= zero
+            } else {
+                after[i] >= zero
+            };
+            !goes_on
+        };
+        if turns(0) || turns(1) {
+            // An axis without friction may turn.
+            let limit = self.limit_now(s, field.clocks[0], volts[0]);
+            if (0..2).any(|i| turns(i) && limit[i].real() > zero) {
+                return false;
+            }
+        }
+        s.x = x;
+        s.voltage = volts[Stage::End as usize];
+        s.t += h.of(S::ONE);
+        true
+    }
+
+    /// The largest torques of dry friction, N m.
+    #[inline(never)]
+    fn limit_now(&self, s: &PlantState<S>, clock: Clock<S>, volts: S) -> [S; 2] {
+        self.balance(&self.coefficients, clock, &s.x, volts, S::ZERO, None)
+            .limit
     }
 
     /// One step without events.
@@ -176,6 +239,32 @@ impl<S: Scalar> Field<State<S>> for Smooth<'_, S> {
             None,
         );
         let a = balance.inverse.times(balance.free);
+        State::new(x.theta_dot, x.alpha_dot, a[0], a[1])
+    }
+}
+
+/// The equations of motion with both axes sliding.
+struct Sliding<'a, S> {
+    plant: &'a Plant<S>,
+    volts: [S; 3],
+    clocks: [Clock<S>; 3],
+    backward: [bool; 2],
+}
+
+impl<S: Scalar> Field<State<S>> for Sliding<'_, S> {
+    #[inline(always)]
+    fn slope(&self, stage: Stage, x: &State<S>) -> State<S> {
+        let (i, p) = (stage as usize, self.plant);
+        let (clock, volts) = (self.clocks[i], self.volts[i]);
+        let b = p.balance(&p.coefficients, clock, x, volts, S::ZERO, None);
+        let torque = [0, 1].map(|i| {
+            if self.backward[i] {
+                b.free[i] + b.limit[i]
+            } else {
+                b.free[i] - b.limit[i]
+            }
+        });
+        let a = b.inverse.times(torque);
         State::new(x.theta_dot, x.alpha_dot, a[0], a[1])
     }
 }
