@@ -22,8 +22,8 @@ use furuta_model::{Spec, State};
 use nalgebra::{Cholesky, DMatrix, DVector, Vector4};
 use rayon::prelude::*;
 
-use super::EXPLAINED;
 use super::data::Window;
+use super::evidence::EXPLAINED;
 use super::fit::{Effort, Fit, Problem};
 use super::held_out::{self, Folds};
 use super::hypothesis::{Hypothesis, Nominal, TIMING, is_late};

@@ -40,18 +40,32 @@ pub(super) struct Effort {
     pub(super) iterations: usize,
     /// Stop when a step gains less than this share of the cost.
     pub(super) tolerance: f64,
+    /// Give up when the cost is not going to come down to this.
+    pub(super) bar: f64,
 }
 
 impl Effort {
     pub(super) const QUICK: Self = Self {
         iterations: 8,
         tolerance: 1e-2,
+        bar: f64::INFINITY,
     };
     pub(super) const FULL: Self = Self {
         iterations: 40,
         tolerance: 1e-4,
+        bar: f64::INFINITY,
     };
+
+    /// The same, given up when the cost cannot come down to `bar`.
+    pub(super) const fn towards(self, bar: f64) -> Self {
+        Self { bar, ..self }
+    }
 }
+
+/// What is still missing after a step may be so many times what the step has gained.
+const HOPE: f64 = 8.0;
+/// A step that throws more than this share of the windows far off is a bad step: nobody looks after them one by one.
+const THROWN_OFF: f64 = 0.2;
 
 impl<'a> Problem<'a> {
     pub(super) fn new(data: &'a Data, nominal: &'a Nominal, windows: Vec<Window>) -> Self {
@@ -130,14 +144,23 @@ impl<'a> Problem<'a> {
             if self.stop.wanted() {
                 break;
             }
-            let Some((trial, predicted)) = self.trial(&here, &r, &bounds, damping) else {
+            let Some(step) = Self::step(&here, &r, &bounds, damping) else {
                 break;
             };
+            let predicted = 2.0 * r.gradient.dot(&step) - (&r.matrix * &step).dot(&step);
+            if here.cost - effort.bar > HOPE * predicted.max(0.0) {
+                break;
+            }
+            let trial = self.trial(&here, &r, &step);
             if trial.cost < here.cost {
+                let before = here.cost;
                 let gain = here.cost - trial.cost;
                 let small = gain < effort.tolerance * trial.cost;
                 here = trial;
                 self.restart(&mut here);
+                if here.cost - effort.bar > HOPE * (before - here.cost) {
+                    break;
+                }
                 damping = (damping * 0.2_f64).max(1e-8);
                 r = self.linearise(&here);
                 if small {
@@ -215,18 +238,10 @@ impl<'a> Problem<'a> {
         None
     }
 
-    fn trial(
-        &self,
-        here: &Fit,
-        r: &Reduced,
-        bounds: &[(f64, f64)],
-        damping: f64,
-    ) -> Option<(Fit, f64)> {
-        let step = Self::step(here, r, bounds, damping)?;
-        let z: Vec<f64> = here.z.iter().zip(step.iter()).map(|(z, s)| z - s).collect();
-        let predicted = 2.0 * r.gradient.dot(&step) - (&r.matrix * &step).dot(&step);
+    /// Where the step leads, the initial states following.
+    fn trial(&self, here: &Fit, r: &Reduced, step: &DVector<f64>) -> Fit {
         let mut trial = here.clone();
-        trial.z = z;
+        trial.z = here.z.iter().zip(step.iter()).map(|(z, s)| z - s).collect();
         for (x, (response, own)) in trial.states.iter_mut().zip(&r.response) {
             let mut move_by = *own;
             for (i, s) in step.iter().enumerate() {
@@ -238,10 +253,16 @@ impl<'a> Problem<'a> {
         let moved = trial.states.clone();
         self.polish(&mut trial, 2);
         // A window that the step threw far off is tried from where it was as well.
-        let inner = Inner::<4>::new(&trial.hypothesis, &trial.z, self.nominal);
-        for (i, w) in self.windows.iter().enumerate() {
-            if trial.costs[i] > 2.0 * here.costs[i] + 20.0 && moved[i] != here.states[i] {
-                let (state, cost) = inner.solve(self.data, w, here.states[i], 4);
+        let off: Vec<usize> = (0..moved.len())
+            .filter(|&i| trial.costs[i] > 2.0 * here.costs[i] + 20.0 && moved[i] != here.states[i])
+            .collect();
+        if off.len() as f64 <= THROWN_OFF * moved.len() as f64 {
+            let inner = Inner::<4>::new(&trial.hypothesis, &trial.z, self.nominal);
+            let again: Vec<(State<f64>, f64)> = off
+                .par_iter()
+                .map(|&i| inner.solve(self.data, &self.windows[i], here.states[i], 4))
+                .collect();
+            for (i, (state, cost)) in off.into_iter().zip(again) {
                 if cost < trial.costs[i] {
                     trial.states[i] = state;
                     trial.costs[i] = cost;
@@ -249,7 +270,7 @@ impl<'a> Problem<'a> {
             }
         }
         trial.cost = trial.costs.iter().sum();
-        Some((trial, predicted))
+        trial
     }
 
     /// Solves windows that fit far worse than the others again from other starts: where the window before ends, at rest, and smoothed.
@@ -264,32 +285,38 @@ impl<'a> Problem<'a> {
             return;
         }
         let inner = &Inner::<4>::new(&f.hypothesis, &f.z, self.nominal);
-        for i in 0..self.windows.len() {
-            if f.costs[i] <= bad {
-                continue;
-            }
-            let w = &self.windows[i];
-            let mut starts = vec![];
-            if i > 0
-                && self.windows[i - 1].run == w.run
-                && self.windows[i - 1].start + self.windows[i - 1].len == w.start
-            {
-                starts.push(inner.end(self.data, &self.windows[i - 1], f.states[i - 1]));
-            }
-            let x = f.states[i];
-            starts.push(State::new(x.theta, x.alpha, 0.0, x.alpha_dot));
-            for half in [4, 10] {
-                let g = self.data.guess(w, half);
-                starts.push(g);
-                starts.push(State::new(g.theta, g.alpha, 0.0, g.alpha_dot));
-            }
-            for start in starts {
-                let (state, cost) = inner.solve(self.data, w, start, 5);
-                if cost < f.costs[i] {
-                    f.states[i] = state;
-                    f.costs[i] = cost;
+        let again: Vec<(usize, State<f64>, f64)> = (0..self.windows.len())
+            .into_par_iter()
+            .filter(|&i| f.costs[i] > bad)
+            .map(|i| {
+                let w = &self.windows[i];
+                let mut starts = vec![];
+                if i > 0
+                    && self.windows[i - 1].run == w.run
+                    && self.windows[i - 1].start + self.windows[i - 1].len == w.start
+                {
+                    starts.push(inner.end(self.data, &self.windows[i - 1], f.states[i - 1]));
                 }
-            }
+                let x = f.states[i];
+                starts.push(State::new(x.theta, x.alpha, 0.0, x.alpha_dot));
+                for half in [4, 10] {
+                    let g = self.data.guess(w, half);
+                    starts.push(g);
+                    starts.push(State::new(g.theta, g.alpha, 0.0, g.alpha_dot));
+                }
+                let mut best = (x, f.costs[i]);
+                for start in starts {
+                    let found = inner.solve(self.data, w, start, 5);
+                    if found.1 < best.1 {
+                        best = found;
+                    }
+                }
+                (i, best.0, best.1)
+            })
+            .collect();
+        for (i, state, cost) in again {
+            f.states[i] = state;
+            f.costs[i] = cost;
         }
         f.cost = f.costs.iter().sum();
     }

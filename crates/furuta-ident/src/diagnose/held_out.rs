@@ -79,24 +79,7 @@ pub(super) fn errors(data: &Data, nominal: &Nominal, folds: &Folds, fit: &Fit) -
         .collect()
 }
 
-/// Root mean square errors on held-out data of both models.
-pub(super) fn judge(
-    data: &Data,
-    nominal: &Nominal,
-    folds: &Folds,
-    recalibrated: &Fit,
-    named: &Fit,
-) -> Option<HeldOut> {
-    let before = errors(data, nominal, folds, recalibrated);
-    let after = if named.hypothesis.effects.is_empty() {
-        before.clone()
-    } else {
-        errors(data, nominal, folds, named)
-    };
-    compared(data, &before, &after)
-}
-
-/// The same from the errors of both; `None` where nothing could be kept apart.
+/// Root mean square of the errors of both models; `None` where nothing could be kept apart.
 pub(super) fn compared(data: &Data, before: &[[f64; 2]], after: &[[f64; 2]]) -> Option<HeldOut> {
     (!before.is_empty()).then(|| HeldOut {
         recalibrated: rms(before.iter()).into(),
@@ -105,19 +88,7 @@ pub(super) fn compared(data: &Data, before: &[[f64; 2]], after: &[[f64; 2]]) -> 
     })
 }
 
-/// Share of the squared error on held-out data (in units of the noise) that the larger model removes.
-pub(super) fn gain(
-    data: &Data,
-    nominal: &Nominal,
-    folds: &Folds,
-    smaller: &Fit,
-    larger: &Fit,
-) -> f64 {
-    let of = |fit: &Fit| errors(data, nominal, folds, fit);
-    removed(data, &of(smaller), &of(larger))
-}
-
-/// The same from the errors of both.
+/// Share of the smaller model's squared error (in units of the noise) that the larger one removes.
 pub(super) fn removed(data: &Data, smaller: &[[f64; 2]], larger: &[[f64; 2]]) -> f64 {
     let sum = |errors: &[[f64; 2]]| -> f64 {
         errors

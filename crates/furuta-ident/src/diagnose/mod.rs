@@ -7,9 +7,11 @@
 //! 4. The named effects are judged on data they were not fitted to (`held_out`), and their rivals listed.
 //! 5. The repaired model goes back into a rig file (`repair`), and whole recordings are predicted with it (`predict`).
 
+mod candidates;
 mod custom;
 mod data;
 mod error;
+mod evidence;
 mod expression;
 mod fit;
 mod held_out;
@@ -31,18 +33,19 @@ use std::time::Instant;
 
 use furuta_model::{Rig, effects};
 
+pub use candidates::candidates;
 pub use error::DiagnoseError;
 pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
-pub use search::candidates;
 
 use crate::recording::Recording;
+use candidates::Trial;
 use data::Data;
 use fit::{Effort, Fit, Problem};
 use hypothesis::{Hypothesis, Nominal};
 use location::Residual;
 use predict::{Model, rms};
 use result::{CandidateEvidence, NamedEffect, RunCurves};
-use search::{Rival, Trial};
+use search::Rival;
 use stop::Stop;
 
 /// Length of the windows of the search, s.
@@ -53,10 +56,6 @@ const REPORT: f64 = 0.5;
 const LONG: f64 = 2.0;
 /// Horizons by which an incomplete model is led to whole runs, s.
 const LADDER: [f64; 4] = [1.0, LONG, 5.0, 10.0];
-/// A model explains the data when its residuals are within this factor of the noise (in squares; the floor itself is known to some per cent).
-const EXPLAINED: f64 = 1.12;
-/// The same where there is play: how rotor and arm stand to each other at the start of a window is only inferred, and blows multiply what is wrong.
-const EXPLAINED_WITH_PLAY: f64 = 1.4;
 
 /// What a diagnosis is about.
 #[derive(Clone, Copy, Debug)]
@@ -196,14 +195,7 @@ pub fn diagnose_with(
         short.select(recalibrated.clone(), &base, &|_| true, &report("searching"));
     let mut rivals;
     (named, rivals) = short.substitute(named, &first, &report("searching"));
-    let explains = |f: &Fit| {
-        short.chi(f).powi(2)
-            <= if f.hypothesis.has_play() {
-                EXPLAINED_WITH_PLAY
-            } else {
-                EXPLAINED
-            }
-    };
+    let explains = |f: &Fit| short.explains(f);
     if !explains(&named) && !stop.wanted() {
         stage("searching over long windows");
         let further = search_long(
@@ -267,20 +259,6 @@ pub fn diagnose_with(
     } else {
         Verdict::Unexplained
     });
-    let folds = if stop.wanted() {
-        unfinished.push(Part::HeldOut);
-        None
-    } else {
-        diagnosis.held_out = match &custom {
-            None => held_out::judge(&data, &nominal, &folds, &recalibrated, &named),
-            Some(custom) => {
-                let before = held_out::errors(&data, &nominal, &folds, &recalibrated);
-                held_out::compared(&data, &before, &custom.errors)
-            }
-        };
-        Some(folds)
-    };
-    diagnosis.custom = custom.as_ref().map(|c| c.refitted(&nominal, &named_fit));
     if options.plan {
         stage("planning");
         diagnosis.plan = plan::plan(request.rig, &data, &nominal, &named, &rivals, stop);
@@ -288,7 +266,30 @@ pub fn diagnose_with(
             unfinished.push(Part::Plan);
         }
     }
-    diagnosis.effects = name(&calm, folds.as_ref(), &named, &named_fit, rivals);
+    let unseen = |fit: &Fit| held_out::errors(&data, &nominal, &folds, fit);
+    if stop.wanted() {
+        unfinished.push(Part::HeldOut);
+        diagnosis.effects = name(&calm, &named, &named_fit, rivals, &|_| f64::NAN);
+    } else {
+        let before = unseen(&recalibrated);
+        let after = if named.hypothesis.effects.is_empty() {
+            before.clone()
+        } else {
+            unseen(&named)
+        };
+        let whole = custom.as_ref().map_or(&after, |c| &c.errors);
+        diagnosis.held_out = held_out::compared(&data, &before, whole);
+        let gain = |without: &Fit| {
+            let without = if without.hypothesis.effects.is_empty() {
+                before.clone()
+            } else {
+                unseen(without)
+            };
+            held_out::removed(&data, &without, &after)
+        };
+        diagnosis.effects = name(&calm, &named, &named_fit, rivals, &gain);
+    }
+    diagnosis.custom = custom.as_ref().map(|c| c.refitted(&nominal, &named_fit));
     if unfinished.contains(&Part::Rivals) {
         for effect in &mut diagnosis.effects {
             effect.confusable_with = not_ruled_out(&effect.id, &named);
@@ -419,28 +420,25 @@ fn finish(data: &Data, nominal: &Nominal, fit: &Fit, explained: bool, stop: Stop
 
 fn name(
     short: &Problem<'_>,
-    folds: Option<&held_out::Folds>,
     named: &Fit,
     named_fit: &Fit,
     rivals: Vec<Rival>,
+    held_out_gain: &dyn Fn(&Fit) -> f64,
 ) -> Vec<NamedEffect> {
-    let (data, nominal) = (short.data, short.nominal);
     let mut effects: Vec<NamedEffect> = rivals
         .into_iter()
         .enumerate()
         .map(|(i, rival)| NamedEffect {
             id: rival.spec.id.into(),
             name: rival.spec.name.into(),
-            parameters: repair::effect_parameters(nominal, named_fit, i),
+            parameters: repair::effect_parameters(short.nominal, named_fit, i),
             delta_bic: short.evidence(&rival.without, named).delta_bic,
-            held_out_gain: folds.map_or(f64::NAN, |folds| {
-                held_out::gain(data, nominal, folds, &rival.without, named)
-            }),
+            held_out_gain: held_out_gain(&rival.without),
             confusable_with: rival
                 .near
                 .iter()
                 .map(|t| t.spec)
-                .chain(search::same_class(rival.spec))
+                .chain(candidates::same_class(rival.spec))
                 .map(|s| s.id.to_owned())
                 .collect(),
         })

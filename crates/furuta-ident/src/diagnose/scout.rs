@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::fit::{Fit, Problem};
-use super::hypothesis::{FIRST_EFFECT, Hypothesis};
+use super::hypothesis::{FIRST_EFFECT, Hypothesis, TIMING};
 use super::shooting::{Inner, Trace};
 
 /// So many places are handed to the fit.
@@ -23,6 +23,8 @@ const PLACES: usize = 2;
 const HIGHEST: f64 = 25.0;
 /// Moments are looked at so far apart, s.
 const MOMENTS: f64 = 0.008;
+/// A torque that does not jump is heard in blocks of so many seconds.
+const BLOCK: f64 = 0.008;
 /// Two places nearer than so many grid steps are one.
 const NEAR: f64 = 6.0;
 
@@ -48,18 +50,44 @@ struct Echo {
     /// Weighted slopes with respect to the base parameters, and what the initial state absorbs of them.
     base: Vec<[Base; 2]>,
     absorbed: SMatrix<f64, 4, FIRST_EFFECT>,
+    /// The same, some steps taken together.
+    blocks: Vec<Block>,
+}
+
+/// Some steps of a window, so few that a torque is the same in all of them.
+struct Block {
+    /// Time (s) and state in the middle.
+    t: f64,
+    x: State<f64>,
+    /// The initial state's change that a torque of one over the block is equal to.
+    impulse: [Vector4<f64>; 2],
+    /// Sums over the block's steps and both angles: slopes times slopes, slopes times what is left.
+    square: Matrix4<f64>,
+    product: Vector4<f64>,
 }
 
 /// One number for each parameter that every hypothesis has.
 type Base = SVector<f64, FIRST_EFFECT>;
 
-/// A score test, in units of the noise, what initial states and base parameters can follow taken out.
+/// A score test with one simulation, in units of the noise; what initial states and base parameters can follow taken out.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Score {
     /// Sum of the squares of what the effect changes.
     pub(super) square: f64,
     /// Sum of the products of that with what the fit leaves.
     pub(super) product: f64,
+}
+
+impl Score {
+    /// By how much the cost would fall if what the effects change about the predictions could be had at any strength, or `one_way` only with the sign it
+    /// has.
+    pub(super) fn promise(&self, one_way: bool) -> f64 {
+        if self.square <= 0.0 || (one_way && self.product <= 0.0) {
+            0.0
+        } else {
+            self.product * self.product / self.square
+        }
+    }
 }
 
 /// What a fit says about any small torque.
@@ -93,6 +121,9 @@ impl Scout {
         let inner = Inner::<N>::new(&fit.hypothesis, &fit.z, problem.nominal);
         let data = problem.data;
         let coefficients = inner.plain().coefficients;
+        // A timing at its bound follows nobody.
+        let (low, high) = fit.hypothesis.bounds(problem.nominal, &fit.z)[TIMING];
+        let fixed = fit.z[TIMING] <= low || fit.z[TIMING] >= high;
         let echoes: Vec<Echo> = problem
             .windows
             .par_iter()
@@ -101,7 +132,7 @@ impl Scout {
             .filter_map(|(window, (w, x0))| {
                 let run = &data.runs[w.run];
                 let trace = inner.trace(data, w, *x0);
-                echo(inner.plain(), (window, run.recording), run.h, trace)
+                echo(inner.plain(), (window, run.recording), run.h, trace, fixed)
             })
             .collect();
         let mut normal = SMatrix::<f64, FIRST_EFFECT, FIRST_EFFECT>::zeros();
@@ -129,23 +160,6 @@ impl Scout {
             recordings: 1 + data.runs.iter().map(|r| r.recording).max().unwrap_or(0),
             longest: problem.nominal.end,
             period: data.runs[0].h,
-        }
-    }
-
-    /// By how much the cost would fall if what the effects in `z` change about the predictions could be had at any strength, initial states and base
-    /// parameters following: a score test with one simulation. `one_way`: only with the sign it has.
-    pub(super) fn promise(
-        &self,
-        problem: &Problem<'_>,
-        fit: &Fit,
-        h: &Hypothesis,
-        z: &[f64],
-        one_way: bool,
-    ) -> f64 {
-        match self.score(problem, fit, h, z) {
-            None => f64::INFINITY,
-            Some(s) if s.square <= 0.0 || (one_way && s.product <= 0.0) => 0.0,
-            Some(s) => s.product * s.product / s.square,
         }
     }
 
@@ -317,34 +331,24 @@ impl Scout {
         let (Some(begin), Some(end)) = (echo.t.first(), echo.t.last()) else {
             return;
         };
-        if first.spec().acts.includes(Acts::JUMPS) {
-            // Elsewhere it does nothing.
-            let Some(edge) = first.jump_after(echo.recording, f64::NEG_INFINITY) else {
-                return;
-            };
-            let over = first.jump_after(echo.recording, edge).unwrap_or(edge);
-            if edge > *end || over < *begin {
-                return;
-            }
+        if !first.spec().acts.includes(Acts::JUMPS) {
+            self.hear_blocks(echo, first, second, square, product);
+            return;
+        }
+        // Elsewhere it does nothing.
+        let Some(edge) = first.jump_after(echo.recording, f64::NEG_INFINITY) else {
+            return;
+        };
+        let over = first.jump_after(echo.recording, edge).unwrap_or(edge);
+        if edge > *end || over < *begin {
+            return;
         }
         let mut moved = [Vector4::zeros(); 2];
         let mut cross = [Vector4::zeros(); 2];
         let (mut own, mut with) = ([[0.0; 2]; 2], [0.0; 2]);
         let count = if second.is_some() { 2 } else { 1 };
         for k in 0..echo.t.len() {
-            let x = &echo.x[k];
-            let at = Instant {
-                clock: Clock {
-                    run: echo.recording,
-                    t: echo.t[k],
-                    within: echo.t[k],
-                },
-                x,
-                angle: Angle::of(x.alpha),
-                coefficients: &self.coefficients,
-                memory: 0.0,
-                volts: 0.0,
-            };
+            let at = self.instant(echo, echo.t[k], &echo.x[k]);
             for (i, effect) in [Some(first), second].into_iter().flatten().enumerate() {
                 let torque = effect.torque(&at);
                 moved[i] += echo.impulse[k][0] * torque[0] + echo.impulse[k][1] * torque[1];
@@ -362,7 +366,66 @@ impl Scout {
                 own[1][1] += y[1] * y[1];
             }
         }
-        // The initial state takes its part.
+        Self::absorb(echo, (own, with, cross), count, square, product);
+    }
+
+    /// The same, block by block: for a torque that does not jump.
+    fn hear_blocks(
+        &self,
+        echo: &Echo,
+        first: &Effect<f64>,
+        second: Option<&Effect<f64>>,
+        square: &mut [[f64; 2]; 2],
+        product: &mut [f64; 2],
+    ) {
+        let mut moved = [Vector4::zeros(); 2];
+        let mut cross = [Vector4::zeros(); 2];
+        let (mut own, mut with) = ([[0.0; 2]; 2], [0.0; 2]);
+        let count = if second.is_some() { 2 } else { 1 };
+        for block in &echo.blocks {
+            let at = self.instant(echo, block.t, &block.x);
+            let mut follows = [Vector4::zeros(); 2];
+            for (i, effect) in [Some(first), second].into_iter().flatten().enumerate() {
+                let torque = effect.torque(&at);
+                let pushed = block.impulse[0] * torque[0] + block.impulse[1] * torque[1];
+                // On average over the block half of it has happened.
+                let here = moved[i] + pushed * 0.5;
+                moved[i] += pushed;
+                follows[i] = block.square * here;
+                with[i] += block.product.dot(&here);
+                cross[i] += follows[i];
+                own[i][i] += follows[i].dot(&here);
+                if i == 1 {
+                    own[0][1] += follows[0].dot(&here);
+                }
+            }
+        }
+        Self::absorb(echo, (own, with, cross), count, square, product);
+    }
+
+    fn instant<'a>(&'a self, echo: &Echo, t: f64, x: &'a State<f64>) -> Instant<'a, f64> {
+        Instant {
+            clock: Clock {
+                run: echo.recording,
+                t,
+                within: t,
+            },
+            x,
+            angle: Angle::of(x.alpha),
+            coefficients: &self.coefficients,
+            memory: 0.0,
+            volts: 0.0,
+        }
+    }
+
+    /// Adds a window's sums, what its initial state can follow taken out.
+    fn absorb(
+        echo: &Echo,
+        (own, with, cross): ([[f64; 2]; 2], [f64; 2], [Vector4<f64>; 2]),
+        count: usize,
+        square: &mut [[f64; 2]; 2],
+        product: &mut [f64; 2],
+    ) {
         for i in 0..count {
             let absorbed = echo.normal.solve(&cross[i]);
             product[i] += with[i] - absorbed.dot(&echo.gradient);
@@ -378,6 +441,7 @@ fn echo(
     (window, recording): (usize, usize),
     h: f64,
     trace: Trace<{ 4 + FIRST_EFFECT }>,
+    timing_is_fixed: bool,
 ) -> Option<Echo> {
     let mut out = Echo {
         window,
@@ -393,6 +457,7 @@ fn echo(
         weight: Vec::with_capacity(trace.steps.len()),
         base: Vec::with_capacity(trace.steps.len()),
         absorbed: SMatrix::zeros(),
+        blocks: Vec::new(),
     };
     let mut normal = Matrix4::zeros();
     for step in trace.steps {
@@ -409,7 +474,15 @@ fn echo(
         let left: [f64; 2] = std::array::from_fn(|c| step.left[c] * step.weight[c]);
         let row = |c: usize, i: usize| step.y[c].d[i] * step.weight[c];
         let slopes: [Vector4<f64>; 2] = std::array::from_fn(|c| Vector4::from_fn(|i, _| row(c, i)));
-        let base: [Base; 2] = std::array::from_fn(|c| Base::from_fn(|i, _| row(c, 4 + i)));
+        let base: [Base; 2] = std::array::from_fn(|c| {
+            Base::from_fn(|i, _| {
+                if i == TIMING && timing_is_fixed {
+                    0.0
+                } else {
+                    row(c, 4 + i)
+                }
+            })
+        });
         for c in 0..2 {
             normal += slopes[c] * slopes[c].transpose();
             out.gradient += slopes[c] * left[c];
@@ -429,5 +502,34 @@ fn echo(
     }
     out.normal = normal.cholesky()?;
     out.absorbed = out.normal.solve(&out.absorbed);
+    let steps = ((BLOCK / h).round() as usize).max(1);
+    out.blocks = (0..out.t.len())
+        .step_by(steps)
+        .map(|k| out.block(k, steps))
+        .collect();
     Some(out)
+}
+
+impl Echo {
+    /// Up to `steps` steps from the `k`-th on.
+    fn block(&self, k: usize, steps: usize) -> Block {
+        let last = self.t.len().min(k + steps);
+        let middle = (k + last) / 2;
+        let mut block = Block {
+            t: 0.5 * (self.t[k] + self.t[last - 1]),
+            x: self.x[middle.min(last - 1)],
+            impulse: [Vector4::zeros(); 2],
+            square: Matrix4::zeros(),
+            product: Vector4::zeros(),
+        };
+        for k in k..last {
+            for c in 0..2 {
+                block.impulse[c] += self.impulse[k][c];
+                let slope = &self.slopes[k][c];
+                block.square += slope * slope.transpose();
+                block.product += slope * self.left[k][c];
+            }
+        }
+        block
+    }
 }

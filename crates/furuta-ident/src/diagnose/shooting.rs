@@ -9,6 +9,7 @@
 
 use furuta_model::{Jet, Plant, PlantState, Scalar, State};
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix4, SMatrix, Vector4};
+use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
 use super::data::{Data, Run, Window};
@@ -17,29 +18,44 @@ use super::hypothesis::{Hypothesis, Nominal};
 /// How many past commands a lag remembers: half a second at 500 Hz and more.
 const PAST: usize = 256;
 
-/// For so long before a window the motion is followed where a drive has play or gives way, s.
+/// For so long before a window the motion is followed where a drive has play, s.
 const LEAD: f64 = 0.3;
+/// The same where it gives way, but has no play: how it is twisted follows from the torques, but for its swinging on.
+const LEAD_OF_SPRING: f64 = 0.15;
 
-/// Runs `plant` over a window from `x0` and hands each predicted `[theta, alpha]` to `each(sample, prediction)`.
-#[inline]
-pub(super) fn predict<S: Scalar<Real = f64>>(
-    plant: &Plant<S>,
+/// One predicted sample.
+struct Predicted<S> {
+    /// Which one.
+    sample: usize,
+    /// What the encoders read, `[theta, alpha]`, rad.
+    y: [S; 2],
+    /// Time (s) and state a sample before.
+    t: f64,
+    before: State<S>,
+    /// Voltage at the motor, V.
+    volts: f64,
+}
+
+/// Runs `plant` over a window from `x0` and hands each predicted sample to `each`. `s` may be any state of the plant.
+#[inline(always)]
+fn predict<S: Scalar<Real = f64>>(
+    (plant, s): (&Plant<S>, &mut PlantState<S>),
     late: S,
     run: &Run,
     w: &Window,
     x0: State<S>,
-    mut each: impl FnMut(usize, [S; 2]),
+    mut each: impl FnMut(Predicted<S>),
 ) {
     let h = run.h;
     // Whole samples; what is left lies between -0.1 and 0.9 of a sample.
     let samples = (late.value() / h + 0.1).floor().max(0.0);
     let rest = (late - S::from_f64(samples * h)).scale(1.0 / h);
     let samples = samples as usize;
-    let mut s = enter(plant, run, w.start, samples, x0);
+    enter(plant, s, run, w.start, samples, x0);
     for k in w.start..w.start + w.len {
-        let before = plant.seen(&s);
-        plant.step(&mut s, S::from_f64(run.command(k, samples)), h);
-        let now = plant.seen(&s);
+        let (t, start, before) = (s.t.value(), s.x, plant.seen(s));
+        plant.step(s, S::from_f64(run.command(k, samples)), h);
+        let now = plant.seen(s);
         let angles = [
             earlier(
                 before.theta,
@@ -58,25 +74,33 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
                 h,
             ),
         ];
-        each(k + 1, plant.reading(angles));
+        each(Predicted {
+            sample: k + 1,
+            y: plant.reading(angles),
+            t,
+            before: start,
+            volts: s.voltage.value(),
+        });
     }
 }
 
-/// The plant at sample `start` of a run with the mechanical state `x0`, its effects remembering what was before; the commands are `late` samples
+/// Sets the plant to sample `start` of a run with the mechanical state `x0`, its effects remembering what was before; the commands are `late` samples
 /// late.
 fn enter<S: Scalar<Real = f64>>(
     plant: &Plant<S>,
+    s: &mut PlantState<S>,
     run: &Run,
     start: usize,
     late: usize,
     x0: State<S>,
-) -> PlantState<S> {
+) {
     // How the rotor stands against the arm comes from the motion before.
-    let lead = if plant.has_drive() {
-        start.min((LEAD / run.h).ceil() as usize)
-    } else {
-        0
+    let lead = match (plant.has_drive(), plant.has_play()) {
+        (true, true) => LEAD,
+        (true, false) => LEAD_OF_SPRING,
+        (false, _) => 0.0,
     };
+    let lead = start.min((lead / run.h).ceil() as usize);
     let first = start - lead;
     let past = run.past(first, late, PAST);
     let measured = |k: usize| {
@@ -84,16 +108,20 @@ fn enter<S: Scalar<Real = f64>>(
         State::new(y[0], y[1], v[0], v[1]).map(S::from_f64)
     };
     let at = if lead == 0 { x0 } else { measured(first) };
-    let mut s = plant.resume(at, run.t0 + first as f64 * run.h, &past, run.h);
+    plant.enter(s, at, run.t0 + first as f64 * run.h, &past, run.h);
     s.run = run.recording;
     let before = start.saturating_sub(PAST);
     for k in first..start {
-        plant.step(&mut s, S::from_f64(run.command(k, late)), run.h);
+        plant.step(s, S::from_f64(run.command(k, late)), run.h);
         // The body that is measured goes where it was; the other follows from the torques and blows between them.
-        plant.place(&mut s, if k + 1 < start { measured(k + 1) } else { x0 });
+        plant.place(s, if k + 1 < start { measured(k + 1) } else { x0 });
     }
-    plant.recall(&mut s, run.y[before..=start].iter().map(|y| y[0]));
-    s
+    plant.recall(s, run.y[before..=start].iter().map(|y| y[0]));
+}
+
+/// Some state of the plant, to be used again and again.
+fn some<S: Scalar<Real = f64>>(plant: &Plant<S>) -> PlantState<S> {
+    plant.rest(State::hanging())
 }
 
 /// The cubic through two samples and their slopes, `e` of a sample before the second.
@@ -114,37 +142,27 @@ pub(super) struct Normal<const N: usize> {
 }
 
 /// Linearises a window about `x0` and the plant given. The first four of the `N` variables are the initial state's.
-pub(super) fn normal<const N: usize>(
-    plant: &Plant<Jet<f64, N>>,
+fn normal<const N: usize>(
+    plant: (&Plant<Jet<f64, N>>, &mut PlantState<Jet<f64, N>>),
     late: Jet<f64, N>,
     data: &Data,
     w: &Window,
     x0: State<f64>,
 ) -> Normal<N> {
     let run = &data.runs[w.run];
-    let mut out = Normal {
-        cost: 0.0,
-        gradient: [0.0; N],
-        matrix: [[0.0; N]; N],
-    };
     let mut i = 0;
     let x0 = State::from(x0.to_array().map(|v| {
         i += 1;
         Jet::variable(v, i - 1)
     }));
-    predict(plant, late, run, w, x0, |k, prediction| {
-        for (c, y) in prediction.iter().enumerate() {
-            let weight = run.weight[k][c] / data.noise[c];
-            let r = (y.v - run.y[k][c]) * weight;
-            let d = y.d.map(|d| d * weight);
-            out.cost += r * r;
-            for a in 0..N {
-                out.gradient[a] += d[a] * r;
-                for b in 0..N {
-                    out.matrix[a][b] += d[a] * d[b];
-                }
-            }
-        }
+    // In the widest vectors that the processor has; the arithmetic, and so every bit, is the same in all.
+    let mut out = Arch::new().dispatch(Linearised {
+        plant,
+        late,
+        data,
+        run,
+        w,
+        x0,
     });
     if !out.cost.is_finite() {
         out.cost = f64::INFINITY;
@@ -152,13 +170,52 @@ pub(super) fn normal<const N: usize>(
     out
 }
 
+/// What [`normal`] does, for [`Arch::dispatch`].
+struct Linearised<'a, const N: usize> {
+    plant: (&'a Plant<Jet<f64, N>>, &'a mut PlantState<Jet<f64, N>>),
+    late: Jet<f64, N>,
+    data: &'a Data,
+    run: &'a Run,
+    w: &'a Window,
+    x0: State<Jet<f64, N>>,
+}
+
+impl<const N: usize> NullaryFnOnce for Linearised<'_, N> {
+    type Output = Normal<N>;
+
+    #[inline(always)]
+    fn call(self) -> Normal<N> {
+        let mut out = Normal {
+            cost: 0.0,
+            gradient: [0.0; N],
+            matrix: [[0.0; N]; N],
+        };
+        let (run, noise) = (self.run, self.data.noise);
+        predict(self.plant, self.late, run, self.w, self.x0, |p| {
+            for (c, y) in p.y.iter().enumerate() {
+                let weight = run.weight[p.sample][c] / noise[c];
+                let r = (y.v - run.y[p.sample][c]) * weight;
+                let d = y.d.map(|d| d * weight);
+                out.cost += r * r;
+                for a in 0..N {
+                    out.gradient[a] += d[a] * r;
+                    for b in 0..N {
+                        out.matrix[a][b] += d[a] * d[b];
+                    }
+                }
+            }
+        });
+        out
+    }
+}
+
 /// The cost of a window alone.
-pub(super) fn cost(plant: &Plant<f64>, late: f64, data: &Data, w: &Window, x0: State<f64>) -> f64 {
+fn cost(plant: &Plant<f64>, late: f64, data: &Data, w: &Window, x0: State<f64>) -> f64 {
     let run = &data.runs[w.run];
     let mut cost = 0.0;
-    predict(plant, late, run, w, x0, |k, y| {
-        for (c, y) in y.iter().enumerate() {
-            let r = (y - run.y[k][c]) * run.weight[k][c] / data.noise[c];
+    predict((plant, &mut some(plant)), late, run, w, x0, |p| {
+        for (c, y) in p.y.iter().enumerate() {
+            let r = (y - run.y[p.sample][c]) * run.weight[p.sample][c] / data.noise[c];
             cost += r * r;
         }
     });
@@ -192,32 +249,26 @@ impl<const N: usize> Inner<N> {
     /// A window's course from `x0`: states, how they depend on it, and what is left of the measurement.
     pub(super) fn trace(&self, data: &Data, w: &Window, x0: State<f64>) -> Trace<N> {
         let run = &data.runs[w.run];
-        let h = run.h;
-        let late = (self.late.v / h + 0.1).floor().max(0.0) as usize;
         let mut i = 0;
         let x0 = State::from(x0.to_array().map(|v| {
             i += 1;
             Jet::variable(v, i - 1)
         }));
-        let mut s = enter(&self.plant, run, w.start, late, x0);
+        let mut s = some(&self.plant);
         let mut steps = Vec::with_capacity(w.len);
-        for k in w.start..w.start + w.len {
-            let before = s.x;
-            let t = s.t.v;
-            self.plant
-                .step(&mut s, Jet::from_f64(run.command(k, late)), h);
-            let y = self.plant.measure(&s);
-            let rows = before.to_array().map(|v| v.d);
+        predict((&self.plant, &mut s), self.late, run, w, x0, |p| {
+            let rows = p.before.to_array().map(|v| v.d);
+            let weight: [f64; 2] = std::array::from_fn(|c| run.weight[p.sample][c] / data.noise[c]);
             steps.push(Traced {
-                t,
-                x: before.map(|v| v.v),
+                t: p.t,
+                x: p.before.map(|v| v.v),
                 transition: Matrix4::from_fn(|r, c| rows[r][c]),
-                y,
-                weight: std::array::from_fn(|c| run.weight[k + 1][c] / data.noise[c]),
-                left: std::array::from_fn(|c| run.y[k + 1][c] - y[c].v),
-                volts: s.voltage.v,
+                y: p.y,
+                weight,
+                left: std::array::from_fn(|c| run.y[p.sample][c] - p.y[c].v),
+                volts: p.volts,
             });
-        }
+        });
         Trace { steps }
     }
 
@@ -225,14 +276,12 @@ impl<const N: usize> Inner<N> {
     pub(super) fn predictions(&self, data: &Data, w: &Window, x0: State<f64>) -> Vec<[f64; 2]> {
         let mut out = Vec::with_capacity(w.len);
         predict(
-            &self.plain,
+            (&self.plain, &mut some(&self.plain)),
             self.late.v,
             &data.runs[w.run],
             w,
             x0,
-            |_, y| {
-                out.push(y);
-            },
+            |p| out.push(p.y),
         );
         out
     }
@@ -248,7 +297,8 @@ impl Inner {
         iterations: usize,
     ) -> (State<f64>, f64) {
         let (mut x, mut damping) = (x0, 1e-6);
-        let mut n = normal(&self.plant, self.late, data, w, x);
+        let mut s = some(&self.plant);
+        let mut n = normal((&self.plant, &mut s), self.late, data, w, x);
         for left in (0..iterations).rev() {
             let Some(step) = damped_step(&n, damping) else {
                 break;
@@ -263,7 +313,7 @@ impl Inner {
                 let c = cost(&self.plain, self.late.v, data, w, trial);
                 return if c < n.cost { (trial, c) } else { (x, n.cost) };
             }
-            let next = normal(&self.plant, self.late, data, w, trial);
+            let next = normal((&self.plant, &mut s), self.late, data, w, trial);
             if next.cost < n.cost {
                 x = trial;
                 n = next;
@@ -282,7 +332,8 @@ impl Inner {
     pub(super) fn end(&self, data: &Data, w: &Window, x0: State<f64>) -> State<f64> {
         let run = &data.runs[w.run];
         let late = (self.late.v / run.h + 0.1).floor().max(0.0) as usize;
-        let mut s = enter(&self.plain, run, w.start, late, x0);
+        let mut s = some(&self.plain);
+        enter(&self.plain, &mut s, run, w.start, late, x0);
         for k in w.start..w.start + w.len {
             self.plain.step(&mut s, run.command(k, late), run.h);
         }
@@ -391,7 +442,10 @@ fn reduced_n<const N: usize>(
     let normals: Vec<Normal<N>> = windows
         .par_iter()
         .zip(states)
-        .map(|(w, x)| normal(&plant, late, data, w, *x))
+        .map_init(
+            || some(&plant),
+            |s, (w, x)| normal((&plant, s), late, data, w, *x),
+        )
         .collect();
     for n in &normals {
         let mut own = Matrix4::from_fn(|a, b| n.matrix[a][b]);

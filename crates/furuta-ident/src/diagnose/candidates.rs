@@ -1,0 +1,317 @@
+//! One more effect: where each candidate of the catalogue may start, which are worth a fit, and what the fits say.
+
+use furuta_model::effects::Acts;
+use furuta_model::{CATALOGUE, Spec};
+use rayon::prelude::*;
+
+use super::evidence::{EXPLAINED, Evidence, LEAST_GAIN, LEAST_LOCAL_GAIN};
+use super::fit::{Effort, Fit, Problem};
+use super::hypothesis::{FIRST_EFFECT, is_late};
+use super::scout::{self, Scout};
+use super::shooting::MAX_FREE;
+
+/// Full fits go to so many of the candidates at most.
+const SHORT_LIST: usize = 4;
+/// So many candidates are fitted, the most promising by a score test.
+const FOLLOWED: usize = 8;
+/// Each from so many starts.
+const STARTS: usize = 2;
+/// So many are fitted before the others, whose fits are given up when they cannot come near the best of these.
+const FAVOURITES: usize = 2;
+/// What promises less than this share of the best, or of what would convince, is not followed: over the catalogue, a fit gains up to four times what
+/// the score test promises where the effect's form depends on its parameters.
+const WORTH: f64 = 0.25;
+/// The same for effects whose place (order, frequency, moment) was looked for: there the score test promises what a fit then gains.
+const WORTH_PLACED: f64 = 0.7;
+/// The same beside one that explains everything.
+const WORTH_BESIDE: f64 = 0.5;
+/// The last digits are for those that gain at least this share of what the best gains; the fits of others are given up.
+pub(super) const CLOSE: f64 = 0.8;
+/// Strength (in units of the typical one) at which a candidate that starts from none is tried.
+const TOUCH: f64 = 0.3;
+/// Below this (in units of the noise) what is left is small, and effects of about the strength that the score test says.
+const SMALL: f64 = 1.5;
+/// No start is stronger than this, in units of the typical strength.
+const STRONGEST: f64 = 3.0;
+
+/// A candidate compared with the hypothesis it extends.
+#[derive(Clone, Debug)]
+pub(super) struct Trial {
+    pub(super) spec: &'static Spec,
+    pub(super) fit: Fit,
+    pub(super) evidence: Evidence,
+}
+
+/// The catalogue's entries that are looked for. Late encoders are the same as a late command on recorded input and output, which stands
+/// for both.
+pub fn candidates() -> impl Iterator<Item = &'static Spec> {
+    CATALOGUE
+        .iter()
+        .copied()
+        .filter(|s| !s.acts.includes(Acts::SENSOR_DELAY))
+}
+
+/// The entries that no recording of input and output tells apart from `spec`.
+pub(super) fn same_class(spec: &'static Spec) -> impl Iterator<Item = &'static Spec> {
+    CATALOGUE
+        .iter()
+        .copied()
+        .filter(move |s| s.id != spec.id && is_late(s) && is_late(spec))
+}
+
+/// A start that is worth a fit.
+struct Start {
+    /// By how much the score test says that the cost will fall.
+    promise: f64,
+    spec: &'static Spec,
+    z: Vec<f64>,
+}
+
+impl Problem<'_> {
+    /// Where to start a fit with `spec` added to `from`.
+    pub(super) fn starts(&self, from: &Fit, spec: &'static Spec, scout: &Scout) -> Vec<Vec<f64>> {
+        // A recalibration without the effect may be far off: where the gap is large, the data sheet is a better start.
+        let far = self.chi(from) > 5.0 && from.hypothesis.effects.is_empty();
+        let mut starts = Vec::new();
+        for nominal in [true, false] {
+            if nominal && !far {
+                continue;
+            }
+            let mut z = from.z.clone();
+            if nominal {
+                z[..FIRST_EFFECT].fill(0.0);
+            }
+            starts.push(z);
+        }
+        if scout::wanted(spec) {
+            let typical: Vec<f64> = spec
+                .parameters
+                .iter()
+                .map(|p| (p.typical)(&self.nominal.params))
+                .collect();
+            let places = scout.starts(spec, &typical);
+            return starts
+                .iter()
+                .flat_map(|z| {
+                    places.iter().map(|place| {
+                        let mut z = z.clone();
+                        let values = place.iter().zip(spec.parameters).zip(&typical);
+                        z.extend(values.map(|((v, p), scale)| (v - p.off) / scale));
+                        z
+                    })
+                })
+                .collect();
+        }
+        // Every combination of the parameters' starts.
+        for p in spec.parameters {
+            starts = starts
+                .iter()
+                .flat_map(|z| {
+                    p.starts.iter().map(|s| {
+                        let mut z = z.clone();
+                        z.push(*s);
+                        z
+                    })
+                })
+                .collect();
+        }
+        starts
+    }
+
+    /// The candidates that are neither in `from` nor in the rig file, and for whose parameters a fit has room.
+    pub(super) fn addable(&self, from: &Fit) -> impl Iterator<Item = &'static Spec> {
+        candidates()
+            .filter(|s| !from.hypothesis.has(s.id) && from.z.len() + s.parameters.len() <= MAX_FREE)
+            .filter(|s| {
+                let present = &self.nominal.present;
+                present
+                    .iter()
+                    .map(|e| e.spec())
+                    .all(|e| e.id != s.id && !(is_late(e) && is_late(s)))
+            })
+    }
+
+    /// Fits every candidate added to `from`, the best first; `report` hears of each. `instead` is an effect that is known to bring the cost down to
+    /// somewhat less than the number beside it: others that cannot are given up.
+    pub(super) fn candidates(
+        &self,
+        from: &Fit,
+        instead: Option<(&'static Spec, f64)>,
+        report: &(dyn Fn(&str) + Sync),
+    ) -> Vec<Trial> {
+        let scout = Scout::new(self, from);
+        let mut starts = self.promising(from, &scout, report);
+        let per_sample = (from.cost / self.floor()).max(1.0);
+        let mut bar = from.cost - WORTH_PLACED * LEAST_GAIN * per_sample;
+        if let Some((known, reaches)) = instead {
+            starts.retain(|s| s.spec.id != known.id);
+            bar = bar.min(reaches);
+        }
+        self.follow(from, from.cost - bar, &mut starts);
+        let promised = starts.first().map_or(0.0, |s| s.promise);
+        let favourites: Vec<&str> = {
+            let mut ids: Vec<&str> = Vec::new();
+            for s in &starts {
+                if !ids.contains(&s.spec.id) {
+                    ids.push(s.spec.id);
+                }
+            }
+            ids.truncate(FAVOURITES);
+            ids
+        };
+        let (first, others): (Vec<Start>, Vec<Start>) = starts
+            .into_iter()
+            .partition(|s| favourites.contains(&s.spec.id));
+        let mut fits = self.quick(from, first, bar, report);
+        let best = lowest(&fits, from.cost);
+        let bar = bar.min(from.cost - CLOSE * (from.cost - best));
+        let mut others = others;
+        if self.chi(from).powi(2) > EXPLAINED && best <= EXPLAINED * self.floor() {
+            // The answer is there: what is left is to see who else comes near.
+            let mut seen: Vec<&str> = Vec::new();
+            others.retain(|s| {
+                let new = !seen.contains(&s.spec.id);
+                seen.push(s.spec.id);
+                new && s.promise >= WORTH_BESIDE * promised
+            });
+        }
+        fits.extend(self.quick(from, others, bar, report));
+        fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let gain = from.cost - lowest(&fits, from.cost);
+        let close = from.cost - CLOSE * gain;
+        let mut trials: Vec<Trial> = fits
+            .into_par_iter()
+            .enumerate()
+            .map(|(rank, (spec, fit))| {
+                let fit = if rank < SHORT_LIST && fit.cost <= close {
+                    let bar = from.cost - (1.0 - 0.5 * (1.0 - CLOSE)) * gain;
+                    let effort = if rank == 0 {
+                        Effort::FULL
+                    } else {
+                        Effort::FULL.towards(bar)
+                    };
+                    self.fit(&fit.hypothesis.clone(), fit.z.clone(), &fit.states, effort)
+                } else {
+                    fit
+                };
+                let evidence = self.evidence(from, &fit);
+                Trial {
+                    spec,
+                    fit,
+                    evidence,
+                }
+            })
+            .collect();
+        trials.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+        trials
+    }
+
+    /// A score test for each start of each candidate, with one simulation; the most promising first.
+    fn promising(&self, from: &Fit, scout: &Scout, report: &(dyn Fn(&str) + Sync)) -> Vec<Start> {
+        let jobs: Vec<(&'static Spec, Vec<f64>)> = self
+            .addable(from)
+            .flat_map(|s| self.starts(from, s, scout).into_iter().map(move |z| (s, z)))
+            .collect();
+        let small = self.chi(from) < SMALL;
+        let mut starts: Vec<Start> = jobs
+            .into_par_iter()
+            .map(|(spec, mut z)| {
+                if self.stop.wanted() {
+                    let promise = f64::NEG_INFINITY;
+                    return Start { promise, spec, z };
+                }
+                let h = from.hypothesis.with(spec);
+                let mut here = from.z.clone();
+                here.extend(&z[from.z.len()..]);
+                let strengths = from.z.len()..from.z.len() + spec.strengths;
+                // A start at no strength at all says nothing about what the effect changes.
+                if here[strengths.clone()].iter().all(|s| *s == 0.0) {
+                    here[strengths.clone()].fill(TOUCH);
+                }
+                let one_way = spec.parameters[0].min >= spec.parameters[0].off;
+                let score = scout.score(self, from, &h, &here);
+                let promise = score.map_or(f64::INFINITY, |s| s.promise(one_way));
+                if small && !scout::wanted(spec) && promise > 0.0 {
+                    // What is missing is small: so is this effect, if it is the one.
+                    let factor = score.map_or(1.0, |s| s.product / s.square);
+                    for i in strengths {
+                        z[i] = (here[i] * factor).clamp(-STRONGEST, STRONGEST);
+                    }
+                }
+                report(spec.id);
+                Start { promise, spec, z }
+            })
+            .collect();
+        starts.sort_by(|a, b| b.promise.total_cmp(&a.promise));
+        starts
+    }
+
+    /// Keeps the starts that are worth a fit: of those whose promise is enough to convince (and for a gain of `wanted`), the best few of what promises
+    /// nearly as much as the best.
+    fn follow(&self, from: &Fit, wanted: f64, starts: &mut Vec<Start>) {
+        let per_sample = (from.cost / self.floor()).max(1.0);
+        let best = starts.first().map_or(0.0, |s| s.promise);
+        let mut kept: Vec<(&'static str, usize)> = Vec::new();
+        starts.retain(|start| {
+            let spec = start.spec;
+            let least = if spec.acts.includes(Acts::JUMPS) {
+                LEAST_LOCAL_GAIN
+            } else {
+                LEAST_GAIN
+            };
+            let worth = if scout::wanted(spec) {
+                WORTH_PLACED
+            } else {
+                WORTH
+            };
+            if start.promise < WORTH * best
+                || start.promise < worth * least * per_sample
+                || start.promise < WORTH * wanted
+            {
+                return false;
+            }
+            if let Some((_, n)) = kept.iter_mut().find(|(id, _)| *id == spec.id) {
+                *n += 1;
+                return *n <= STARTS;
+            }
+            let room = kept.len() < FOLLOWED;
+            if room {
+                kept.push((spec.id, 1));
+            }
+            room
+        });
+    }
+
+    /// Quick fits; of each effect the best.
+    fn quick(
+        &self,
+        from: &Fit,
+        starts: Vec<Start>,
+        bar: f64,
+        report: &(dyn Fn(&str) + Sync),
+    ) -> Vec<(&'static Spec, Fit)> {
+        let fits: Vec<(&'static Spec, Fit)> = starts
+            .into_par_iter()
+            .filter(|_| !self.stop.wanted())
+            .map(|Start { spec, z, .. }| {
+                let h = from.hypothesis.with(spec);
+                let fit = self.fit(&h, z, &from.states, Effort::QUICK.towards(bar));
+                report(spec.id);
+                (spec, fit)
+            })
+            .collect();
+        let mut best: Vec<(&'static Spec, Fit)> = Vec::new();
+        for (spec, fit) in fits {
+            match best.iter_mut().find(|(s, _)| s.id == spec.id) {
+                Some((_, known)) if fit.cost < known.cost => *known = fit,
+                Some(_) => {}
+                None => best.push((spec, fit)),
+            }
+        }
+        best
+    }
+}
+
+fn lowest(fits: &[(&'static Spec, Fit)], from: f64) -> f64 {
+    fits.iter().map(|(_, f)| f.cost).fold(from, f64::min)
+}
