@@ -30,7 +30,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 ///     An empirical expression for what no effect explains (verdict "unexplained"): terms (id, expression, on, parameters), held_out_gain, and the
 ///     RMS errors on held-out data without and with it (rad). Fitted, no law of physics; `repaired_rig` has it.
 /// limits : list of dict
-///     How large each effect that was not named could still be (95 %): id, parameter, at_most, typical, unit.
+///     How large each effect that was not named could still be (95 %): id, parameter, at_most, std, typical, unit.
 /// parameters : dict
 ///     Recalibrated parameters by key: nominal, fitted, std, unit, identifiable.
 /// gap, held_out : dict

@@ -3,6 +3,10 @@
     python py/tests/benchmark.py --seed 1 --out out/bench-1          # makes the cases if they are not there, then scores
     python py/tests/benchmark.py --seed 1 --out out/bench-1 --only-generate
     python py/tests/benchmark.py --out out/bench-1 --groups usual,clean --jobs 2
+    python py/tests/benchmark.py --seed 1 --out out/limit-1 --near-the-limit --jobs 2
+
+`--near-the-limit` hides one effect so small that the data say little of it: 3 to 25 times the standard deviation with which the recordings determine its
+strength (the Cramer-Rao bound, which `furuta diagnose` of the same rig without the effect reports in `limits`).
 
 Another seed is another set of rigs, sizes, pairs and data sheets. The program under test sees a copy without truth.json.
 """
@@ -23,7 +27,7 @@ import time
 
 import numpy as np
 from mujoco_case import write_case
-from mujoco_effects import EFFECTS, FOREIGN, IMPOSSIBLE, hide
+from mujoco_effects import EFFECTS, FOREIGN, IMPOSSIBLE, draw_effect, hide
 from mujoco_rig import FAMILIES, draw_rig
 
 # Pairs whose order in the motor matters or which recordings cannot tell from one effect are not asked for.
@@ -77,6 +81,38 @@ def plan(seed: int) -> list[Case]:
     return cases
 
 
+# Effects with one strength, for which the tool reports how large they could still be.
+FAINT = (
+    "arm.coulomb", "arm.quadratic", "arm.spring", "arm.tilt", "motor.deadzone", "motor.bias", "motor.lag", "motor.asymmetry", "motor.drift",
+    "pendulum.coulomb", "pendulum.quadratic", "pendulum.spring", "pendulum.bias", "sensor.alpha.offset", "sensor.alpha.scale", "sensor.theta.scale",
+)  # fmt: skip
+SIGMAS = (3, 4, 6, 12, 25)
+
+
+def make_faint(seed: int, out: pathlib.Path, command: list[str]) -> None:
+    """Each of `FAINT` once at each of `SIGMAS` times its standard deviation, and the same rigs without."""
+    families = sorted(FAMILIES)
+    for i, effect in enumerate(FAINT):
+        case = Case(f"{i:03d}-clean", families[(i + seed) % len(families)], (), 1000 * seed + i, spread=(0.03, 0.1, 0.2)[i % 3], noise=(0.0, 0.3, 1.0)[i // 3 % 3])
+        if not (out / case.name / "truth.json").exists():
+            case.write(out)
+        answer = json.loads(subprocess.run([*command, "diagnose", *map(str, sorted((out / case.name).glob("run-*.csv"))), "--rig", str(out / case.name / "rig.toml"), "--json", "-"], capture_output=True, text=True, check=True).stdout)  # fmt: skip
+        limit = next((limit for limit in answer["limits"] if limit["id"] == effect), None)
+        if limit is None:
+            print(case.name, effect, "has no limit here", answer["verdict"], flush=True)
+            continue
+        # The size at which the effect is as strong as its standard deviation, its other draws as they will be.
+        rng = np.random.default_rng(case.seed)
+        usual = draw_effect(effect, draw_rig(case.family, rng), rng)
+        off = 1.0 if limit["parameter"] in ("negative_gain", "scale") else 0.0
+        for sigma in SIGMAS:
+            name = f"{i:03d}-{sigma}sigma"
+            if not (out / name / "truth.json").exists():
+                size = sigma * limit["std"] / abs(float(usual[limit["parameter"]]) - off)
+                dataclasses.replace(case, name=name, effects=(effect,), size=size).write(out)
+                print("made", name, effect, f"size {size:.2g}", flush=True)
+
+
 def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, object]:
     """Runs the program on a copy of the case and compares its answer with the truth."""
     truth = json.loads((case / "truth.json").read_text())
@@ -115,9 +151,12 @@ def main() -> None:
     a.add_argument("--jobs", type=int, default=1)
     a.add_argument("--limit", type=float, default=300, help="seconds for one case")
     a.add_argument("--groups", default="", help="only these, e.g. usual,clean")
+    a.add_argument("--near-the-limit", action="store_true", help="effects of 3 to 25 standard deviations in place of the usual groups")
     a.add_argument("--only-generate", action="store_true")
     a = a.parse_args()
-    missing = [case for case in plan(a.seed) if not (a.out / case.name / "truth.json").exists()]
+    if a.near_the_limit:
+        make_faint(a.seed, a.out, shlex.split(a.cli))
+    missing = [] if a.near_the_limit else [case for case in plan(a.seed) if not (a.out / case.name / "truth.json").exists()]
     with concurrent.futures.ProcessPoolExecutor(2) as pool:
         for name in pool.map(Case.write, missing, [a.out] * len(missing)):
             print("made", name, flush=True)

@@ -383,6 +383,7 @@ class _Limit(TypedDict):
     id: str
     parameter: str
     at_most: float | None
+    std: float | None
     typical: float | None
     unit: str
 

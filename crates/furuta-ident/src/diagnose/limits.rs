@@ -40,17 +40,18 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
     let mut limits: Vec<Limit> = specs
         .into_par_iter()
         .filter_map(|spec| {
-            let room = problem
+            let (room, deviation) = problem
                 .starts(named, spec, &scout)
                 .into_iter()
                 .filter_map(|z| room(problem, named, spec, &scout, &z))
-                .fold(f64::NAN, f64::max);
+                .max_by(|a, b| a.0.total_cmp(&b.0))?;
             let p = &spec.parameters[0];
             let typical = (p.typical)(&problem.nominal.params);
             room.is_finite().then(|| Limit {
                 id: spec.id.into(),
                 parameter: p.name.into(),
                 at_most: room * typical,
+                std: deviation * typical,
                 typical,
                 unit: if p.unit == "-" { "1" } else { p.unit }.into(),
             })
@@ -60,14 +61,14 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
     limits
 }
 
-/// The largest strength, in units of the typical one, that the data leave to an effect of this shape.
+/// The largest strength that the data leave to an effect of this shape, and the standard deviation of its strength, in units of the typical one.
 fn room(
     problem: &Problem<'_>,
     named: &Fit,
     spec: &'static Spec,
     scout: &Scout,
     z: &[f64],
-) -> Option<f64> {
+) -> Option<(f64, f64)> {
     let per_sample = (named.cost / problem.floor()).max(1.0);
     let one_way = spec.parameters[0].min >= spec.parameters[0].off;
     let first = named.z.len();
@@ -85,11 +86,12 @@ fn room(
             strength * score.product / score.square,
             strength * (per_sample / score.square).sqrt(),
         );
-        Some(if one_way {
+        let limit = if one_way {
             best.max(0.0) + ONE_SIDED * deviation
         } else {
             best.abs() + TWO_SIDED * deviation
-        })
+        };
+        Some((limit, deviation))
     };
     // A limit of the voltage does more the smaller it is: of that there is no largest one.
     if score(FIRST)?.square <= score(0.5 * FIRST)?.square {
@@ -97,5 +99,5 @@ fn room(
     }
     // What sticks is not in proportion to its strength: the second test is made where it matters.
     let first = at(FIRST)?;
-    at(first.clamp(TESTED[0], TESTED[1])).or(Some(first))
+    at(first.0.clamp(TESTED[0], TESTED[1])).or(Some(first))
 }

@@ -215,6 +215,9 @@ pub struct Limit {
     /// With a confidence of 95 per cent the parameter is no further than this from where the effect does nothing, in `unit`.
     #[serde(with = "null_if_not_finite")]
     pub at_most: f64,
+    /// Standard deviation with which these data determine the parameter, were the effect there, in `unit`: what is several times as large is found.
+    #[serde(default = "not_a_number", with = "null_if_not_finite")]
+    pub std: f64,
     /// A size that would be noticed on this rig, in `unit`.
     #[serde(with = "null_if_not_finite")]
     pub typical: f64,
