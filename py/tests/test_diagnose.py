@@ -145,7 +145,8 @@ def spring():
 def test_summary_is_for_people(spring):
     text = spring.summary()
     assert text.startswith("Missing from the model: spring (cable) on the arm")
-    assert "stiffness = 0.0020" in text and "On data that the fit had not seen" in text
+    assert float(text.split("stiffness = ")[1].split()[0]) == pytest.approx(2e-3, rel=0.01)
+    assert "On data that the fit had not seen" in text
     assert max(map(len, text.splitlines())) < 250 and "NaN" not in text
 
 
@@ -180,7 +181,7 @@ def test_plot_without_matplotlib(spring, monkeypatch):
 
 def test_mistakes_are_refused_unless_accepted():
     rig = furuta.Rig.load("qube-servo-2")
-    data = sweep(rig, {})
+    data = sweep(rig, {}, seconds=2.5)
     for change, says in [
         ({"alpha": data["alpha"] - np.pi}, "measured from hanging"),
         ({"u": -data["u"]}, "wrong sign"),
@@ -194,14 +195,15 @@ def test_mistakes_are_refused_unless_accepted():
 
 def encoded(text):
     """The CSV of `furuta simulate` as encoders of 2048 counts see it."""
-    data = np.genfromtxt(io.StringIO(text), delimiter=",", names=True, comments="#")
+    rows = [line for line in text.splitlines() if not line.startswith("#")]
+    data = np.genfromtxt(rows, delimiter=",", names=True)
     count = 2 * np.pi / 2048
     return {name: data[name] if name in "tu" else np.round(data[name] / count) * count for name in ("t", "u", "theta", "alpha")}
 
 
 def test_the_planned_experiment_separates_what_was_confusable():
     """A slow sine cannot tell a shifted encoder from other effects; the experiment that the plan puts first for the pair, really made, names the
-    truth, with about the evidence over the rival that was expected."""
+    truth, with no less evidence over the rival than was expected."""
     rig, truth = furuta.Rig.load("qube-servo-2"), "sensor.alpha.offset"
 
     def recorded(arguments):
@@ -228,7 +230,7 @@ def test_the_planned_experiment_separates_what_was_confusable():
 
 def columns(**changed):
     t = 0.002 * np.arange(2000)
-    return {"t": t, "u": np.sin(9 * t), "theta": 0.1 * np.sin(t), "alpha": np.pi + 0.1 * np.sin(5 * t)} | changed
+    return {"t": t, "u": np.sin(9 * t), "theta": 0.1 * np.sin(t), "alpha": np.pi + 0.1 * np.sin(10.7 * t)} | changed
 
 
 @pytest.mark.parametrize(
