@@ -159,7 +159,7 @@ pub(super) fn propose(
         },
     };
     let fit = problem.fit(&fit.hypothesis, fit.z.clone(), &fit.states, Effort::FULL);
-    if !lasts(problem, named, &fit) {
+    if !lasts(problem, &[recalibrated, named], &fit) {
         return None;
     }
     let (without, with) = rayon::join(
@@ -184,10 +184,11 @@ pub(super) fn propose(
     })
 }
 
-/// Whether the model with the expression predicts whole runs no worse than the one without: what imitates for a quarter of a second may run away.
-fn lasts(problem: &Problem<'_>, without: &Fit, with: &Fit) -> bool {
+/// Whether the model with the expression predicts whole runs no worse than any of those without: what imitates for a quarter of a second may run away.
+fn lasts(problem: &Problem<'_>, without: &[&Fit], with: &Fit) -> bool {
     let error = |fit: &Fit| predict::open_loop(problem.data, problem.nominal, fit);
-    error(with) <= error(without)
+    let least = without.iter().map(|f| error(f)).fold(f64::MAX, f64::min);
+    error(with) <= least
 }
 
 /// Adds terms to `start` as long as they help, each round about the fit with those before.
