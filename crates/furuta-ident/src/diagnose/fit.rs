@@ -64,6 +64,9 @@ impl Effort {
 
 /// What is still missing after a step may be so many times what the step has gained.
 const HOPE: f64 = 8.0;
+/// Far from the noise the first steps may gain little: so many are made before a fit is given up. A chi² per sample of less is not far.
+const PATIENCE: usize = 3;
+const NEAR: f64 = 2.0;
 /// A step that throws more than this share of the windows far off is a bad step: nobody looks after them one by one.
 const THROWN_OFF: f64 = 0.2;
 
@@ -140,7 +143,7 @@ impl<'a> Problem<'a> {
         self.polish(&mut here, 2);
         let mut damping = 1e-3;
         let mut r = self.linearise(&here);
-        for _ in 0..effort.iterations {
+        for iteration in 0..effort.iterations {
             if self.stop.wanted() {
                 break;
             }
@@ -148,7 +151,8 @@ impl<'a> Problem<'a> {
                 break;
             };
             let predicted = 2.0 * r.gradient.dot(&step) - (&r.matrix * &step).dot(&step);
-            if here.cost - effort.bar > HOPE * predicted.max(0.0) {
+            let may_end = iteration >= PATIENCE || here.cost < NEAR * self.floor();
+            if may_end && here.cost - effort.bar > HOPE * predicted.max(0.0) {
                 break;
             }
             let trial = self.trial(&here, &r, &step);
@@ -158,7 +162,7 @@ impl<'a> Problem<'a> {
                 let small = gain < effort.tolerance * trial.cost;
                 here = trial;
                 self.restart(&mut here);
-                if here.cost - effort.bar > HOPE * (before - here.cost) {
+                if may_end && here.cost - effort.bar > HOPE * (before - here.cost) {
                     break;
                 }
                 damping = (damping * 0.2_f64).max(1e-8);
