@@ -184,7 +184,7 @@ impl<'a> Problem<'a> {
         here
     }
 
-    fn linearise(&self, f: &Fit) -> Reduced {
+    pub(super) fn linearise(&self, f: &Fit) -> Reduced {
         reduced(
             &f.hypothesis,
             &f.z,

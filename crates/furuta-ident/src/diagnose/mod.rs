@@ -18,6 +18,7 @@ mod held_out;
 mod hypothesis;
 mod limits;
 mod location;
+mod parts;
 mod plan;
 mod predict;
 mod repair;
@@ -35,6 +36,7 @@ use furuta_model::{Rig, effects};
 
 pub use candidates::candidates;
 pub use error::DiagnoseError;
+pub use parts::Parts;
 pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
 
 use crate::recording::Recording;

@@ -1,0 +1,113 @@
+//! The engine's parts one at a time, for measuring how long each takes.
+
+use furuta_model::{Rig, effects};
+
+use super::data::Data;
+use super::error::{self, DiagnoseError};
+use super::fit::{Effort, Fit, Problem};
+use super::hypothesis::{Hypothesis, Nominal};
+use super::shooting::Inner;
+use super::{Request, SEARCH};
+use crate::recording::Recording;
+
+/// Recordings made ready, and the model refitted to them: what a search starts from.
+///
+/// ```
+/// use furuta_ident::diagnose::Parts;
+/// use furuta_ident::recording::Recording;
+/// use furuta_model::{Plant, Rig, State};
+///
+/// let rig = Rig::builtin("qube-servo-2").expect("built in");
+/// let plant: Plant<f64> = Plant::new(&rig.params, &rig.effects).expect("no effects");
+/// let mut x = plant.rest(State::hanging());
+/// let mut csv = String::from("t,u,theta,alpha\n");
+/// for k in 0..2000 {
+///     let t = f64::from(k) * 0.002;
+///     let [theta, alpha] = plant.measure(&x);
+///     let u = 1.5 * (3.0 * t * (1.0 + t)).sin();
+///     csv += &format!("{t},{u},{theta},{alpha}\n");
+///     plant.step(&mut x, u, 0.002);
+/// }
+/// let recordings = [Recording::from_csv("sweep.csv", csv.as_bytes())?.0];
+/// let parts = Parts::new(&recordings, &rig)?;
+/// assert_eq!(parts.windows(), 16); // four seconds in quarters
+/// assert!(parts.fit("arm.spring").expect("in the catalogue") <= parts.cost());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Parts {
+    data: Data,
+    nominal: Nominal,
+    base: Fit,
+}
+
+impl Parts {
+    /// Prepares the data and refits the model's parameters.
+    ///
+    /// # Errors
+    /// As [`super::diagnose`].
+    pub fn new(recordings: &[Recording], rig: &Rig) -> Result<Self, DiagnoseError> {
+        let data = Data::new(recordings, rig);
+        let request = Request {
+            recordings,
+            rig,
+            verify: &[],
+        };
+        error::check(&request, &data)?;
+        let nominal = Nominal::new(rig, &data);
+        let problem = Problem::new(&data, &nominal, data.windows(SEARCH, |_| true));
+        let h = Hypothesis::base();
+        let given = problem.settle(&h, &vec![0.0; h.len()], None);
+        let base = problem.fit(&h, given.z.clone(), &given.states, Effort::FULL);
+        Ok(Self {
+            data,
+            nominal,
+            base,
+        })
+    }
+
+    fn problem(&self) -> Problem<'_> {
+        Problem::new(
+            &self.data,
+            &self.nominal,
+            self.data.windows(SEARCH, |_| true),
+        )
+    }
+
+    /// How many windows the recordings are cut into.
+    #[must_use]
+    pub fn windows(&self) -> usize {
+        self.base.states.len()
+    }
+
+    /// Cost of the refitted model: the sum of the squared residuals in units of the noise.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        self.base.cost
+    }
+
+    /// One simulation of every window with the derivatives to initial state and parameters; the size of the gradient.
+    #[must_use]
+    pub fn sensitivities(&self) -> f64 {
+        self.problem().linearise(&self.base).gradient.norm()
+    }
+
+    /// Solves one window (from 0) for its initial state from a guess; the cost that is left, nothing if there is no such window.
+    #[must_use]
+    pub fn solve_window(&self, window: usize) -> Option<f64> {
+        let problem = self.problem();
+        let inner = Inner::<4>::new(&self.base.hypothesis, &self.base.z, &self.nominal);
+        let w = problem.windows.get(window)?;
+        Some(inner.search(&self.data, w, None).1)
+    }
+
+    /// Fits the model with one more effect from its typical strength; the cost that is left, nothing if the catalogue has no such effect.
+    #[must_use]
+    pub fn fit(&self, id: &str) -> Option<f64> {
+        let spec = effects::spec(id)?;
+        let h = self.base.hypothesis.with(spec);
+        let mut z = self.base.z.clone();
+        z.extend(spec.parameters.iter().map(|p| p.starts[0]));
+        let fit = self.problem().fit(&h, z, &self.base.states, Effort::FULL);
+        Some(fit.cost)
+    }
+}
