@@ -337,7 +337,7 @@ fn noise_alone_names_nobody() {
 }
 
 /// The 95 % intervals of fitted values hold the truth about as often as they say: of 75 (three parameters, 25 experiments) at least 66. With the right
-/// deviations fewer come once in 70 times (binomial), with deviations too small by a third fewer come nine times in ten.
+/// deviations fewer come four times in a thousand (binomial), with deviations too small by a third nine times in ten.
 #[test]
 fn intervals_hold_the_truth() {
     let rig = qube();
