@@ -212,6 +212,38 @@ impl Problem<'_> {
         Trial { fit, evidence, ..t }
     }
 
+    /// Look-alikes of an effect with fewer parameters, fitted in its place from where `here` ended: what is nested in it is not to be missed for a bad
+    /// start.
+    fn simpler(&self, here: &Fit, spec: &'static Spec, without: &Fit, bar: f64) -> Vec<Trial> {
+        let Some(index) = here.hypothesis.effects.iter().position(|e| e.id == spec.id) else {
+            return Vec::new();
+        };
+        let offset = here.hypothesis.offset(index);
+        let physical = here.hypothesis.physical(&here.z, self.nominal);
+        self.addable(without)
+            .filter(|s| {
+                spec.look_alikes.contains(&s.id) && s.parameters.len() < spec.parameters.len()
+            })
+            .filter_map(|simple| {
+                let h = without.hypothesis.with(simple);
+                let mut z = here.z.clone();
+                z.drain(offset..offset + spec.parameters.len());
+                for p in simple.parameters {
+                    // What has the same name is the same.
+                    let same = spec.parameters.iter().position(|q| q.name == p.name);
+                    let scale = (p.typical)(&self.nominal.params);
+                    z.push(same.map_or(p.starts[0], |i| (physical[offset + i] - p.off) / scale));
+                }
+                let fit = self.fit(&h, z, &here.states, Effort::FULL.towards(bar));
+                (fit.cost < bar).then(|| Trial {
+                    spec: simple,
+                    evidence: self.evidence(without, &fit),
+                    fit,
+                })
+            })
+            .collect()
+    }
+
     /// For each effect, the fit without it, and the others that would explain the data nearly as well in its place. `first` are the
     /// candidates for a single effect.
     pub(super) fn rivals(
@@ -229,12 +261,19 @@ impl Problem<'_> {
                 } else {
                     self.candidates(&without, Some((spec, bar)), report)
                 };
-                let near = trials
+                let mut near: Vec<Trial> = trials
                     .into_iter()
                     .filter(|t| t.spec.id != spec.id)
                     .map(|t| self.started_again(here, &without, t))
                     .filter(|t| t.fit.cost < bar)
                     .collect();
+                for t in self.simpler(here, spec, &without, bar) {
+                    match near.iter_mut().find(|n| n.spec.id == t.spec.id) {
+                        Some(known) if t.fit.cost < known.fit.cost => *known = t,
+                        Some(_) => {}
+                        None => near.push(t),
+                    }
+                }
                 Rival {
                     spec,
                     without,
