@@ -321,7 +321,7 @@ fn limits(d: &Diagnosis, out: &mut Vec<String>) {
             l.id,
             l.parameter,
             significant(l.at_most, 2),
-            l.unit,
+            if l.unit == "1" { "" } else { &l.unit },
             100.0 * l.at_most / l.typical
         ));
     }

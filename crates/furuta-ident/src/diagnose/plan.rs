@@ -128,6 +128,14 @@ impl Shape {
         Excitation::new(signal, SECONDS)?.limited(limit)
     }
 
+    /// The largest amplitude, in command limits: a sum of sines has its root mean square as amplitude, and peaks of twice that.
+    fn most(self) -> f64 {
+        match self {
+            Self::Multisine { .. } => 0.45,
+            _ => 1.0,
+        }
+    }
+
     /// The same for `furuta run --task` and `furuta simulate --input`.
     fn arguments(self, amplitude: f64) -> String {
         let volts = format!("--amplitude {amplitude} --duration {SECONDS}");
@@ -240,7 +248,7 @@ fn evidence(right: &Explanation<'_>, wrong: &Explanation<'_>, sheet: &Rig, data:
 /// The strongest that both rigs bear, in two digits (V), and what they then show.
 fn strongest(shape: Shape, pair: [&Explanation<'_>; 2], like: &Data) -> Option<f64> {
     let limit = pair[0].rig.params.motor.command_limit;
-    let mut amplitude = if limit.is_finite() { limit } else { 10.0 };
+    let mut amplitude = shape.most() * if limit.is_finite() { limit } else { 10.0 };
     for _ in 0..HALVED {
         amplitude = two_digits(amplitude);
         let excitation = shape.excitation(amplitude, limit).ok()?;

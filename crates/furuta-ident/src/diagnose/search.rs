@@ -106,7 +106,18 @@ impl Problem<'_> {
                     rivals = self.rivals_after(rivals, i, spec, &here, &fit);
                     here = fit;
                 }
-                _ => break,
+                _ => {
+                    // What has come in an effect's place may have made another superfluous.
+                    let superfluous = rivals.iter().any(|r| {
+                        !r.without.hypothesis.effects.is_empty()
+                            && !self.evidence(&r.without, &here).convinces()
+                    });
+                    if !superfluous {
+                        break;
+                    }
+                    here = self.simplify(here, &Hypothesis::base());
+                    rivals = self.rivals(&here, first, report);
+                }
             }
         }
         (here, rivals)

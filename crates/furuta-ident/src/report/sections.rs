@@ -412,7 +412,7 @@ pub(super) fn limits(diagnosis: &Diagnosis) -> String {
             escape(&l.id),
             escape(&l.parameter),
             significant(l.at_most, 2),
-            escape(&l.unit),
+            escape(if l.unit == "1" { "" } else { &l.unit }),
             100.0 * l.at_most / l.typical
         );
     }
