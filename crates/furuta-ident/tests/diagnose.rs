@@ -158,7 +158,7 @@ fn what_is_not_named_is_within_its_limit() {
     let mut stated = 0;
     for id in ids {
         let spec = furuta_model::effects::spec(id).expect("listed");
-        for share in [0.003, 0.02] {
+        for share in [0.001, 0.003, 0.02] {
             let values: Vec<f64> = typical(spec, &rig)
                 .iter()
                 .zip(spec.parameters)

@@ -12,6 +12,8 @@ const EXPLAINED_WITH_PLAY: f64 = 1.4;
 /// The least fall of the cost (chi², in units of what the better model leaves) that names an effect. Noise alone gains so much from the best of all
 /// orders, frequencies and entries of the catalogue (some 700 independent pairs of numbers, `700 exp(-25/2)`) once in 400 data sets.
 pub(super) const LEAST_GAIN: f64 = 25.0;
+/// What gains more than so many times that is not weak.
+const WEAK: f64 = 8.0;
 /// Of that, so much must be left without the window that gains most.
 const ELSEWHERE: f64 = 0.6;
 /// From how many windows, effectively, a gain must come: `n` windows that all gain alike count `n`, one window alone counts 1, gains and losses
@@ -33,6 +35,9 @@ const STANDS_OUT: f64 = 3.0;
 pub(super) struct Evidence {
     /// Fall of the cost, in the same units as `elsewhere`.
     pub(super) gain: f64,
+    /// The same from how far the effect's strength is from none, in standard deviations that do not trust the noise to be white: rounding repeats itself where
+    /// a motion does, and then looks like a vibration. Only where the gain is weak.
+    pub(super) robust: f64,
     /// Fall of the cost without the window that gains most, in units of what the larger model leaves per sample (at least the noise).
     pub(super) elsewhere: f64,
     /// From how many windows it comes, effectively: its square over the sum of its windows' squares.
@@ -55,7 +60,7 @@ impl Evidence {
 
     /// Whether the larger hypothesis is better, and not in one place alone.
     pub(super) fn helps(&self) -> bool {
-        self.gain > self.least
+        self.gain.min(self.robust) > self.least
             && self.elsewhere > ELSEWHERE * self.least
             && self.windows > self.windows_needed
     }
@@ -117,6 +122,7 @@ impl Problem<'_> {
             let usual = usual * (1.0 - 1.0 / per_sample);
             return Evidence {
                 gain,
+                robust: f64::INFINITY,
                 elsewhere: gain,
                 windows: 1.0,
                 windows_needed: 0.0,
@@ -128,6 +134,11 @@ impl Problem<'_> {
         Evidence {
             least: LEAST_GAIN,
             gain,
+            robust: if gain < WEAK * LEAST_GAIN {
+                farthest(smaller, larger)
+            } else {
+                f64::INFINITY
+            },
             elsewhere: gain - gains.iter().fold(0.0, |a: f64, b| a.max(*b)),
             windows: gain * gain.abs() / squares.max(1e-300),
             windows_needed: LEAST_WINDOWS.min(gains.len() as f64 / 8.0),
@@ -156,4 +167,14 @@ impl Problem<'_> {
             }
         })
     }
+}
+
+/// How far the strongest of what `larger` has and `smaller` has not is from none: its square over its variance.
+fn farthest(smaller: &Fit, larger: &Fit) -> f64 {
+    let h = &larger.hypothesis;
+    (h.effects.iter().enumerate())
+        .filter(|(_, e)| !smaller.hypothesis.has(e.id))
+        .flat_map(|(i, e)| h.offset(i)..h.offset(i) + e.strengths)
+        .map(|k| (larger.z[k] / larger.std[k]).powi(2))
+        .fold(0.0, f64::max)
 }

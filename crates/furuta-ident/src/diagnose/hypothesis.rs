@@ -216,8 +216,11 @@ impl Hypothesis {
         } else {
             (-MOST_TIMING, MOST_TIMING)
         });
-        let parameters = self.effects.iter().flat_map(|e| e.parameters);
-        bounds.extend(parameters.zip(&z[FIRST_EFFECT..]).map(|(p, z)| {
+        let parameters = self
+            .effects
+            .iter()
+            .flat_map(|e| e.parameters.iter().enumerate().map(move |(k, p)| (e, k, p)));
+        bounds.extend(parameters.zip(&z[FIRST_EFFECT..]).map(|((e, k, p), z)| {
             if !p.kind.is_continuous() {
                 return (*z, *z);
             }
@@ -225,7 +228,14 @@ impl Hypothesis {
             if p.kind == Kind::Time {
                 return (0.0, (nominal.end - p.off) / scale);
             }
-            ((p.min - p.off) / scale, (p.max - p.off) / scale)
+            // A push shorter than a sample is none.
+            let lasts = e.acts.includes(Acts::JUMPS) && k >= e.strengths;
+            let least = if lasts {
+                p.min.max(nominal.period)
+            } else {
+                p.min
+            };
+            ((least - p.off) / scale, (p.max - p.off) / scale)
         }));
         bounds
     }

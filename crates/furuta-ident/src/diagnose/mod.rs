@@ -56,6 +56,8 @@ const SEARCH: f64 = 0.25;
 const REPORT: f64 = 0.5;
 /// Length of the windows on which a name must hold as well, where the plant is stable, s.
 const LONG: f64 = 2.0;
+/// Of each worker thread, bytes.
+const STACK: usize = 16 << 20;
 /// Horizons by which an incomplete model is led to whole runs, s.
 const LADDER: [f64; 4] = [1.0, LONG, 5.0, 10.0];
 
@@ -157,6 +159,22 @@ pub fn diagnose(
 /// # Errors
 /// As [`diagnose`].
 pub fn diagnose_with(
+    request: &Request<'_>,
+    options: Options<'_>,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Outcome, DiagnoseError> {
+    // Workers that wait for others take up further jobs on the same stack.
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(rayon::current_num_threads())
+        .stack_size(STACK)
+        .build();
+    match pool {
+        Ok(pool) => pool.install(|| search(request, options, progress)),
+        Err(_) => search(request, options, progress),
+    }
+}
+
+fn search(
     request: &Request<'_>,
     options: Options<'_>,
     progress: &(dyn Fn(Progress) + Sync),

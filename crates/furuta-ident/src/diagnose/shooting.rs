@@ -119,9 +119,11 @@ fn enter<S: Scalar<Real = f64>>(
     plant.recall(s, run.y[before..=start].iter().map(|y| y[0]));
 }
 
-/// Some state of the plant, to be used again and again.
-fn some<S: Scalar<Real = f64>>(plant: &Plant<S>) -> PlantState<S> {
-    plant.rest(State::hanging())
+/// Some state of the plant, to be used again and again. It is large (what the plant remembers, with its derivatives) and worker threads nest their jobs:
+/// not on the stack.
+#[inline(never)]
+fn some<S: Scalar<Real = f64>>(plant: &Plant<S>) -> Box<PlantState<S>> {
+    Box::new(plant.rest(State::hanging()))
 }
 
 /// The cubic through two samples and their slopes, `e` of a sample before the second.
