@@ -4,7 +4,7 @@ use furuta_model::effects::Acts;
 use furuta_model::{CATALOGUE, Spec};
 use rayon::prelude::*;
 
-use super::evidence::{EXPLAINED, Evidence, LEAST_GAIN, LEAST_LOCAL_GAIN};
+use super::evidence::{EXPLAINED, Evidence, LEAST_GAIN, least_gain};
 use super::fit::{Effort, Fit, Problem};
 use super::hypothesis::{FIRST_EFFECT, is_late};
 use super::scout::{self, Scout};
@@ -254,18 +254,13 @@ impl Problem<'_> {
         let mut kept: Vec<(&'static str, usize)> = Vec::new();
         starts.retain(|start| {
             let spec = start.spec;
-            let least = if spec.acts.includes(Acts::JUMPS) {
-                LEAST_LOCAL_GAIN
-            } else {
-                LEAST_GAIN
-            };
             let worth = if scout::wanted(spec) {
                 WORTH_PLACED
             } else {
                 WORTH
             };
             if start.promise < WORTH * best
-                || start.promise < worth * least * per_sample
+                || start.promise < worth * least_gain(spec) * per_sample
                 || start.promise < WORTH * wanted
             {
                 return false;

@@ -1,17 +1,22 @@
 //! What speaks for a larger model over a smaller one, and when that is enough to believe it.
 
-use furuta_model::effects::Law;
+use furuta_model::Spec;
+use furuta_model::effects::{Acts, Law};
 
 use super::data::Window;
 use super::fit::{Fit, Problem};
+use super::scout;
 
 /// A model explains the data when its residuals are within this factor of the noise (in squares; the floor itself is known to some per cent).
 pub(super) const EXPLAINED: f64 = 1.12;
 /// The same where there is play: how rotor and arm stand to each other at the start of a window is only inferred, and blows multiply what is wrong.
 const EXPLAINED_WITH_PLAY: f64 = 1.4;
-/// The least fall of the cost (chi², in units of what the better model leaves) that names an effect. Noise alone gains so much from the best of all
-/// orders, frequencies and entries of the catalogue (some 700 independent pairs of numbers, `700 exp(-25/2)`) once in 400 data sets.
+/// The least fall of the cost (chi², in units of what the better model leaves) that names an effect: white noise gains so much from the best of some hundred
+/// entries and starts, of two numbers each, once in 2,700 data sets (`100 exp(-25/2)`).
 pub(super) const LEAST_GAIN: f64 = 25.0;
+/// The same for an effect whose place was looked for among some 700 orders and frequencies: white noise would need 25 for one false alarm in 400 data sets
+/// (`700 exp(-25/2)`), but rounding is not quite white, and was seen to gain 28 in one of 25.
+const LEAST_PLACED_GAIN: f64 = 35.0;
 /// What gains more than so many times that is not weak.
 const WEAK: f64 = 8.0;
 /// Of that, so much must be left without the window that gains most.
@@ -25,10 +30,21 @@ const LEAST_FACTOR: f64 = 1.25;
 /// Relative uncertainty of the noise floor's square: below, the excess is not known.
 const FLOOR_UNCERTAINTY: f64 = 0.08;
 /// [`LEAST_GAIN`] for an effect that is local in time: thousands of places are looked at, and any one spoilt window must not pass for it.
-pub(super) const LEAST_LOCAL_GAIN: f64 = 45.0;
+const LEAST_LOCAL_GAIN: f64 = 45.0;
 /// A kick must gain so many times what nine of ten windows have left at most: where the model is wrong in many places, something always gains a
 /// little in one.
 const STANDS_OUT: f64 = 3.0;
+
+/// The least fall of the cost that names this effect.
+pub(super) fn least_gain(spec: &Spec) -> f64 {
+    if spec.acts.includes(Acts::JUMPS) {
+        LEAST_LOCAL_GAIN
+    } else if scout::wanted(spec) {
+        LEAST_PLACED_GAIN
+    } else {
+        LEAST_GAIN
+    }
+}
 
 /// What speaks for the larger of two nested hypotheses.
 #[derive(Clone, Copy, Debug)]
@@ -131,8 +147,13 @@ impl Problem<'_> {
                 delta_bic: gain - parameters * self.samples().ln(),
             };
         }
+        let added = larger
+            .hypothesis
+            .effects
+            .iter()
+            .filter(|e| !smaller.hypothesis.has(e.id));
         Evidence {
-            least: LEAST_GAIN,
+            least: added.map(|e| least_gain(e)).fold(LEAST_GAIN, f64::max),
             gain,
             robust: if gain < WEAK * LEAST_GAIN {
                 farthest(smaller, larger)
