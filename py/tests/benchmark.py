@@ -156,7 +156,8 @@ def main() -> None:
     a = a.parse_args()
     if a.near_the_limit:
         make_faint(a.seed, a.out, shlex.split(a.cli))
-    missing = [] if a.near_the_limit else [case for case in plan(a.seed) if not (a.out / case.name / "truth.json").exists()]
+    wanted = [] if a.near_the_limit else [case for case in plan(a.seed) if not a.groups or case.name.split("-", 1)[1] in a.groups.split(",")]
+    missing = [case for case in wanted if not (a.out / case.name / "truth.json").exists()]
     with concurrent.futures.ProcessPoolExecutor(2) as pool:
         for name in pool.map(Case.write, missing, [a.out] * len(missing)):
             print("made", name, flush=True)
