@@ -89,10 +89,12 @@ FAINT = (
 SIGMAS = (3, 4, 6, 12, 25)
 
 
-def make_faint(seed: int, out: pathlib.Path, command: list[str]) -> None:
-    """Each of `FAINT` once at each of `SIGMAS` times its standard deviation, and the same rigs without."""
+def make_faint(seed: int, out: pathlib.Path, command: list[str], effects: list[str]) -> None:
+    """Each effect (of `FAINT`) once at each of `SIGMAS` times its standard deviation, and the same rigs without."""
     families = sorted(FAMILIES)
     for i, effect in enumerate(FAINT):
+        if effect not in effects:
+            continue
         case = Case(f"{i:03d}-clean", families[(i + seed) % len(families)], (), 1000 * seed + i, spread=(0.03, 0.1, 0.2)[i % 3], noise=(0.0, 0.3, 1.0)[i // 3 % 3])
         if not (out / case.name / "truth.json").exists():
             case.write(out)
@@ -152,10 +154,11 @@ def main() -> None:
     a.add_argument("--limit", type=float, default=300, help="seconds for one case")
     a.add_argument("--groups", default="", help="only these, e.g. usual,clean")
     a.add_argument("--near-the-limit", action="store_true", help="effects of 3 to 25 standard deviations in place of the usual groups")
+    a.add_argument("--effects", default=",".join(FAINT), help="of --near-the-limit, only these")
     a.add_argument("--only-generate", action="store_true")
     a = a.parse_args()
     if a.near_the_limit:
-        make_faint(a.seed, a.out, shlex.split(a.cli))
+        make_faint(a.seed, a.out, shlex.split(a.cli), a.effects.split(","))
     wanted = [] if a.near_the_limit else [case for case in plan(a.seed) if not a.groups or case.name.split("-", 1)[1] in a.groups.split(",")]
     missing = [case for case in wanted if not (a.out / case.name / "truth.json").exists()]
     with concurrent.futures.ProcessPoolExecutor(2) as pool:
