@@ -166,7 +166,9 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
         for (name, p) in &e.parameters {
             out.push(format!("  {name} = {}", estimate(p, 4)));
         }
-        let held_out = if e.held_out_gain.is_finite() {
+        let held_out = if e.held_out_gain < 0.0 {
+            "; it does not help on data kept apart".to_owned()
+        } else if e.held_out_gain.is_finite() {
             format!(
                 "; {:.0} % of the remaining squared error on held-out data goes",
                 100.0 * e.held_out_gain
