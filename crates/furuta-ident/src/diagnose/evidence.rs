@@ -31,6 +31,8 @@ const LEAST_FACTOR: f64 = 1.25;
 const FLOOR_UNCERTAINTY: f64 = 0.08;
 /// [`LEAST_GAIN`] for an effect that is local in time: thousands of places are looked at, and any one spoilt window must not pass for it.
 const LEAST_LOCAL_GAIN: f64 = 45.0;
+/// The same where there is play: how the rotor stood is only inferred, and a window that begins wrong looks kicked.
+const LEAST_LOCAL_GAIN_WITH_PLAY: f64 = 300.0;
 /// A kick must gain so many times what nine of ten windows have left at most: where the model is wrong in many places, something always gains a
 /// little in one.
 const STANDS_OUT: f64 = 3.0;
@@ -142,7 +144,11 @@ impl Problem<'_> {
                 elsewhere: gain,
                 windows: 1.0,
                 windows_needed: 0.0,
-                least: LEAST_LOCAL_GAIN.max(STANDS_OUT * usual),
+                least: if larger.hypothesis.has_play() {
+                    LEAST_LOCAL_GAIN_WITH_PLAY.max(STANDS_OUT * usual)
+                } else {
+                    LEAST_LOCAL_GAIN.max(STANDS_OUT * usual)
+                },
                 factor: f64::INFINITY,
                 delta_bic: gain - parameters * self.samples().ln(),
             };
