@@ -8,45 +8,45 @@ use crate::recording::Recording;
 
 /// An evenly sampled stretch of a recording.
 #[derive(Clone, Debug)]
-pub(super) struct Run {
+pub(crate) struct Run {
     /// Name of the recording.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// Index of the recording it comes from.
-    pub(super) recording: usize,
+    pub(crate) recording: usize,
     /// Sample period, s.
-    pub(super) h: f64,
+    pub(crate) h: f64,
     /// Time of the first sample, s.
-    pub(super) t0: f64,
+    pub(crate) t0: f64,
     /// Command from each sample to the next, V.
-    pub(super) u: Vec<f64>,
+    pub(crate) u: Vec<f64>,
     /// Command before the first sample: zero for a rig at rest, otherwise the first one, V.
-    pub(super) u_before: f64,
+    pub(crate) u_before: f64,
     /// Measured `[theta, alpha]`, rad.
-    pub(super) y: Vec<[f64; 2]>,
+    pub(crate) y: Vec<[f64; 2]>,
     /// Speeds from local polynomials, rad/s.
-    pub(super) speed: Vec<[f64; 2]>,
+    pub(crate) speed: Vec<[f64; 2]>,
     /// Root of the weight of each residual, 1 for a fast encoder, less where counts are rare.
-    pub(super) weight: Vec<[f64; 2]>,
+    pub(crate) weight: Vec<[f64; 2]>,
 }
 
 /// A stretch predicted from one initial state: samples `start + 1 ..= start + len`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Window {
+pub(crate) struct Window {
     /// Index into the runs.
-    pub(super) run: usize,
+    pub(crate) run: usize,
     /// The sample whose state is free.
-    pub(super) start: usize,
+    pub(crate) start: usize,
     /// How many samples are predicted.
-    pub(super) len: usize,
+    pub(crate) len: usize,
 }
 
 /// Everything a fit is given.
 #[derive(Clone, Debug)]
-pub(super) struct Data {
+pub(crate) struct Data {
     /// The stretches.
-    pub(super) runs: Vec<Run>,
+    pub(crate) runs: Vec<Run>,
     /// Standard deviation of the encoders' noise, `[theta, alpha]`, rad.
-    pub(super) noise: [f64; 2],
+    pub(crate) noise: [f64; 2],
 }
 
 /// Samples either side of the local polynomials that give speeds; 13 samples in all.
@@ -56,7 +56,7 @@ const LEAST_WEIGHT: f64 = 0.05;
 
 impl Data {
     /// All stretches of all recordings, ready to fit.
-    pub(super) fn new(recordings: &[Recording], rig: &Rig) -> Self {
+    pub(crate) fn new(recordings: &[Recording], rig: &Rig) -> Self {
         let resolution = rig.sensors.resolution();
         let mut runs = Vec::new();
         for (i, r) in recordings.iter().enumerate() {
@@ -98,7 +98,7 @@ impl Data {
     }
 
     /// Consecutive windows of about `seconds` over the runs that `wanted` keeps; a remainder shorter than half a window is left out.
-    pub(super) fn windows(&self, seconds: f64, wanted: impl Fn(&Run) -> bool) -> Vec<Window> {
+    pub(crate) fn windows(&self, seconds: f64, wanted: impl Fn(&Run) -> bool) -> Vec<Window> {
         let mut windows = Vec::new();
         for (i, run) in self.runs.iter().enumerate().filter(|(_, r)| wanted(r)) {
             let last = run.y.len() - 1;
@@ -114,7 +114,7 @@ impl Data {
     }
 
     /// A first guess of the state at a window's start, from a polynomial over `half` samples either side.
-    pub(super) fn guess(&self, w: &Window, half: usize) -> State<f64> {
+    pub(crate) fn guess(&self, w: &Window, half: usize) -> State<f64> {
         let run = &self.runs[w.run];
         let (y, v) = local_fit(&run.y, w.start, half, run.h);
         State::new(y[0], y[1], v[0], v[1])
@@ -123,7 +123,7 @@ impl Data {
 
 impl Run {
     /// The measured series and the predictions of the three models, for the report.
-    pub(super) fn curves(
+    pub(crate) fn curves(
         &self,
         nominal: [Vec<f64>; 2],
         recalibrated: [Vec<f64>; 2],
@@ -156,7 +156,7 @@ impl Run {
     }
 
     /// Whether the pendulum never comes near upright, so that the plant is stable and can be predicted as a whole.
-    pub(super) fn hangs(&self) -> bool {
+    pub(crate) fn hangs(&self) -> bool {
         use std::f64::consts::{PI, TAU};
         const NEAR_UPRIGHT: f64 = 0.6;
         self.y
@@ -166,12 +166,12 @@ impl Run {
 
     /// The command that acts from sample `k` to the next, `late` samples late.
     #[inline]
-    pub(super) fn command(&self, k: usize, late: usize) -> f64 {
+    pub(crate) fn command(&self, k: usize, late: usize) -> f64 {
         k.checked_sub(late).map_or(self.u_before, |i| self.u[i])
     }
 
     /// The commands before sample `k`, `late` samples late, oldest first, at most `count`.
-    pub(super) fn past(&self, k: usize, late: usize, count: usize) -> Vec<f64> {
+    pub(crate) fn past(&self, k: usize, late: usize, count: usize) -> Vec<f64> {
         let mut past: Vec<f64> = (k.saturating_sub(count)..k)
             .map(|i| self.command(i, late))
             .collect();

@@ -147,7 +147,7 @@ impl<'a> Problem<'a> {
             if self.stop.wanted() {
                 break;
             }
-            let Some(step) = Self::step(&here, &r, &bounds, damping) else {
+            let Some(step) = bounded_step(&here.z, &r, &bounds, damping) else {
                 break;
             };
             let predicted = 2.0 * r.gradient.dot(&step) - (&r.matrix * &step).dot(&step);
@@ -205,41 +205,6 @@ impl<'a> Problem<'a> {
             .map(|(w, x)| inner.solve(self.data, w, *x, iterations))
             .unzip();
         f.cost = f.costs.iter().sum();
-    }
-
-    /// A step of the parameters that stays within their bounds: components at a bound that would leave it rest.
-    fn step(here: &Fit, r: &Reduced, bounds: &[(f64, f64)], damping: f64) -> Option<DVector<f64>> {
-        let p = here.z.len();
-        let mut resting: Vec<bool> = bounds.iter().map(|(low, high)| low == high).collect();
-        for _ in 0..p {
-            let (mut m, mut g) = (r.matrix.clone(), r.gradient.clone());
-            for i in 0..p {
-                m[(i, i)] += damping * m[(i, i)] + 1e-9;
-                if resting[i] {
-                    m.row_mut(i).fill(0.0);
-                    m.column_mut(i).fill(0.0);
-                    m[(i, i)] = 1.0;
-                    g[i] = 0.0;
-                }
-            }
-            let step = m.cholesky()?.solve(&g);
-            let mut left = false;
-            for i in 0..p {
-                let (low, high) = bounds[i];
-                let at =
-                    (here.z[i] <= low && step[i] > 0.0) || (here.z[i] >= high && step[i] < 0.0);
-                if at && !resting[i] {
-                    resting[i] = true;
-                    left = true;
-                }
-            }
-            if !left {
-                return Some(DVector::from_fn(p, |i, _| {
-                    here.z[i] - (here.z[i] - step[i]).clamp(bounds[i].0, bounds[i].1)
-                }));
-            }
-        }
-        None
     }
 
     /// Where the step leads, the initial states following.
@@ -351,4 +316,43 @@ impl<'a> Problem<'a> {
             .map(|i| sandwich[(i, i)].max(inverse[(i, i)]).sqrt())
             .collect()
     }
+}
+
+/// A step of the parameters that stays within their bounds: components at a bound that would leave it rest.
+pub(crate) fn bounded_step(
+    z: &[f64],
+    r: &Reduced,
+    bounds: &[(f64, f64)],
+    damping: f64,
+) -> Option<DVector<f64>> {
+    let p = z.len();
+    let mut resting: Vec<bool> = bounds.iter().map(|(low, high)| low == high).collect();
+    for _ in 0..p {
+        let (mut m, mut g) = (r.matrix.clone(), r.gradient.clone());
+        for i in 0..p {
+            m[(i, i)] += damping * m[(i, i)] + 1e-9;
+            if resting[i] {
+                m.row_mut(i).fill(0.0);
+                m.column_mut(i).fill(0.0);
+                m[(i, i)] = 1.0;
+                g[i] = 0.0;
+            }
+        }
+        let step = m.cholesky()?.solve(&g);
+        let mut left = false;
+        for i in 0..p {
+            let (low, high) = bounds[i];
+            let at = (z[i] <= low && step[i] > 0.0) || (z[i] >= high && step[i] < 0.0);
+            if at && !resting[i] {
+                resting[i] = true;
+                left = true;
+            }
+        }
+        if !left {
+            return Some(DVector::from_fn(p, |i, _| {
+                z[i] - (z[i] - step[i]).clamp(bounds[i].0, bounds[i].1)
+            }));
+        }
+    }
+    None
 }

@@ -9,11 +9,11 @@
 
 mod candidates;
 mod custom;
-mod data;
+pub(crate) mod data;
 mod error;
 mod evidence;
 mod expression;
-mod fit;
+pub(crate) mod fit;
 mod held_out;
 mod hypothesis;
 mod limits;
@@ -25,7 +25,7 @@ mod repair;
 pub mod result;
 mod scout;
 mod search;
-mod shooting;
+pub(crate) mod shooting;
 mod stop;
 mod verify;
 

@@ -648,14 +648,11 @@ fn not_a_number() -> f64 {
 }
 
 /// JSON has no NaN and no infinity: they are written as `null`, whatever the serialiser's own habit is, and read back as NaN.
-pub(super) mod null_if_not_finite {
+pub(crate) mod null_if_not_finite {
     use serde::{Deserialize, Deserializer, Serializer};
 
     #[allow(clippy::trivially_copy_pass_by_ref)] // the signature that serde calls
-    pub(in super::super) fn serialize<S: Serializer>(
-        value: &f64,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
         if value.is_finite() {
             serializer.serialize_f64(*value)
         } else {
@@ -663,9 +660,7 @@ pub(super) mod null_if_not_finite {
         }
     }
 
-    pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<f64, D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
         Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
     }
 }

@@ -137,10 +137,10 @@ fn earlier<S: Scalar<Real = f64>>(y0: S, v0: S, y1: S, v1: S, e: S, h: f64) -> S
 
 /// Squared weighted residuals of one window, their gradient and Gauss-Newton matrix with respect to `N` variables.
 #[derive(Clone, Debug)]
-pub(super) struct Normal<const N: usize> {
-    pub(super) cost: f64,
-    pub(super) gradient: [f64; N],
-    pub(super) matrix: [[f64; N]; N],
+pub(crate) struct Normal<const N: usize> {
+    pub(crate) cost: f64,
+    pub(crate) gradient: [f64; N],
+    pub(crate) matrix: [[f64; N]; N],
 }
 
 /// Linearises a window about `x0` and the plant given. The first four of the `N` variables are the initial state's.
@@ -230,26 +230,31 @@ fn cost(plant: &Plant<f64>, late: f64, data: &Data, w: &Window, x0: State<f64>) 
 
 /// A plant in the two scalars that the inner problem needs. With more than four derivatives those beyond the initial state's are of the
 /// parameters.
-pub(super) struct Inner<const N: usize = 4> {
+pub(crate) struct Inner<const N: usize = 4> {
     plant: Plant<Jet<f64, N>>,
     late: Jet<f64, N>,
     plain: Plant<f64>,
 }
 
 impl<const N: usize> Inner<N> {
-    pub(super) fn new(h: &Hypothesis, z: &[f64], nominal: &Nominal) -> Self {
+    pub(crate) fn new(h: &Hypothesis, z: &[f64], nominal: &Nominal) -> Self {
         let (plant, late) = h.plant::<N>(z, nominal, 4);
+        Self::of(plant, late)
+    }
+
+    /// The same for a plant that knows its derivatives, its commands `late` (s).
+    pub(crate) fn of(plant: Plant<Jet<f64, N>>, late: Jet<f64, N>) -> Self {
         let plain = plant.cast();
         Self { plant, late, plain }
     }
 
     /// The plant without derivatives.
-    pub(super) fn plain(&self) -> &Plant<f64> {
+    pub(crate) fn plain(&self) -> &Plant<f64> {
         &self.plain
     }
 
     /// A window's course from `x0`: states, how they depend on it, and what is left of the measurement.
-    pub(super) fn trace(&self, data: &Data, w: &Window, x0: State<f64>) -> Trace<N> {
+    pub(crate) fn trace(&self, data: &Data, w: &Window, x0: State<f64>) -> Trace<N> {
         let run = &data.runs[w.run];
         let mut i = 0;
         let x0 = State::from(x0.to_array().map(|v| {
@@ -275,7 +280,7 @@ impl<const N: usize> Inner<N> {
     }
 
     /// The predictions of a window from `x0`.
-    pub(super) fn predictions(&self, data: &Data, w: &Window, x0: State<f64>) -> Vec<[f64; 2]> {
+    pub(crate) fn predictions(&self, data: &Data, w: &Window, x0: State<f64>) -> Vec<[f64; 2]> {
         let mut out = Vec::with_capacity(w.len);
         predict(
             (&self.plain, &mut some(&self.plain)),
@@ -291,7 +296,7 @@ impl<const N: usize> Inner<N> {
 
 impl Inner {
     /// Improves the initial state by damped Gauss-Newton steps, at most `iterations`; returns state and cost.
-    pub(super) fn solve(
+    pub(crate) fn solve(
         &self,
         data: &Data,
         w: &Window,
@@ -331,7 +336,7 @@ impl Inner {
     }
 
     /// The state at the end of a window.
-    pub(super) fn end(&self, data: &Data, w: &Window, x0: State<f64>) -> State<f64> {
+    pub(crate) fn end(&self, data: &Data, w: &Window, x0: State<f64>) -> State<f64> {
         let run = &data.runs[w.run];
         let late = (self.late.v / run.h + 0.1).floor().max(0.0) as usize;
         let mut s = some(&self.plain);
@@ -343,7 +348,7 @@ impl Inner {
     }
 
     /// The best of several starts: what smoothing over several widths says, and the state given.
-    pub(super) fn search(
+    pub(crate) fn search(
         &self,
         data: &Data,
         w: &Window,
@@ -365,26 +370,26 @@ impl Inner {
 }
 
 /// A window's course.
-pub(super) struct Trace<const N: usize> {
-    pub(super) steps: Vec<Traced<N>>,
+pub(crate) struct Trace<const N: usize> {
+    pub(crate) steps: Vec<Traced<N>>,
 }
 
 /// One step of it.
-pub(super) struct Traced<const N: usize> {
+pub(crate) struct Traced<const N: usize> {
     /// Time at its start, s.
-    pub(super) t: f64,
+    pub(crate) t: f64,
     /// State at its start.
-    pub(super) x: State<f64>,
+    pub(crate) x: State<f64>,
     /// That state's slope with respect to the window's initial state.
-    pub(super) transition: Matrix4<f64>,
+    pub(crate) transition: Matrix4<f64>,
     /// The two angles after the step, with all slopes.
-    pub(super) y: [Jet<f64, N>; 2],
+    pub(crate) y: [Jet<f64, N>; 2],
     /// Roots of their weights over the noise.
-    pub(super) weight: [f64; 2],
+    pub(crate) weight: [f64; 2],
     /// Measured less predicted angles after the step, rad.
-    pub(super) left: [f64; 2],
+    pub(crate) left: [f64; 2],
     /// Voltage at the motor at the step's end, V.
-    pub(super) volts: f64,
+    pub(crate) volts: f64,
 }
 
 fn damped_step(n: &Normal<4>, damping: f64) -> Option<Vector4<f64>> {
@@ -396,20 +401,20 @@ fn damped_step(n: &Normal<4>, damping: f64) -> Option<Vector4<f64>> {
 }
 
 /// Gradient and Gauss-Newton matrix over all windows with the initial states eliminated.
-pub(super) struct Reduced {
-    pub(super) gradient: DVector<f64>,
-    pub(super) matrix: DMatrix<f64>,
+pub(crate) struct Reduced {
+    pub(crate) gradient: DVector<f64>,
+    pub(crate) matrix: DMatrix<f64>,
     /// Per window: the initial state's step for a step of the parameters, `x -= response * step + own`.
-    pub(super) response: Vec<(SMatrix<f64, 4, { MAX_FREE }>, Vector4<f64>)>,
+    pub(crate) response: Vec<(SMatrix<f64, 4, { MAX_FREE }>, Vector4<f64>)>,
     /// Per window: the reduced gradient, for statistics that do not trust the noise to be white.
-    pub(super) scores: Vec<DVector<f64>>,
+    pub(crate) scores: Vec<DVector<f64>>,
 }
 
 /// The longest parameter vector.
-pub(super) const MAX_FREE: usize = 20;
+pub(crate) const MAX_FREE: usize = 20;
 
 /// Linearises all windows in the parameters; `z` may have up to [`MAX_FREE`] components.
-pub(super) fn reduced(
+pub(crate) fn reduced(
     h: &Hypothesis,
     z: &[f64],
     nominal: &Nominal,
@@ -432,8 +437,18 @@ fn reduced_n<const N: usize>(
     windows: &[Window],
     states: &[State<f64>],
 ) -> Reduced {
-    let p = z.len();
     let (plant, late) = h.plant::<N>(z, nominal, 4);
+    eliminated((&plant, late), z.len(), data, windows, states)
+}
+
+/// Linearises all windows in the `p` parameters that are the independent variables of `plant` after the first four.
+pub(crate) fn eliminated<const N: usize>(
+    (plant, late): (&Plant<Jet<f64, N>>, Jet<f64, N>),
+    p: usize,
+    data: &Data,
+    windows: &[Window],
+    states: &[State<f64>],
+) -> Reduced {
     let mut out = Reduced {
         gradient: DVector::zeros(p),
         matrix: DMatrix::zeros(p, p),
@@ -445,8 +460,8 @@ fn reduced_n<const N: usize>(
         .par_iter()
         .zip(states)
         .map_init(
-            || some(&plant),
-            |s, (w, x)| normal((&plant, s), late, data, w, *x),
+            || some(plant),
+            |s, (w, x)| normal((plant, s), late, data, w, *x),
         )
         .collect();
     for n in &normals {
