@@ -237,7 +237,7 @@ pub(crate) struct Inner<const N: usize = 4> {
 }
 
 impl<const N: usize> Inner<N> {
-    pub(crate) fn new(h: &Hypothesis, z: &[f64], nominal: &Nominal) -> Self {
+    pub(super) fn new(h: &Hypothesis, z: &[f64], nominal: &Nominal) -> Self {
         let (plant, late) = h.plant::<N>(z, nominal, 4);
         Self::of(plant, late)
     }
@@ -414,7 +414,7 @@ pub(crate) struct Reduced {
 pub(crate) const MAX_FREE: usize = 20;
 
 /// Linearises all windows in the parameters; `z` may have up to [`MAX_FREE`] components.
-pub(crate) fn reduced(
+pub(super) fn reduced(
     h: &Hypothesis,
     z: &[f64],
     nominal: &Nominal,
