@@ -149,12 +149,17 @@ impl Decoder {
 
 /// Query and Hello begin with their index and a version in every version of the protocol: read these first.
 fn parse(body: &[u8]) -> Result<Message, FrameError> {
-    if let Some((&(0 | 1), rest)) = body.split_first() {
-        let (version, _) =
-            postcard::take_from_bytes::<u16>(rest).map_err(|_| FrameError::Message)?;
-        if version != PROTOCOL_VERSION {
-            return Err(FrameError::Version { found: version });
+    match body.split_first() {
+        Some((0 | 1, rest)) => {
+            let (version, _) =
+                postcard::take_from_bytes::<u16>(rest).map_err(|_| FrameError::Message)?;
+            if version != PROTOCOL_VERSION {
+                return Err(FrameError::Version { found: version });
+            }
         }
+        // An index in more bytes than it needs (80 00 for 0) is nobody's, and would get past the version.
+        Some((0x80.., _)) => return Err(FrameError::Message),
+        _ => {}
     }
     match postcard::take_from_bytes(body) {
         Ok((message, [])) => Ok(message),

@@ -1,0 +1,131 @@
+//! A rig written in C from docs/protocol.md (docs/furuta_wire.h) against this crate, in both directions.
+
+mod common;
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::process::{Command as Process, Stdio};
+
+use common::{Xorshift, any_message, frame};
+use furuta_wire::{Decoder, FrameError, Message, Query};
+
+/// What the C program answers; `None` where there is no C compiler.
+fn ask(input: &str) -> Option<String> {
+    let folder = std::env::temp_dir().join(format!("furuta-c-rig-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder for the program");
+    let program = folder.join("c_rig");
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let compiled = Process::new("cc")
+        .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-O1"])
+        .arg(format!("-I{root}/docs"))
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/c_rig/main.c"))
+        .arg("-o")
+        .arg(&program)
+        .output();
+    let compiled = match compiled {
+        Ok(output) => output,
+        Err(error) => {
+            eprintln!("skipped: no C compiler (cc: {error})");
+            return None;
+        }
+    };
+    assert!(compiled.status.success(), "{compiled:?}");
+    let mut child = Process::new(&program)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("just compiled");
+    let mut stdin = child.stdin.take().expect("piped");
+    let input = input.to_owned();
+    let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
+    let output = child.wait_with_output().expect("ends by itself");
+    writer.join().expect("no panic").expect("all is read");
+    assert!(output.status.success(), "{output:?}");
+    std::fs::remove_dir_all(folder).expect("made above");
+    Some(String::from_utf8(output.stdout).expect("text"))
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+#[test]
+fn a_c_rig_sends_and_understands_the_same_bytes() {
+    let mut random = Xorshift::new(5);
+    let (mut input, mut expected) = (String::new(), String::new());
+    let mut decoder = Decoder::new();
+    for k in 0..4000 {
+        let message = any_message(&mut random);
+        // What the C rig sends.
+        match message {
+            Message::Sample(s) => {
+                let (volts, status) = (s.volts.to_bits(), s.status.bits());
+                let _ = writeln!(
+                    input,
+                    "s {} {} {} {} {volts} {status}",
+                    s.seq, s.t_us, s.theta.0, s.alpha.0
+                );
+                let _ = writeln!(expected, "{}", hex(&frame(&message)));
+            }
+            Message::Hello(mut h) => {
+                // The C rig has whole numbers of counts, and takes a limit of 0 for none.
+                (h.arm_counts_per_rev, h.pendulum_counts_per_rev) = (
+                    f64::from(random.next() as i32),
+                    f64::from(random.next() as i32 >> 16),
+                );
+                let limits = [
+                    &mut h.limits.arm_angle,
+                    &mut h.limits.arm_speed,
+                    &mut h.limits.pendulum_speed,
+                ];
+                let bits = limits.map(|limit| {
+                    *limit = limit.map(|_| 1.0 + random.uniform() as f32);
+                    limit.unwrap_or(0.0).to_bits()
+                });
+                let _ = writeln!(
+                    input,
+                    "h {} {} {} {} {} {} {} {} {}",
+                    h.rig,
+                    h.period_us,
+                    h.arm_counts_per_rev,
+                    h.pendulum_counts_per_rev,
+                    h.command_limit.to_bits(),
+                    bits[0],
+                    bits[1],
+                    bits[2],
+                    h.watchdog_periods
+                );
+                let _ = writeln!(expected, "{}", hex(&frame(&Message::Hello(h))));
+            }
+            Message::Query(_) | Message::Command(_) => {}
+        }
+        // What it receives: whole frames, and damaged ones.
+        let mut bytes = frame(&message);
+        if k % 2 == 1 {
+            random.mutate(&mut bytes);
+        }
+        for byte in bytes {
+            let _ = writeln!(input, "r {byte:x}");
+            let _ = match decoder.push(byte) {
+                None => Ok(()),
+                Some(Ok(Message::Command(c))) => {
+                    writeln!(expected, "command {} {}", c.seq, c.volts.to_bits())
+                }
+                Some(
+                    Ok(Message::Query(Query { version: found }))
+                    | Err(FrameError::Version { found }),
+                ) => writeln!(expected, "query {found}"),
+                // A rig has no use for messages of rigs.
+                Some(_) => writeln!(expected, "bad"),
+            };
+        }
+    }
+    let Some(answer) = ask(&input) else { return };
+    for (line, (c, rust)) in answer.lines().zip(expected.lines()).enumerate() {
+        assert_eq!(c, rust, "line {line}");
+    }
+    assert_eq!(answer.lines().count(), expected.lines().count());
+}
