@@ -1,5 +1,5 @@
 //! The wire between a rotary pendulum rig and its host: what is said ([`Message`]) and how it is framed
-//! ([`encode`], [`Decoder`]).
+//! ([`encode`], [`Decoder`]), and what the rig must do about it ([`RigEnd`]).
 //!
 //! The rig's clock leads. At every tick `k` of its period the rig
 //!
@@ -34,6 +34,7 @@
 mod counts;
 mod frame;
 mod message;
+mod rig_end;
 
 pub use counts::{ArmCounts, PendulumCounts};
 pub use frame::{Decoder, EncodeError, FrameError, MAX_FRAME, encode};
@@ -41,3 +42,4 @@ pub use message::{
     Command, Hello, Message, PROTOCOL_VERSION, Query, RIG_NAME_CAPACITY, RigLimits, RigName,
     Sample, Status,
 };
+pub use rig_end::RigEnd;

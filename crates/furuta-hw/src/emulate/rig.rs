@@ -3,17 +3,14 @@
 
 use std::f64::consts::{PI, TAU};
 
-use arrayvec::ArrayVec;
 use furuta_model::{Effect, Plant, PlantError, PlantState, Rig, State};
 use furuta_wire::{
-    ArmCounts, Decoder, Hello, Message, PROTOCOL_VERSION, PendulumCounts, RIG_NAME_CAPACITY,
-    RigLimits, RigName, Sample, Status,
+    ArmCounts, Hello, PROTOCOL_VERSION, PendulumCounts, RIG_NAME_CAPACITY, RigEnd, RigLimits,
+    RigName, Sample,
 };
 
 /// Longest step of the integrator (s): RK4 then errs by less than an encoder count on all built-in rigs.
 const MAX_STEP: f64 = 1e-3;
-/// Speeds for the limits are taken over this many periods, since a single count per period is already fast.
-const SPEED_WINDOW: usize = 10;
 
 /// Settings of an emulated rig.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,19 +77,10 @@ impl From<PlantError> for EmulationError {
 pub struct EmulatedRig {
     plant: Plant<f64>,
     state: PlantState<f64>,
-    hello: Hello,
+    end: RigEnd,
     substeps: u32,
-    decoder: Decoder,
-    queried: bool,
-    fresh: Option<f32>,
-    refused: bool,
-    answered: bool,
-    held: f32,
-    silent: u32,
-    commanded: bool,
-    seq: u32,
+    held: f64,
     t_us: u64,
-    recent: ArrayVec<[i32; 2], SPEED_WINDOW>,
 }
 
 impl EmulatedRig {
@@ -139,35 +127,24 @@ impl EmulatedRig {
         Ok(Self {
             state: plant.rest(start),
             plant,
-            hello,
+            end: RigEnd::new(hello),
             substeps,
-            decoder: Decoder::new(),
-            queried: false,
-            fresh: None,
-            refused: false,
-            answered: false,
             held: 0.0,
-            silent: 0,
-            commanded: false,
-            seq: 0,
             t_us: 0,
-            recent: ArrayVec::new(),
         })
     }
 
     /// Sampling period (us).
     #[must_use]
     pub fn period_us(&self) -> u32 {
-        self.hello.period_us
+        self.end.settings().period_us
     }
 
     /// Counts per revolution of arm and pendulum.
     #[must_use]
     pub fn counts_per_rev(&self) -> [f64; 2] {
-        [
-            self.hello.arm_counts_per_rev,
-            self.hello.pendulum_counts_per_rev,
-        ]
+        let hello = self.end.settings();
+        [hello.arm_counts_per_rev, hello.pendulum_counts_per_rev]
     }
 
     /// True state of the emulated mechanics: what no real rig would tell.
@@ -179,7 +156,7 @@ impl EmulatedRig {
     /// Moves the mechanics to another state, as a hand would that then holds them for a while: the motor's rotor comes along, and what is late shows the
     /// new state.
     pub fn set_state(&mut self, x: State<f64>) {
-        let mut state = self.plant.rest_under(x, f64::from(self.held));
+        let mut state = self.plant.rest_under(x, self.held);
         (state.run, state.t) = (self.state.run, self.state.t);
         state.voltage = self.state.voltage;
         self.state = state;
@@ -187,119 +164,37 @@ impl EmulatedRig {
 
     /// Takes bytes from the host.
     pub fn receive(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            match self.decoder.push(byte) {
-                Some(Ok(Message::Command(command))) => {
-                    // seq belongs to the sample before the current one at the latest; commands are not reordered on a
-                    // wire, so the newest is the last.
-                    self.answered |= command.seq == self.seq.wrapping_sub(1);
-                    if command.volts.is_finite() {
-                        self.fresh = Some(command.volts);
-                    } else {
-                        self.refused = true;
-                    }
-                }
-                Some(Ok(Message::Query(_)) | Err(furuta_wire::FrameError::Version { .. })) => {
-                    self.queried = true
-                }
-                _ => {}
-            }
-        }
+        bytes.iter().for_each(|&byte| self.end.receive(byte));
     }
 
     /// The answer to a query, if one came since the last call.
     pub fn hello(&mut self) -> Option<Hello> {
-        std::mem::take(&mut self.queried).then_some(self.hello)
+        self.end.hello()
     }
 
     /// True if the last sample has been answered, with whatever voltage.
     #[must_use]
     pub fn is_answered(&self) -> bool {
-        self.answered
+        self.end.is_answered()
     }
 
     /// One tick: latches the newest command, reads the encoders, and moves the mechanics on to the next tick.
     pub fn tick(&mut self) -> Sample {
-        let period = f64::from(self.hello.period_us) * 1e-6;
+        let period_us = self.period_us();
         let [theta, alpha] = self.plant.measure(&self.state);
-        let counts = [
-            to_counts(theta, self.hello.arm_counts_per_rev),
-            to_counts(alpha - PI, self.hello.pendulum_counts_per_rev),
-        ];
-        let (volts, status) = self.latch(counts);
-        let sample = Sample {
-            seq: self.seq,
-            t_us: self.t_us,
-            theta: ArmCounts(counts[0]),
-            alpha: PendulumCounts(counts[1]),
-            volts,
-            status,
-        };
-        let h = period / f64::from(self.substeps);
-        for _ in 0..self.substeps {
-            self.plant.step(&mut self.state, f64::from(volts), h);
-        }
-        self.seq = self.seq.wrapping_add(1);
-        self.t_us += u64::from(self.hello.period_us);
-        sample
-    }
-
-    /// The voltage from this tick on, and why.
-    fn latch(&mut self, counts: [i32; 2]) -> (f32, Status) {
-        let mut status = Status::OK;
-        self.answered = false;
-        if std::mem::take(&mut self.refused) {
-            status = status | Status::REFUSED;
-        }
-        if let Some(volts) = self.fresh.take() {
-            let limit = self.hello.command_limit;
-            if volts.abs() > limit {
-                status = status | Status::CLIPPED;
-            }
-            self.held = volts.clamp(-limit, limit);
-            self.silent = 0;
-            self.commanded = true;
-        } else {
-            self.silent = self.silent.saturating_add(1);
-            status = status | Status::HELD;
-        }
-        if !self.commanded || self.silent >= u32::from(self.hello.watchdog_periods) {
-            self.held = 0.0;
-            status = status | Status::WATCHDOG;
-        }
-        if self.beyond_limits(counts) {
-            self.held = 0.0;
-            status = status | Status::LIMIT;
-        }
-        (self.held, status)
-    }
-
-    fn beyond_limits(&mut self, counts: [i32; 2]) -> bool {
-        let angle = |counts: i32, per_rev: f64| f64::from(counts) * TAU / per_rev;
-        let RigLimits {
-            arm_angle,
-            arm_speed,
-            pendulum_speed,
-        } = self.hello.limits;
-        let (arm, pendulum) = (
-            self.hello.arm_counts_per_rev,
-            self.hello.pendulum_counts_per_rev,
+        let [arm, pendulum] = self.counts_per_rev();
+        let sample = self.end.tick(
+            self.t_us,
+            ArmCounts(to_counts(theta, arm)),
+            PendulumCounts(to_counts(alpha - PI, pendulum)),
         );
-        let mut speeds = [0.0; 2];
-        if self.recent.is_full() {
-            let old = self.recent.remove(0);
-            let window = SPEED_WINDOW as f64 * f64::from(self.hello.period_us) * 1e-6;
-            speeds = [
-                angle(counts[0].wrapping_sub(old[0]), arm) / window,
-                angle(counts[1].wrapping_sub(old[1]), pendulum) / window,
-            ];
+        let h = f64::from(period_us) * 1e-6 / f64::from(self.substeps);
+        self.held = f64::from(sample.volts);
+        for _ in 0..self.substeps {
+            self.plant.step(&mut self.state, self.held, h);
         }
-        self.recent.push(counts);
-        let beyond =
-            |value: f64, limit: Option<f32>| limit.is_some_and(|l| value.abs() > f64::from(l));
-        beyond(angle(counts[0], arm), arm_angle)
-            || beyond(speeds[0], arm_speed)
-            || beyond(speeds[1], pendulum_speed)
+        self.t_us += u64::from(period_us);
+        sample
     }
 }
 
@@ -322,7 +217,7 @@ fn short_name(name: &str) -> RigName {
 
 #[cfg(test)]
 mod tests {
-    use furuta_wire::{Command, MAX_FRAME, Query, encode};
+    use furuta_wire::{Command, MAX_FRAME, Message, Query, Status, encode};
 
     use super::*;
 

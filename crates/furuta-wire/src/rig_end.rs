@@ -1,0 +1,199 @@
+//! The rig's end of the wire: what every rig must do whatever its motor and its encoders are.
+
+use core::f32::consts::TAU;
+
+use arrayvec::ArrayVec;
+
+use crate::{
+    ArmCounts, Decoder, FrameError, Hello, Message, PendulumCounts, RigLimits, Sample, Status,
+};
+
+/// Speeds for the limits are taken over this many periods, since a single count per period is already fast.
+const SPEED_WINDOW: usize = 10;
+
+/// The rig's end of the wire: takes the host's bytes, decides at each tick what the motor gets. Holds the watchdog, the
+/// command limit and the limits of angle and speed that the hello announces. No I/O, no clock.
+///
+/// ```
+/// use furuta_wire::{ArmCounts, Command, Hello, MAX_FRAME, Message, PendulumCounts, RigEnd, RigLimits, RigName, Status, encode};
+///
+/// let hello = Hello {
+///     version: furuta_wire::PROTOCOL_VERSION,
+///     rig: RigName::from("my-rig").unwrap_or_default(),
+///     period_us: 2000,
+///     arm_counts_per_rev: 2048.0,
+///     pendulum_counts_per_rev: 2048.0,
+///     command_limit: 10.0,
+///     limits: RigLimits::default(),
+///     watchdog_periods: 10,
+/// };
+/// let mut rig = RigEnd::new(hello);
+/// let mut buffer = [0; MAX_FRAME];
+/// let frame = encode(&Message::Command(Command { seq: 0, volts: 12.0 }), &mut buffer)?;
+/// frame.iter().for_each(|&byte| rig.receive(byte));
+/// let sample = rig.tick(0, ArmCounts(0), PendulumCounts(0));
+/// assert_eq!((sample.volts, sample.status), (10.0, Status::CLIPPED)); // what the motor is to get from now on
+/// for k in 1..=10 {
+///     let silent = rig.tick(2000 * k, ArmCounts(0), PendulumCounts(0));
+///     assert_eq!(silent.volts, if k < 10 { 10.0 } else { 0.0 }); // the watchdog
+/// }
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct RigEnd {
+    hello: Hello,
+    decoder: Decoder,
+    queried: bool,
+    fresh: Option<f32>,
+    refused: bool,
+    answered: bool,
+    held: f32,
+    silent: u32,
+    commanded: bool,
+    seq: u32,
+    /// Counts at the last ticks, the oldest first.
+    recent: ArrayVec<[i32; 2], SPEED_WINDOW>,
+}
+
+impl RigEnd {
+    /// At power-on: the motor is off until the first valid command.
+    #[must_use]
+    pub fn new(hello: Hello) -> Self {
+        Self {
+            hello,
+            decoder: Decoder::new(),
+            queried: false,
+            fresh: None,
+            refused: false,
+            answered: false,
+            held: 0.0,
+            silent: 0,
+            commanded: false,
+            seq: 0,
+            recent: ArrayVec::new(),
+        }
+    }
+
+    /// What the rig says of itself.
+    #[must_use]
+    pub fn settings(&self) -> &Hello {
+        &self.hello
+    }
+
+    /// Takes a byte from the host.
+    pub fn receive(&mut self, byte: u8) {
+        match self.decoder.push(byte) {
+            Some(Ok(Message::Command(command))) => {
+                // seq belongs to the sample before the current one at the latest; commands are not reordered on a
+                // wire, so the newest is the last.
+                self.answered |= command.seq == self.seq.wrapping_sub(1);
+                self.command(command.volts);
+            }
+            Some(Ok(Message::Query(_)) | Err(FrameError::Version { .. })) => self.queried = true,
+            _ => {}
+        }
+    }
+
+    /// The motor voltage asked for from the next tick on (V): for a controller on the rig itself, with the same
+    /// checks as for a host's command.
+    pub fn command(&mut self, volts: f32) {
+        if volts.is_finite() {
+            self.fresh = Some(volts);
+        } else {
+            self.refused = true;
+        }
+    }
+
+    /// The answer to a query, if one came since the last call.
+    pub fn hello(&mut self) -> Option<Hello> {
+        core::mem::take(&mut self.queried).then_some(self.hello)
+    }
+
+    /// True if the last sample has been answered, with whatever voltage.
+    #[must_use]
+    pub fn is_answered(&self) -> bool {
+        self.answered
+    }
+
+    /// Number of the next sample.
+    #[must_use]
+    pub fn seq(&self) -> u32 {
+        self.seq
+    }
+
+    /// One tick at `t_us` of the rig's clock, the encoders being at these counts: the sample to be sent. Its `volts` are what the motor must
+    /// get from now on.
+    pub fn tick(&mut self, t_us: u64, theta: ArmCounts, alpha: PendulumCounts) -> Sample {
+        let (volts, status) = self.latch([theta.0, alpha.0]);
+        let seq = self.seq;
+        self.seq = seq.wrapping_add(1);
+        Sample {
+            seq,
+            t_us,
+            theta,
+            alpha,
+            volts,
+            status,
+        }
+    }
+
+    /// The voltage from this tick on, and why.
+    fn latch(&mut self, counts: [i32; 2]) -> (f32, Status) {
+        let mut status = Status::OK;
+        self.answered = false;
+        if core::mem::take(&mut self.refused) {
+            status = status | Status::REFUSED;
+        }
+        if let Some(volts) = self.fresh.take() {
+            let limit = self.hello.command_limit;
+            if volts.abs() > limit {
+                status = status | Status::CLIPPED;
+            }
+            // Not `clamp`, which panics where the limit is no number: then the motor gets nothing.
+            self.held = volts.min(limit).max(-limit);
+            self.silent = 0;
+            self.commanded = true;
+        } else {
+            self.silent = self.silent.saturating_add(1);
+            status = status | Status::HELD;
+        }
+        if !self.commanded || self.silent >= u32::from(self.hello.watchdog_periods) {
+            self.held = 0.0;
+            status = status | Status::WATCHDOG;
+        }
+        if self.beyond_limits(counts) {
+            self.held = 0.0;
+            status = status | Status::LIMIT;
+        }
+        (self.held, status)
+    }
+
+    fn beyond_limits(&mut self, counts: [i32; 2]) -> bool {
+        #[allow(clippy::cast_possible_truncation)] // counts per turn have few digits
+        let per_count = [
+            TAU / self.hello.arm_counts_per_rev as f32,
+            TAU / self.hello.pendulum_counts_per_rev as f32,
+        ];
+        let angle = |axis: usize, counts: i32| counts as f32 * per_count[axis];
+        let RigLimits {
+            arm_angle,
+            arm_speed,
+            pendulum_speed,
+        } = self.hello.limits;
+        let mut speeds = [0.0; 2];
+        if self.recent.is_full() {
+            let old = self.recent.remove(0);
+            let window = SPEED_WINDOW as f32 * self.hello.period_us as f32 * 1e-6;
+            speeds = [
+                angle(0, counts[0].wrapping_sub(old[0])) / window,
+                angle(1, counts[1].wrapping_sub(old[1])) / window,
+            ];
+        }
+        // There is room: a full window has lost its oldest just now.
+        let _ = self.recent.try_push(counts);
+        let beyond = |value: f32, limit: Option<f32>| limit.is_some_and(|l| value.abs() > l);
+        beyond(angle(0, counts[0]), arm_angle)
+            || beyond(speeds[0], arm_speed)
+            || beyond(speeds[1], pendulum_speed)
+    }
+}
