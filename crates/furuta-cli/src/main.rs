@@ -1,5 +1,6 @@
 //! The `furuta` command: simulate, design, run and diagnose rotary inverted pendulums.
 
+mod bode;
 mod commands;
 mod failure;
 mod interrupt;

@@ -15,6 +15,7 @@ pub struct Chart {
     title: String,
     horizontal: String,
     panels: Vec<Panel>,
+    logarithmic: bool,
 }
 
 /// Lines over one vertical axis.
@@ -117,7 +118,15 @@ impl Chart {
             title: title.to_owned(),
             horizontal: horizontal.to_owned(),
             panels,
+            logarithmic: false,
         }
+    }
+
+    /// With a logarithmic horizontal axis, as a Bode plot has; points at or below 0 are not shown.
+    #[must_use]
+    pub fn logarithmic(mut self) -> Self {
+        self.logarithmic = true;
+        self
     }
 
     /// The picture as SVG.
@@ -130,12 +139,12 @@ impl Chart {
             escaped(&self.title)
         );
         let all = || self.panels.iter().flat_map(|p| &p.lines);
-        let across = Axis::over(
-            all().flat_map(|l| l.points.iter().map(|p| p.0)),
-            LEFT,
-            WIDTH - RIGHT,
-            false,
-        );
+        let values = all().flat_map(|l| l.points.iter().map(|p| p.0));
+        let across = if self.logarithmic {
+            Axis::logarithmic(values, LEFT, WIDTH - RIGHT)
+        } else {
+            Axis::over(values, LEFT, WIDTH - RIGHT, false)
+        };
         for (k, panel) in self.panels.iter().enumerate() {
             let top = TOP + k as f64 * (PANEL + GAP);
             let last = k + 1 == self.panels.len();
@@ -189,7 +198,7 @@ impl Panel {
                     svg,
                     r#"<text x="{x:.1}" y="{}" text-anchor="middle">{}</text>"#,
                     bottom + 16.0,
-                    number_text(value, across.step)
+                    number_text(value, across.step_at(value))
                 );
             }
         }
@@ -272,6 +281,8 @@ pub(crate) struct Axis {
     from: f64,
     to: f64,
     pub(crate) step: f64,
+    /// `low` and `high` are decades.
+    logarithmic: bool,
 }
 
 impl Axis {
@@ -311,23 +322,67 @@ impl Axis {
             from,
             to,
             step,
+            logarithmic: false,
+        }
+    }
+
+    fn logarithmic(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Self {
+        let decades = values.filter(|v| *v > 0.0).map(f64::log10);
+        Self {
+            logarithmic: true,
+            ..Self::over(decades, from, to, false)
         }
     }
 
     /// The place of a value, kept near the picture whatever the value.
     pub(crate) fn at(&self, value: f64) -> f64 {
+        let value = if self.logarithmic {
+            value.log10()
+        } else {
+            value
+        };
         let share = ((value - self.low) / (self.high - self.low)).clamp(-2.0, 3.0);
         self.from + share * (self.to - self.from)
     }
 
+    /// Distance of the ticks about a value.
+    fn step_at(&self, value: f64) -> f64 {
+        if self.logarithmic {
+            10_f64.powf(value.log10().floor())
+        } else {
+            self.step
+        }
+    }
+
     pub(crate) fn ticks(&self) -> impl Iterator<Item = (f64, f64)> {
+        let values = if self.logarithmic {
+            self.decades()
+        } else {
+            self.even()
+        };
+        values.into_iter().map(|value| (value, self.at(value)))
+    }
+
+    /// 1, 2, 5, 10, 20, ... within the axis; 1, 10, 100, ... where it spans many decades.
+    fn decades(&self) -> Vec<f64> {
+        let digits: &[f64] = if self.high - self.low > 3.5 {
+            &[1.0]
+        } else {
+            &[1.0, 2.0, 5.0]
+        };
+        let range = self.low.floor() as i32..=(self.high.ceil() as i32).min(self.low as i32 + 50);
+        let all = range.flat_map(|decade| digits.iter().map(move |d| d * 10_f64.powi(decade)));
+        let inside = |v: &f64| (self.low - 1e-9..=self.high + 1e-9).contains(&v.log10());
+        all.filter(inside).collect()
+    }
+
+    fn even(&self) -> Vec<f64> {
         let first = (self.low / self.step - 1e-6).ceil() as i64;
         let last = (self.high / self.step + 1e-6).floor() as i64;
         // Never more than a picture can show.
-        (first..=last.min(first + 50)).map(|k| {
-            let value = k as f64 * self.step;
-            (value, self.at(value))
-        })
+        (first..=last.min(first + 50))
+            .map(|k| k as f64 * self.step)
+            .collect()
     }
 }
 
@@ -401,6 +456,14 @@ mod tests {
         let values: Vec<_> = axis.ticks().map(|t| t.0).collect();
         assert_eq!(values.len(), 3, "{values:?}");
         assert!((values[0] - 0.05).abs() < 1e-12 && (values[2] - 0.15).abs() < 1e-12);
+    }
+
+    #[test]
+    fn decades_are_evenly_spaced() {
+        let axis = Axis::logarithmic([0.1, 0.0, 10.0].into_iter(), 0.0, 100.0);
+        let values: Vec<_> = axis.ticks().map(|t| t.0).collect();
+        assert_eq!(values.len(), 7, "{values:?}");
+        assert!((axis.at(1.0) - 50.0).abs() < 1e-9);
     }
 
     #[test]

@@ -2,5 +2,6 @@
 //! model lacks, and showing it.
 
 pub mod diagnose;
+pub mod frequency;
 pub mod recording;
 pub mod report;

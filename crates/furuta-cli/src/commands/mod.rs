@@ -8,6 +8,7 @@ mod diagnose;
 mod effects;
 mod emulate;
 mod foresight;
+mod identify;
 mod rigs;
 mod run;
 mod signal;
@@ -27,6 +28,7 @@ pub(crate) enum Command {
     Simulate(simulate::Args),
     Design(design::Args),
     Controllers(controllers::Args),
+    Identify(identify::Args),
     Diagnose(diagnose::Args),
     Emulate(emulate::Args),
     Run(run::Args),
@@ -44,6 +46,7 @@ impl Command {
             Self::Simulate(args) => simulate::run(args)?,
             Self::Design(args) => design::run(args)?,
             Self::Controllers(args) => controllers::run(args)?,
+            Self::Identify(args) => identify::run(args)?,
             Self::Diagnose(args) => return diagnose::run(args),
             Self::Emulate(args) => emulate::run(args)?,
             Self::Run(args) => run::run(args)?,

@@ -146,7 +146,7 @@ impl SignalArgs {
     }
 }
 
-fn band(text: &str) -> Result<[f64; 2], String> {
+pub(crate) fn band(text: &str) -> Result<[f64; 2], String> {
     let numbers = text
         .split_once(',')
         .and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));

@@ -1,0 +1,94 @@
+//! Bode plots: magnitude, phase, coherence over a logarithmic frequency.
+
+use furuta_design::chart::{Chart, Line, Panel};
+use furuta_ident::frequency::Frf;
+use furuta_ident::frequency::error::FrequencyError;
+use furuta_ident::frequency::response::decibels;
+
+/// A Bode plot being put together: what was measured first, models over it.
+pub(crate) struct Bode {
+    title: String,
+    magnitude: Vec<Line>,
+    phase: Vec<Line>,
+    coherence: Vec<Line>,
+    colour: usize,
+    /// Lowest and highest magnitude of what was measured, dB.
+    measured: Option<(f64, f64)>,
+}
+
+impl Bode {
+    /// An empty plot.
+    pub(crate) fn new(title: &str) -> Self {
+        Self {
+            title: title.to_owned(),
+            magnitude: Vec::new(),
+            phase: Vec::new(),
+            coherence: Vec::new(),
+            colour: 0,
+            measured: None,
+        }
+    }
+
+    /// A measured response with its 95 % confidence and its coherence.
+    pub(crate) fn measured(mut self, frf: &Frf) -> Result<Self, FrequencyError> {
+        let colour = self.next_colour();
+        let radius = frf.confidence(0.95)?;
+        let (db, phase) = (frf.magnitude_db(), frf.phase_degrees());
+        let over = |values: &[f64]| -> Vec<(f64, f64)> {
+            frf.frequency
+                .iter()
+                .copied()
+                .zip(values.iter().copied())
+                .collect()
+        };
+        // Beyond a radius as large as the response nothing is known of it: a band that leaves the picture.
+        let share: Vec<f64> = frf
+            .response
+            .iter()
+            .zip(&radius)
+            .map(|(h, r)| (r / h.norm()).min(0.999))
+            .collect();
+        let edge = |side: f64| -> Vec<f64> {
+            let shift = |(db, s): (&f64, &f64)| db + decibels(1.0 + side * s);
+            db.iter().zip(&share).map(shift).collect()
+        };
+        self.magnitude
+            .push(Line::between("95 %", over(&edge(-1.0)), over(&edge(1.0))).colour(colour));
+        self.magnitude
+            .push(Line::new("measured", over(&db)).colour(colour));
+        let edge = |side: f64| -> Vec<f64> {
+            let shift = |(phase, s): (&f64, &f64)| phase + side * s.asin().to_degrees();
+            phase.iter().zip(&share).map(shift).collect()
+        };
+        self.phase
+            .push(Line::between("", over(&edge(-1.0)), over(&edge(1.0))).colour(colour));
+        self.phase.push(Line::new("", over(&phase)).colour(colour));
+        self.coherence
+            .push(Line::new("", over(&frf.coherence)).colour(colour));
+        let span = db.iter().filter(|v| v.is_finite());
+        self.measured = span.fold(self.measured, |span, v| match span {
+            Some((low, high)) => Some((low.min(*v), high.max(*v))),
+            None => Some((*v, *v)),
+        });
+        Ok(self)
+    }
+
+    fn next_colour(&mut self) -> usize {
+        self.colour += 1;
+        self.colour - 1
+    }
+
+    /// The picture.
+    pub(crate) fn chart(self) -> Chart {
+        let mut magnitude = Panel::new("magnitude [dB]", self.magnitude);
+        if let Some((low, high)) = self.measured {
+            let margin = 0.08 * (high - low).max(10.0);
+            magnitude = magnitude.showing(low - margin, high + margin);
+        }
+        let mut panels = vec![magnitude, Panel::new("phase [deg]", self.phase)];
+        if !self.coherence.is_empty() {
+            panels.push(Panel::new("coherence", self.coherence).showing(0.0, 1.02));
+        }
+        Chart::new(&self.title, "frequency [Hz]", panels).logarithmic()
+    }
+}

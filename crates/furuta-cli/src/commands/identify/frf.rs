@@ -1,0 +1,243 @@
+//! `furuta identify frf`: a frequency response from recordings.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use furuta_ident::diagnose::result::significant;
+use furuta_ident::frequency::record::{Columns, Taken};
+use furuta_ident::frequency::response::decibels;
+use furuta_ident::frequency::{Estimator, Frf, Settings, Window, periodic};
+use furuta_ident::recording::Recording;
+use serde_json::json;
+
+use crate::bode::Bode;
+use crate::commands::emulate::positive;
+use crate::commands::study::plot;
+use crate::failure::Failure;
+
+/// Frequency response from recordings, with coherence and confidence: by averaging windowed segments (Welch; the same numbers as SciPy's csd),
+/// or from whole periods of a periodic signal.
+///
+/// It is the response of the sampled plant: the hold of the command, half a sample of delay, is in it.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Recordings of one rig at one rate, CSV or MCAP; averaged together.
+    #[arg(value_name = "DATA", required = true)]
+    data: Vec<PathBuf>,
+    #[command(flatten)]
+    measure: Measure,
+    /// Write frequency, real and imaginary part, magnitude, phase, coherence and deviation (CSV).
+    #[arg(long, value_name = "OUT.csv")]
+    csv: Option<PathBuf>,
+    /// Draw magnitude, phase and coherence (SVG).
+    #[arg(long, value_name = "OUT.svg")]
+    plot: Option<PathBuf>,
+    /// Print one line of JSON in place of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// How a response is taken from recordings.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Measure {
+    /// The plant's output: alpha, theta, or another column.
+    #[arg(long, value_name = "COLUMN", default_value = "alpha")]
+    output: String,
+    /// Its input.
+    #[arg(long, value_name = "COLUMN", default_value = "u")]
+    input: String,
+    /// The signal that no controller chose (`excitation`, `reference`, ...): joint input-output estimate, for recordings in closed loop.
+    #[arg(long, value_name = "COLUMN")]
+    reference: Option<String>,
+    /// How the response is formed in open loop.
+    #[arg(long, value_enum, default_value_t = By::H1, conflicts_with = "reference")]
+    estimator: By,
+    /// Distance of lines; a tenth of the longest stretch gives it if not given.
+    #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with = "period")]
+    resolution: Option<f64>,
+    /// Window: rectangular, hann, hamming, blackman, blackmanharris, flattop.
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "hann",
+        conflicts_with = "period"
+    )]
+    window: Window,
+    /// Part of a segment that it shares with the next.
+    #[arg(long, value_name = "PART", default_value_t = 0.5, value_parser = part, conflicts_with = "period")]
+    overlap: f64,
+    /// The signal repeats after so long (`furuta run` prints a multisine's period): lines without leakage, deviation from the periods' spread.
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    period: Option<f64>,
+    /// Periods left out at the start, in which the start still rings.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "period")]
+    discard: usize,
+    /// Frequencies to give; all if not given.
+    #[arg(long, value_name = "LOW,HIGH", value_parser = crate::commands::signal::band)]
+    band: Option<[f64; 2]>,
+}
+
+#[derive(clap::ValueEnum, Copy, Clone, Debug, PartialEq, Eq)]
+enum By {
+    /// Cross spectrum over the input's: right with noise on the output.
+    H1,
+    /// The output's spectrum over the cross spectrum: right with noise on the input.
+    H2,
+}
+
+fn part(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(x) if (0.0..=0.95).contains(&x) => Ok(x),
+        _ => Err("must be a number from 0 to 0.95".to_owned()),
+    }
+}
+
+impl Measure {
+    /// The response, and what should be known about it.
+    pub(crate) fn response(&self, data: &[PathBuf]) -> Result<(Frf, Vec<String>), Failure> {
+        let mut said = Vec::new();
+        let mut recordings = Vec::new();
+        for path in data {
+            let (recording, notices) = Recording::load_with_notices(path)?;
+            said.extend(notices.iter().map(ToString::to_string));
+            recordings.push(recording);
+        }
+        let columns = Columns {
+            input: &self.input,
+            output: &self.output,
+            external: self.reference.as_deref(),
+        };
+        let taken = Taken::from_recordings(&recordings, columns)?;
+        said.extend(taken.notices.iter().map(ToString::to_string));
+        let frf = match self.period {
+            Some(period) => {
+                periodic::response(&taken.stretches, taken.sample_period, period, self.discard)?
+            }
+            None => {
+                let mut settings = taken.usual_settings();
+                if let Some(resolution) = self.resolution {
+                    settings.segment = (1.0 / (resolution * taken.sample_period)).round() as usize;
+                }
+                settings = Settings {
+                    overlap: (self.overlap * settings.segment as f64) as usize,
+                    window: self.window,
+                    ..settings
+                };
+                let estimator = match (&self.reference, self.estimator) {
+                    (Some(_), _) => Estimator::Joint,
+                    (None, By::H1) => Estimator::H1,
+                    (None, By::H2) => Estimator::H2,
+                };
+                let (frf, notices) =
+                    Frf::measure(&taken.stretches, taken.sample_period, &settings, estimator)?;
+                said.extend(notices.iter().map(ToString::to_string));
+                frf
+            }
+        };
+        let frf = match self.band {
+            Some([low, high]) => frf.band(low, high)?,
+            None => frf,
+        };
+        said.extend(frf.low_coherence().map(|n| n.to_string()));
+        Ok((frf, said))
+    }
+
+    /// What the response is of: `alpha / u`.
+    pub(crate) fn what(&self) -> String {
+        format!("{} / {}", self.output, self.input)
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let (frf, notices) = args.measure.response(&args.data)?;
+    for notice in &notices {
+        eprintln!("note: {notice}");
+    }
+    if let Some(path) = &args.plot {
+        plot(
+            path,
+            &Bode::new(&args.measure.what()).measured(&frf)?.chart(),
+        )?;
+    }
+    if let Some(path) = &args.csv {
+        write_csv(path, &frf)
+            .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))?;
+    }
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        let line = json!({
+            "what": args.measure.what(), "method": frf.method, "averages": frf.averages, "resolution": frf.resolution(),
+            "sample_period": frf.sample_period, "notices": notices, "frequency": frf.frequency,
+            "real": frf.response.iter().map(|h| h.re).collect::<Vec<_>>(), "imaginary": frf.response.iter().map(|h| h.im).collect::<Vec<_>>(),
+            "coherence": frf.coherence, "std": frf.std,
+        });
+        return Ok(writeln!(out, "{line}")?);
+    }
+    out.write_all(text(&args.measure.what(), &frf)?.as_bytes())?;
+    Ok(())
+}
+
+/// Lines shown on a terminal; all of them are in the CSV file.
+const SHOWN: usize = 24;
+
+fn text(what: &str, frf: &Frf) -> Result<String, Failure> {
+    let mut text = format!(
+        "{what}: {}, {} independent averages, {} lines {} Hz apart\n",
+        frf.method,
+        significant(frf.averages, 3),
+        frf.frequency.len(),
+        significant(frf.resolution(), 4)
+    );
+    text += "        Hz   magnitude        dB     phase  coherence  95 % within\n";
+    text += "              rad/V                   deg                        %\n";
+    let (db, phase) = (frf.magnitude_db(), frf.phase_degrees());
+    let radius = frf.confidence(0.95)?;
+    let mut last = 0.0;
+    let (low, high) = match (frf.frequency.first(), frf.frequency.last()) {
+        (Some(low), Some(high)) => (*low, *high),
+        _ => (1.0, 1.0),
+    };
+    // Evenly in the logarithm, as a Bode plot is read.
+    let step = (high / low).powf(1.0 / SHOWN as f64);
+    for k in 0..frf.frequency.len() {
+        if frf.frequency[k] < last * step * (1.0 - 1e-9) {
+            continue;
+        }
+        last = frf.frequency[k];
+        let magnitude = frf.response[k].norm();
+        text += &format!(
+            "  {:>8} {:>11} {:>9.2} {:>9.1} {:>10.4} {:>12.2}\n",
+            significant(frf.frequency[k], 4),
+            significant(magnitude, 4),
+            db[k],
+            phase[k],
+            frf.coherence[k],
+            100.0 * radius[k] / magnitude
+        );
+    }
+    Ok(text)
+}
+
+fn write_csv(path: &Path, frf: &Frf) -> std::io::Result<()> {
+    let mut out = std::io::BufWriter::new(std::fs::File::create(path)?);
+    writeln!(
+        out,
+        "frequency,real,imaginary,magnitude_db,phase_deg,coherence,std"
+    )?;
+    let phase = frf.phase_degrees();
+    for (k, h) in frf.response.iter().enumerate() {
+        writeln!(
+            out,
+            "{},{},{},{},{},{},{}",
+            frf.frequency[k],
+            h.re,
+            h.im,
+            decibels(h.norm()),
+            phase[k],
+            frf.coherence[k],
+            frf.std[k]
+        )?;
+    }
+    out.flush()
+}
