@@ -124,18 +124,9 @@ fn periods() {
         .map(|k| (f64::from(k) * std::f64::consts::TAU / 100.0).sin())
         .collect();
     let respond = |u: &[f64], period, discard| {
-        periodic::response(
-            &[Stretch {
-                u,
-                y: &u[..],
-                r: None,
-            }],
-            H,
-            period,
-            discard,
-        )
-        .expect_err("refused")
-        .to_string()
+        periodic::response(&[Stretch { u, y: u, r: None }], H, period, discard)
+            .expect_err("refused")
+            .to_string()
     };
     assert!(respond(&u, 1.005, 0).starts_with(
         "a period of 1.005 s is 100.500 samples of 0.01 s: it must be a whole number"
