@@ -1,7 +1,9 @@
-//! Recordings of a rotary inverted pendulum, and what they say about its model: reading and checking them, finding the effect that the
-//! model lacks, and showing it.
+//! Recordings of a rotary inverted pendulum, and what they say about its model: reading and checking them, fitting a rig's parameters, finding the effect
+//! that the model lacks, and showing it.
 
+pub mod calibrate;
 pub mod diagnose;
 pub mod frequency;
 pub mod recording;
 pub mod report;
+pub mod validate;

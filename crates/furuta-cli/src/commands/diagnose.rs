@@ -110,7 +110,7 @@ pub(crate) fn search(request: &Request<'_>, plan: bool) -> Result<Outcome, Failu
     Ok(outcome?)
 }
 
-fn refuse_suspicion(notice: &Notice, accepted: bool) -> Result<(), Failure> {
+pub(super) fn refuse_suspicion(notice: &Notice, accepted: bool) -> Result<(), Failure> {
     if notice.kind.is_suspicion() && !accepted {
         return Err(Failure::new(format!(
             "{notice}; mend the recording, or pass --accept-suspicious if it is right as it is"
@@ -119,7 +119,7 @@ fn refuse_suspicion(notice: &Notice, accepted: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-fn load(
+pub(super) fn load(
     paths: &[PathBuf],
     accept_suspicious: bool,
     notices: &mut Vec<String>,

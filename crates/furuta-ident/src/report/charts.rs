@@ -3,6 +3,7 @@
 use core::fmt::Write as _;
 
 use super::escape;
+use crate::calibrate::result::Profile;
 use crate::diagnose::result::{CandidateEvidence, Channel, Gap, GapBar, significant};
 
 /// Width of the full charts, and of the one beside a table.
@@ -261,6 +262,52 @@ pub(super) fn evidence(candidates: &[CandidateEvidence]) -> String {
         "evidence for each candidate, logarithmic",
         [WIDTH, bottom + 24.0],
         &(svg + &heads),
+    )
+}
+
+/// The rise of the cost along one parameter, with the line that bounds the 95 % interval.
+pub(super) fn profile(profile: &Profile) -> String {
+    /// Of chi² with one degree of freedom.
+    const BOUND: f64 = 3.841;
+    const HIGHEST: f64 = 10.0;
+    let (Some(&low), Some(&high)) = (profile.values.first(), profile.values.last()) else {
+        return String::new();
+    };
+    let (top, bottom, from, to) = (10.0, 200.0, 40.0, HALF - 14.0);
+    let x = |v: f64| from + (v - low) / (high - low).max(1e-300) * (to - from);
+    let y = |r: f64| bottom - r.clamp(0.0, HIGHEST) / HIGHEST * (bottom - top);
+    let mut svg = format!(
+        r#"<line class="floorline" x1="{from}" x2="{to}" y1="{0:.1}" y2="{0:.1}"/><text class="soft small" x="0" y="{1:.1}">95 %</text><line class="axis" x1="{from}" x2="{to}" y1="{bottom}" y2="{bottom}"/>"#,
+        y(BOUND),
+        y(BOUND) + 4.0
+    );
+    let mut path = String::new();
+    for (v, r) in profile.values.iter().zip(&profile.rise) {
+        let _ = write!(path, "{:.1},{:.1} ", x(*v), y(*r));
+        let _ = write!(
+            svg,
+            r#"<circle class="after" cx="{:.1}" cy="{:.1}" r="3.5"><title>{} {}: +{}</title></circle>"#,
+            x(*v),
+            y(*r),
+            significant(*v, 4),
+            escape(&profile.unit),
+            significant(*r, 3)
+        );
+    }
+    let _ = write!(svg, r#"<polyline class="after" points="{path}"/>"#);
+    for (v, anchor) in [(low, "start"), (high, "end")] {
+        let _ = write!(
+            svg,
+            r#"<text class="soft small" x="{:.1}" y="{:.1}" text-anchor="{anchor}">{}</text>"#,
+            x(v),
+            bottom + 17.0,
+            significant(v, 3)
+        );
+    }
+    figure(
+        "rise of the cost along the parameter, all others fitted anew",
+        [HALF, bottom + 24.0],
+        &svg,
     )
 }
 

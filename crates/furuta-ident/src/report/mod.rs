@@ -1,10 +1,12 @@
 //! The report: one self-contained HTML page, readable without a network, in light and dark; and the same at a glance.
 
+mod calibration;
 mod card;
 mod charts;
 mod encode;
 mod sections;
 
+pub use calibration::calibration;
 pub use card::card;
 
 use crate::diagnose::result::{Curves, Diagnosis};

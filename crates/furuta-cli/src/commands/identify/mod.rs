@@ -1,10 +1,14 @@
 //! `furuta identify`: a rig's model from its recordings.
 
+mod calibrate;
 mod frf;
+mod validate;
+
+use std::path::Path;
 
 use crate::failure::Failure;
 
-/// Models from recordings: frequency responses.
+/// Models from recordings: frequency responses, the parameters of the rig file, and how well they predict.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(subcommand)]
@@ -14,11 +18,21 @@ pub(crate) struct Args {
 #[derive(clap::Subcommand, Debug)]
 enum What {
     Frf(frf::Args),
+    Calibrate(calibrate::Args),
+    Validate(validate::Args),
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     match &args.what {
         What::Frf(args) => frf::run(args),
+        What::Calibrate(args) => calibrate::run(args),
+        What::Validate(args) => validate::run(args),
     }
+}
+
+/// Writes a file that was asked for.
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    std::fs::write(path, text)
+        .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))
 }

@@ -1,0 +1,295 @@
+//! Validation: how well a model predicts recordings that it was not fitted to, in the measures that users of system identification know.
+//!
+//! - The fit in per cent, `100 (1 - |y - ŷ| / |y - mean y|)` (MATLAB's `compare`), of the whole run simulated from its best initial state; near upright, where
+//!   no model can be simulated for long, of predictions over half a second.
+//! - The residuals' autocorrelation and their correlation with the voltage, with the bounds within which 99 % of the lags of a perfect model stay (MATLAB's
+//!   `resid`), and the Ljung-Box test.
+//! - Prediction errors after fixed times, each from a state estimated from the quarter of a second before.
+
+pub mod residuals;
+mod words;
+
+use furuta_model::{Jet, Plant, Rig, State};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::calibrate::CalibrateError;
+use crate::calibrate::{fit_percent, late_plant};
+use crate::diagnose::data::{Data, Run, Window};
+use crate::diagnose::result::{Channel, null_if_not_finite};
+use crate::diagnose::shooting::Inner;
+use crate::recording::Recording;
+use residuals::{Autocorrelation, CrossCorrelation};
+
+/// Version of the JSON contract, the field `schema`.
+pub const SCHEMA: u32 = 1;
+/// Lags of the residual tests, samples.
+pub const LAGS: usize = 25;
+/// The state from which a prediction sets out is estimated from so much before it, s.
+const BEFORE: f64 = 0.25;
+/// Predictions begin every so often, s.
+const EVERY: f64 = 0.1;
+/// After so long their errors are looked at, s.
+pub const STEPS: [f64; 5] = [0.02, 0.1, 0.25, 0.5, 1.0];
+/// Predictions near upright are so long at most, s.
+const UPRIGHT: f64 = 0.5;
+/// In stretches of so much, s, the initial state of a whole run is found.
+const FIRST: f64 = 2.0;
+
+/// Errors after a fixed time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StepError {
+    /// The time, s.
+    pub seconds: f64,
+    /// The same in samples.
+    pub samples: usize,
+    /// How many predictions.
+    pub count: usize,
+    /// RMS error, rad.
+    #[serde(with = "null_if_not_finite")]
+    pub rms: f64,
+    /// Fit in per cent.
+    #[serde(with = "null_if_not_finite")]
+    pub fit_percent: f64,
+}
+
+/// One angle of one stretch.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Validated {
+    /// Name of the recording.
+    pub run: String,
+    /// Which angle.
+    pub channel: Channel,
+    /// Whether the whole stretch was simulated at once; otherwise it was predicted over windows of half a second.
+    pub simulated: bool,
+    /// Fit in per cent.
+    #[serde(with = "null_if_not_finite")]
+    pub fit_percent: f64,
+    /// RMS error, rad.
+    #[serde(with = "null_if_not_finite")]
+    pub rms: f64,
+    /// What the encoder's noise alone would leave, rad.
+    pub noise_floor: f64,
+    /// Whether the residuals are white.
+    pub whiteness: Autocorrelation,
+    /// Whether they know the voltage.
+    pub cross: CrossCorrelation,
+    /// Errors after fixed times.
+    pub steps: Vec<StepError>,
+}
+
+/// The result of [`validate`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Validation {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// Name of the rig.
+    pub rig: String,
+    /// By stretch and angle.
+    pub channels: Vec<Validated>,
+    /// What a person should know.
+    pub notices: Vec<String>,
+}
+
+impl Validation {
+    /// The JSON contract, pretty-printed.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Maps have string keys and numbers are finite or null: nothing can fail.
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+
+    /// A validation from its JSON.
+    ///
+    /// # Errors
+    /// Text that is not of this contract.
+    pub fn from_json(text: &str) -> Result<Self, serde_json::Error> {
+        serde_json::from_str(text)
+    }
+}
+
+/// Judges a rig file by recordings that it was not fitted to.
+///
+/// ```
+/// use furuta_ident::{recording::Recording, validate::validate};
+/// use furuta_model::{Plant, Rig, State};
+/// let rig = Rig::builtin("qube-servo-2").expect("built in");
+/// let plant: Plant<f64> = Plant::new(&rig.params, &[]).expect("no effects");
+/// let mut x = plant.rest(State::hanging());
+/// let mut csv = String::from("t,u,theta,alpha\n");
+/// for k in 0..2000 {
+///     let t = f64::from(k) * 0.002;
+///     let u = 3.0 * (2.0 * t * (1.0 + t)).sin();
+///     let [theta, alpha] = plant.measure(&x);
+///     csv += &format!("{t},{u},{theta},{alpha}\n");
+///     plant.step(&mut x, u, 0.002);
+/// }
+/// let (recording, _) = Recording::from_csv("sweep.csv", csv.as_bytes())?;
+/// let validation = validate(&[recording], &rig)?;
+/// assert!(validation.channels.iter().all(|c| c.simulated && c.fit_percent > 99.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`crate::calibrate::calibrate`]: nothing moves, too short.
+pub fn validate(recordings: &[Recording], rig: &Rig) -> Result<Validation, CalibrateError> {
+    let data = Data::new(recordings, rig);
+    crate::calibrate::check(recordings, rig, &data)?;
+    let (plant, late) = late_plant(rig);
+    let inner = Inner::of(plant, late);
+    let mut channels = Vec::new();
+    let mut notices = Vec::new();
+    for (i, run) in data.runs.iter().enumerate() {
+        let simulated = run.hangs();
+        let predicted = if simulated {
+            whole(&inner, &data, i)
+        } else {
+            windowed(&inner, &data, i)
+        };
+        let steps = steps(&inner, &data, i);
+        if !simulated {
+            notices.push(format!(
+                "{} comes near upright, where no model can be simulated for long: its fit is that of predictions over {UPRIGHT} s",
+                run.name
+            ));
+        }
+        for (c, channel) in Channel::ALL.into_iter().enumerate() {
+            let pairs: Vec<(usize, f64, f64)> = predicted
+                .iter()
+                .map(|(k, p)| (*k, run.y[*k][c], p[c]))
+                .collect();
+            let both: Vec<(f64, f64)> = pairs.iter().map(|(_, y, p)| (*y, *p)).collect();
+            let residual: Vec<f64> = both.iter().map(|(y, p)| y - p).collect();
+            // The voltage that acted up to each sample.
+            let volts: Vec<f64> = pairs.iter().map(|(k, _, _)| run.u[k - 1]).collect();
+            let rms = (residual.iter().map(|e| e * e).sum::<f64>() / residual.len() as f64).sqrt();
+            channels.push(Validated {
+                run: run.name.clone(),
+                channel,
+                simulated,
+                fit_percent: fit_percent(&both),
+                rms,
+                noise_floor: data.noise[c],
+                whiteness: residuals::autocorrelation(&residual, LAGS),
+                cross: residuals::cross_correlation(&residual, &volts, LAGS),
+                steps: steps.iter().map(|s| s.of(c)).collect(),
+            });
+        }
+    }
+    Ok(Validation {
+        schema: SCHEMA,
+        rig: rig.name.clone(),
+        channels,
+        notices,
+    })
+}
+
+/// The whole run simulated from its best initial state: sample and angles.
+fn whole(inner: &Inner<4>, data: &Data, run: usize) -> Vec<(usize, [f64; 2])> {
+    let r = &data.runs[run];
+    let last = r.y.len() - 1;
+    let first = ((FIRST / r.h).round() as usize).clamp(1, last);
+    let window = |len| Window { run, start: 0, len };
+    let (x0, _) = inner.search(data, &window(first), None);
+    let (x0, _) = inner.solve(data, &window(last), x0, 10);
+    inner
+        .predictions(data, &window(last), x0)
+        .into_iter()
+        .enumerate()
+        .map(|(k, p)| (k + 1, p))
+        .collect()
+}
+
+/// The run predicted over short windows, each from its best initial state.
+fn windowed(inner: &Inner<4>, data: &Data, run: usize) -> Vec<(usize, [f64; 2])> {
+    let windows: Vec<Window> = data
+        .windows(UPRIGHT, |_| true)
+        .into_iter()
+        .filter(|w| w.run == run)
+        .collect();
+    windows
+        .into_par_iter()
+        .flat_map_iter(|w| {
+            let (x0, _) = inner.search(data, &w, None);
+            inner
+                .predictions(data, &w, x0)
+                .into_iter()
+                .enumerate()
+                .map(move |(k, p)| (w.start + k + 1, p))
+        })
+        .collect()
+}
+
+/// Predictions after a fixed time, both angles: measured and predicted.
+struct Ahead {
+    seconds: f64,
+    samples: usize,
+    pairs: Vec<[(f64, f64); 2]>,
+}
+
+impl Ahead {
+    fn of(&self, channel: usize) -> StepError {
+        let pairs: Vec<(f64, f64)> = self.pairs.iter().map(|p| p[channel]).collect();
+        let sum: f64 = pairs.iter().map(|(y, p)| (y - p).powi(2)).sum();
+        StepError {
+            seconds: self.seconds,
+            samples: self.samples,
+            count: pairs.len(),
+            rms: (sum / pairs.len() as f64).sqrt(),
+            fit_percent: fit_percent(&pairs),
+        }
+    }
+}
+
+/// Predictions from many moments of a run, each from the state that the quarter of a second before says.
+fn steps(inner: &Inner<4>, data: &Data, run: usize) -> Vec<Ahead> {
+    let r: &Run = &data.runs[run];
+    let samples = |seconds: f64| ((seconds / r.h).round() as usize).max(1);
+    let before = samples(BEFORE).max(8);
+    let hangs = r.hangs();
+    let wanted: Vec<(f64, usize)> = STEPS
+        .iter()
+        .filter(|s| hangs || **s <= UPRIGHT)
+        .map(|s| (*s, samples(*s)))
+        .filter(|(_, k)| before + k < r.y.len())
+        .collect();
+    let Some(&(_, longest)) = wanted.last() else {
+        return Vec::new();
+    };
+    let starts: Vec<usize> = (0..r.y.len() - before - longest)
+        .step_by(samples(EVERY))
+        .collect();
+    let courses: Vec<(usize, Vec<[f64; 2]>)> = starts
+        .into_par_iter()
+        .map(|start| {
+            let known = Window {
+                run,
+                start,
+                len: before,
+            };
+            let (x0, _): (State<f64>, f64) = inner.search(data, &known, None);
+            let all = Window {
+                len: before + longest,
+                ..known
+            };
+            (start + before, inner.predictions(data, &all, x0))
+        })
+        .collect();
+    wanted
+        .into_iter()
+        .map(|(seconds, k)| Ahead {
+            seconds,
+            samples: k,
+            pairs: courses
+                .iter()
+                .map(|(from, course)| {
+                    let (y, p) = (r.y[from + k], course[before + k - 1]);
+                    std::array::from_fn(|c| (y[c], p[c]))
+                })
+                .collect(),
+        })
+        .collect()
+}
+
+/// A plant whose parameters are constants, and by how much everything is late.
+pub(crate) type LatePlant = (Plant<Jet<f64, 4>>, Jet<f64, 4>);
