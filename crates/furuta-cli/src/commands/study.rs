@@ -1,5 +1,6 @@
 //! `furuta study`: experiments on controllers, the source papers' among them.
 
+mod calibration;
 mod estimators;
 mod limit_cycle;
 mod mpc;
@@ -38,6 +39,7 @@ enum Study {
     Estimators(estimators::Args),
     LimitCycle(limit_cycle::Args),
     Region(region::Args),
+    Calibration(calibration::Args),
 }
 
 /// Runs the command.
@@ -51,6 +53,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Study::Estimators(args) => estimators::run(args),
         Study::LimitCycle(args) => limit_cycle::run(args),
         Study::Region(args) => region::run(args),
+        Study::Calibration(args) => calibration::run(args),
     }
 }
 

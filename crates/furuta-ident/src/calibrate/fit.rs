@@ -87,6 +87,11 @@ impl<'a> Problem<'a> {
         self.polish(fit.values.clone(), &fit.states, 4)
     }
 
+    /// Other values, their initial states found from those of a fit.
+    pub(super) fn with_values(&self, fit: &Fit, values: Vec<f64>) -> Fit {
+        self.polish(values, &fit.states, 6)
+    }
+
     /// The same from states that are near.
     fn polish(&self, values: Vec<f64>, states: &[State<f64>], iterations: usize) -> Fit {
         let inner = self.inner(&values);

@@ -9,6 +9,7 @@ mod error;
 mod fit;
 mod identifiable;
 mod parameters;
+mod plan;
 mod profile;
 pub mod result;
 mod start;
@@ -22,6 +23,7 @@ use nalgebra::{DMatrix, DVector};
 
 pub use error::CalibrateError;
 pub(crate) use error::check;
+pub use plan::{Experiment, Plan, plan};
 pub use result::Calibration;
 
 use crate::diagnose::data::Data;
@@ -145,13 +147,7 @@ pub fn calibrate(
     let data = Data::new(recordings, rig);
     error::check(recordings, rig, &data)?;
     check_options(options)?;
-    let transverse = "pendulum.inertia_transverse";
-    let asked = options
-        .free
-        .iter()
-        .chain(&options.profile)
-        .any(|k| k == transverse);
-    let space = Space::new(rig, options.body_length, asked);
+    let space = Space::new(rig, options.body_length, asks_transverse(options));
     let question = question(&space, options)?;
     let profiles = places(&space, &options.profile)?;
 
@@ -205,7 +201,7 @@ pub fn calibrate(
     let covariance = long.covariance(&fitted, &free);
 
     let rig_fitted = space.rig(&fitted.values);
-    let nominal = long.settle(&space.nominal());
+    let nominal = long.with_values(&fitted, space.nominal());
     let curves = curves(&long, &nominal, &fitted);
     let mut calibration = Calibration {
         schema: SCHEMA,
@@ -263,7 +259,7 @@ pub fn calibrate(
         let follower = inertia.clone();
         calibration
             .parameters
-            .insert(transverse.to_owned(), follower);
+            .insert(TRANSVERSE.to_owned(), follower);
     }
     calibration.notices = words::notices(&calibration, &space, &free);
     calibration.seconds = begin.elapsed().as_secs_f64();
@@ -289,6 +285,15 @@ fn relative(space: &Space, values: &[f64], mut information: DMatrix<f64>) -> DMa
         information.column_mut(i).scale_mut(unit);
     }
     information
+}
+
+/// The inertia that follows another in a rod.
+const TRANSVERSE: &str = "pendulum.inertia_transverse";
+
+/// Whether somebody asks for it.
+fn asks_transverse(options: &Options) -> bool {
+    let mut named = options.free.iter().chain(&options.profile);
+    named.any(|key| key == TRANSVERSE)
 }
 
 fn check_options(options: &Options) -> Result<(), CalibrateError> {

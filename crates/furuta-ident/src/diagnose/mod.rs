@@ -19,7 +19,7 @@ mod hypothesis;
 mod limits;
 mod location;
 mod parts;
-mod plan;
+pub(crate) mod plan;
 mod predict;
 mod repair;
 pub mod result;

@@ -24,15 +24,15 @@ use super::{SEARCH, Stop};
 use crate::recording::Recording;
 
 /// Length of a planned recording, s.
-const SECONDS: f64 = 10.0;
+pub(crate) const SECONDS: f64 = 10.0;
 /// So many rivals of each named effect are looked at, the nearest first.
 const RIVALS: usize = 2;
 /// Where the rig names no limit, the arm stays within this angle, rad: half a turn less a margin for the cable.
 const ARM_WITHIN: f64 = 2.5;
 /// A signal that is too strong for the rig is halved, so many times at most.
-const HALVED: usize = 8;
+pub(crate) const HALVED: usize = 8;
 /// Signals are tried as strong as the rig bears, and at this part of that: friction shows at low speed.
-const LEVELS: [f64; 2] = [1.0, 0.25];
+pub(crate) const LEVELS: [f64; 2] = [1.0, 0.25];
 /// A pendulum that is lifted and let go starts so far from hanging, rad.
 const LIFTED: f64 = 1.5;
 /// The phases of a multisine are improved from so many starts, as `furuta run` does it.
@@ -42,7 +42,7 @@ const ROWS: usize = 5;
 
 /// A test signal but for its size.
 #[derive(Clone, Copy, Debug)]
-enum Shape {
+pub(crate) enum Shape {
     Decay,
     Ramp,
     Steps { hold: f64 },
@@ -52,7 +52,7 @@ enum Shape {
 }
 
 /// The family, with what each is in words.
-const FAMILY: [(&str, Shape); 11] = [
+pub(crate) const FAMILY: [(&str, Shape); 11] = [
     (
         "free decay: lift the pendulum, let it go, motor at rest",
         Shape::Decay,
@@ -103,7 +103,7 @@ const FAMILY: [(&str, Shape); 11] = [
 ];
 
 impl Shape {
-    fn excitation(self, amplitude: f64, limit: f64) -> Result<Excitation, SignalError> {
+    pub(crate) fn excitation(self, amplitude: f64, limit: f64) -> Result<Excitation, SignalError> {
         let signal: Signal = match self {
             Self::Decay => FreeDecay.into(),
             Self::Ramp => Ramp::new(0.0, amplitude, SECONDS)?.into(),
@@ -129,7 +129,7 @@ impl Shape {
     }
 
     /// The largest amplitude, in command limits: a sum of sines has its root mean square as amplitude, and peaks of twice that.
-    fn most(self) -> f64 {
+    pub(crate) fn most(self) -> f64 {
         match self {
             Self::Multisine { .. } => 0.45,
             _ => 1.0,
@@ -137,7 +137,7 @@ impl Shape {
     }
 
     /// The same for `furuta run --task` and `furuta simulate --input`.
-    fn arguments(self, amplitude: f64) -> String {
+    pub(crate) fn arguments(self, amplitude: f64) -> String {
         let volts = format!("--amplitude {amplitude} --duration {SECONDS}");
         match self {
             Self::Decay => format!("zero --duration {SECONDS}"),
@@ -177,55 +177,66 @@ impl<'a> Explanation<'a> {
         }
     }
 
-    /// What the encoders would read of this rig; nothing where the motion would leave what can be predicted as a whole.
+    /// What the encoders would read of this rig.
     fn record(&self, shape: Shape, excitation: &Excitation, like: &Data) -> Option<Data> {
-        let h = like.runs[0].h;
-        let plant: Plant<f64> = Plant::new(&self.rig.params, &self.rig.effects).ok()?;
-        let resolution = self.rig.sensors.resolution();
-        let within = self.rig.limits.arm_angle.unwrap_or(ARM_WITHIN);
-        let extra: [f64; 2] = std::array::from_fn(|c| {
-            (like.noise[c].powi(2) - resolution[c].powi(2) / 12.0)
-                .max(0.0)
-                .sqrt()
-        });
-        let mut x = plant.rest(shape.start());
-        let count = (SECONDS / h).round() as usize;
-        let (mut t, mut u) = (Vec::new(), Vec::new());
-        let mut angles = [Vec::new(), Vec::new()];
-        for k in 0..count {
-            let y = plant.measure(&x);
-            if y.iter().any(|y| !y.is_finite()) || y[0].abs() > within {
-                return None;
-            }
-            for (c, angle) in angles.iter_mut().enumerate() {
-                let noisy = y[c] + extra[c] * normal(c as u64, k as u64);
-                angle.push((noisy / resolution[c]).round() * resolution[c]);
-            }
-            let volts = excitation.volts(k as f64 * h);
-            t.push(k as f64 * h);
-            u.push(volts);
-            plant.step(&mut x, volts, h);
-        }
-        let [theta, alpha] = angles;
-        let recording = Recording {
-            name: String::new(),
-            t,
-            u,
-            theta,
-            alpha,
-            theta_dot: None,
-            alpha_dot: None,
-            extra: Vec::new(),
-            sample_period: h,
-            segments: core::iter::once(0..count).collect(),
-            rig: None,
-            metadata: Default::default(),
-            comments: Vec::new(),
-        };
-        let mut data = Data::new(&[recording], &self.rig);
-        data.noise = like.noise;
-        (data.runs.len() == 1 && data.runs[0].hangs()).then_some(data)
+        record(&self.rig, shape, excitation, like.runs[0].h, like.noise)
     }
+}
+
+/// What the encoders would read of a rig under a test signal, a sample every `h` (s), with `noise` (rad, rounding included); nothing where the motion would
+/// leave what can be predicted as a whole.
+pub(crate) fn record(
+    rig: &Rig,
+    shape: Shape,
+    excitation: &Excitation,
+    h: f64,
+    noise: [f64; 2],
+) -> Option<Data> {
+    let plant: Plant<f64> = Plant::new(&rig.params, &rig.effects).ok()?;
+    let resolution = rig.sensors.resolution();
+    let within = rig.limits.arm_angle.unwrap_or(ARM_WITHIN);
+    let extra: [f64; 2] = std::array::from_fn(|c| {
+        (noise[c].powi(2) - resolution[c].powi(2) / 12.0)
+            .max(0.0)
+            .sqrt()
+    });
+    let mut x = plant.rest(shape.start());
+    let count = (SECONDS / h).round() as usize;
+    let (mut t, mut u) = (Vec::new(), Vec::new());
+    let mut angles = [Vec::new(), Vec::new()];
+    for k in 0..count {
+        let y = plant.measure(&x);
+        if y.iter().any(|y| !y.is_finite()) || y[0].abs() > within {
+            return None;
+        }
+        for (c, angle) in angles.iter_mut().enumerate() {
+            let noisy = y[c] + extra[c] * normal(c as u64, k as u64);
+            angle.push((noisy / resolution[c]).round() * resolution[c]);
+        }
+        let volts = excitation.volts(k as f64 * h);
+        t.push(k as f64 * h);
+        u.push(volts);
+        plant.step(&mut x, volts, h);
+    }
+    let [theta, alpha] = angles;
+    let recording = Recording {
+        name: String::new(),
+        t,
+        u,
+        theta,
+        alpha,
+        theta_dot: None,
+        alpha_dot: None,
+        extra: Vec::new(),
+        sample_period: h,
+        segments: core::iter::once(0..count).collect(),
+        rig: None,
+        metadata: Default::default(),
+        comments: Vec::new(),
+    };
+    let mut data = Data::new(&[recording], rig);
+    data.noise = noise;
+    (data.runs.len() == 1 && data.runs[0].hangs()).then_some(data)
 }
 
 /// By how much the Bayesian information criterion of `wrong` would be above that of `right`, both fitted to what the latter's rig would show.
@@ -337,7 +348,7 @@ pub(super) fn plan(
 }
 
 /// To two significant digits, so that the command line says exactly what was planned.
-fn two_digits(x: f64) -> f64 {
+pub(crate) fn two_digits(x: f64) -> f64 {
     format!("{x:.1e}").parse().unwrap_or(x)
 }
 

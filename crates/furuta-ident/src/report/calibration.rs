@@ -52,6 +52,39 @@ pub fn calibration(outcome: &Outcome) -> String {
     )
 }
 
+/// A calibration at a glance, a fragment of HTML for notebooks: the fitted parameters with their intervals, and how well the model follows.
+#[must_use]
+pub fn calibration_card(c: &Calibration) -> String {
+    let mut rows = String::new();
+    for key in &c.fitted {
+        let Some(p) = c.parameters.get(key) else {
+            continue;
+        };
+        let interval = p.interval.map_or_else(
+            || "at its bound".to_owned(),
+            |[low, high]| format!("{} to {}", significant(low, 4), significant(high, 4)),
+        );
+        let _ = write!(
+            rows,
+            "<tr><td><code>{}</code></td><td>{}</td><td>{}</td><td>{interval}</td><td>{}</td></tr>",
+            escape(key),
+            significant(p.nominal, 4),
+            significant(p.fitted, 4),
+            escape(&p.unit)
+        );
+    }
+    let fits: Vec<String> = c
+        .fit
+        .iter()
+        .map(|f| format!("{} {}: {:.1} %", escape(&f.run), f.channel, f.fit_percent))
+        .collect();
+    format!(
+        "<div><b>Calibration of {}</b><table><tr><th>parameter</th><th>rig file</th><th>calibrated</th><th>95 %</th><th>unit</th></tr>{rows}</table><div>fit: {}</div></div>",
+        escape(&c.rig),
+        fits.join(", ")
+    )
+}
+
 /// Each fitted parameter as a share of the rig file's value: a bar from end to end of its interval.
 fn intervals(c: &Calibration) -> String {
     let rows: Vec<(&str, f64, [f64; 2])> = c

@@ -6,7 +6,7 @@ mod charts;
 mod encode;
 mod sections;
 
-pub use calibration::calibration;
+pub use calibration::{calibration, calibration_card};
 pub use card::card;
 
 use crate::diagnose::result::{Curves, Diagnosis};

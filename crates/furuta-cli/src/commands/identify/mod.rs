@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod frf;
+mod plan;
 mod validate;
 
 use std::path::Path;
@@ -20,6 +21,7 @@ enum What {
     Frf(frf::Args),
     Calibrate(calibrate::Args),
     Validate(validate::Args),
+    Plan(plan::Args),
 }
 
 /// Runs the command.
@@ -28,6 +30,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         What::Frf(args) => frf::run(args),
         What::Calibrate(args) => calibrate::run(args),
         What::Validate(args) => validate::run(args),
+        What::Plan(args) => plan::run(args),
     }
 }
 

@@ -1,0 +1,171 @@
+//! `furuta study calibration`: whether the 95 % intervals of a calibration hold the truth in 95 of 100 cases.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+
+use furuta_ident::calibrate::{Options, calibrate};
+use furuta_ident::recording::Recording;
+use furuta_model::Rig;
+use furuta_model::signals::random::normal;
+use furuta_model::{Plant, State};
+
+use super::{bar, hertz, rig_with, seconds};
+use crate::failure::Failure;
+
+/// Coverage of a calibration's intervals: a rig is recorded again and again with fresh noise, each time calibrated from a sheet that is off by up to
+/// 20 %, and counted how often the 95 % intervals hold what the rig really is.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Built-in rig or rig file: what the rig really is.
+    #[arg(long, value_name = "RIG", default_value = "qube-servo-2")]
+    rig: String,
+    /// Replace a value of the rig file, as in arm.viscous=4e-4; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// How often it is recorded and calibrated.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=10_000))]
+    repeats: u32,
+    /// Length of a recording.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
+    seconds: f64,
+    /// Samples per second.
+    #[arg(long, value_name = "HZ", default_value_t = 500.0, value_parser = hertz)]
+    rate: f64,
+    /// Noise of the encoders beside their rounding, rad.
+    #[arg(long, value_name = "RAD", default_value_t = 0.0)]
+    noise: f64,
+}
+
+/// What was counted of one parameter.
+#[derive(Default)]
+struct Count {
+    held: u32,
+    known: u32,
+    square: f64,
+    std: f64,
+}
+
+/// Runs the study.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let real = rig_with(&args.rig, &args.set)?;
+    let plant = real.try_plant::<f64>()?;
+    let bar = bar(u64::from(args.repeats));
+    let keys = [
+        "motor.torque_constant",
+        "arm.inertia",
+        "arm.viscous",
+        "pendulum.inertia",
+        "pendulum.viscous",
+        "arm.length",
+    ];
+    let truth = {
+        let p = &real.params;
+        [
+            p.motor.torque_constant,
+            p.arm.inertia,
+            p.arm.viscous,
+            p.pendulum.inertia,
+            p.pendulum.viscous,
+            p.arm.length,
+        ]
+    };
+    let options = Options {
+        free: keys.map(str::to_owned).to_vec(),
+        ..Options::default()
+    };
+    let mut counts: [Count; 6] = Default::default();
+    for repeat in 0..args.repeats {
+        let recording = record(&real, &plant, args, u64::from(repeat))?;
+        let c = calibrate(&[recording], &sheet(&real, u64::from(repeat)), &options)?.calibration;
+        for ((key, truth), count) in keys.iter().zip(truth).zip(&mut counts) {
+            let Some((p, [low, high])) = c
+                .parameters
+                .get(*key)
+                .and_then(|p| p.interval.map(|i| (p, i)))
+            else {
+                continue;
+            };
+            count.known += 1;
+            count.held += u32::from(low <= truth && truth <= high);
+            count.square += ((p.fitted - truth) / p.std).powi(2);
+            count.std += p.std / truth;
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let mut out = format!(
+        "{} recordings of {}, {} s at {} Hz, sheet off by up to 20 %\n  {:<26} {:>9} {:>12} {:>18}\n",
+        args.repeats,
+        real.name,
+        args.seconds,
+        args.rate,
+        "",
+        "held by",
+        "mean std",
+        "RMS error / std"
+    );
+    let mut row = |name: &str, c: &Count| {
+        let n = f64::from(c.known);
+        let _ = writeln!(
+            out,
+            "  {name:<26} {:>7.1} % {:>10.4} % {:>18.2}",
+            100.0 * f64::from(c.held) / n,
+            100.0 * c.std / n,
+            (c.square / n).sqrt()
+        );
+    };
+    let mut all = Count::default();
+    for (key, c) in keys.iter().zip(&counts) {
+        row(key, c);
+        all.held += c.held;
+        all.known += c.known;
+        all.square += c.square;
+        all.std += c.std;
+    }
+    row("all", &all);
+    std::io::stdout().lock().write_all(out.as_bytes())?;
+    Ok(())
+}
+
+/// The rig under a sweep with a phase of its own, read by its encoders.
+fn record(real: &Rig, plant: &Plant<f64>, args: &Args, repeat: u64) -> Result<Recording, Failure> {
+    let h = 1.0 / args.rate;
+    let limit = real.params.motor.command_limit;
+    let amplitude = 0.25 * if limit.is_finite() { limit } else { 10.0 };
+    let q = real.sensors.resolution();
+    let mut s = plant.rest(State::hanging());
+    let mut csv = String::from("t,u,theta,alpha\n");
+    for k in 0..(args.seconds * args.rate).round() as u64 {
+        let t = k as f64 * h;
+        let sweep = t % 10.0;
+        let u = amplitude * (2.0 * sweep + 1.2 * sweep * sweep + 0.37 * repeat as f64).sin();
+        let y = plant.measure(&s);
+        let read: [f64; 2] = std::array::from_fn(|c| {
+            let noisy = y[c] + args.noise * normal(2 * repeat + c as u64, k);
+            (noisy / q[c]).round() * q[c]
+        });
+        let _ = writeln!(csv, "{t},{u},{},{}", read[0], read[1]);
+        plant.step(&mut s, u, h);
+    }
+    Ok(Recording::from_csv("repeat.csv", csv.as_bytes())?.0)
+}
+
+/// A sheet that is off by up to 20 % either way in each of what is fitted but the length.
+fn sheet(real: &Rig, repeat: u64) -> Rig {
+    let mut sheet = real.clone();
+    // Equally spread by an irrational step.
+    let off = |k: u64| {
+        let x = (0.618_033_988_75 * (5 * repeat + k) as f64).fract();
+        1.0 + 0.2 * (2.0 * x - 1.0)
+    };
+    let p = &mut sheet.params;
+    p.arm.inertia *= off(0);
+    p.arm.viscous *= off(1);
+    p.pendulum.viscous *= off(2);
+    p.motor.torque_constant *= off(3);
+    p.pendulum.inertia *= off(4);
+    if real.params.pendulum.inertia_transverse == real.params.pendulum.inertia {
+        p.pendulum.inertia_transverse = p.pendulum.inertia;
+    }
+    sheet
+}
