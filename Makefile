@@ -8,7 +8,9 @@
 #   make figures    every figure in docs that a command of this program draws
 #   make bench      benchmarks (criterion)
 #   make no-std     the crates without an operating system, for a Cortex-M4F
-#   make firmware   the programs for the microcontroller (folder firmware)
+#   make firmware   builds the programs for the microcontroller (folder firmware) and checks that no control step can panic
+#   make firmware-run   runs them in QEMU, `furuta run` against the board's serial line included: docs/firmware.md
+#   make firmware-cost  prints what they cost: flash, RAM, stack, instructions
 #   make same-bits  runs the model here and on a Cortex-M4 in QEMU and compares every bit: docs/target.md
 #   make clean      removes what was built, .venv included
 
@@ -23,8 +25,10 @@ VENV := .venv
 export PYO3_PYTHON := $(CURDIR)/$(VENV)/bin/python
 # Where the Python tests find the command-line program (as maturin and cargo do, this honours CARGO_TARGET_DIR).
 TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
+# The machine at hand, as cargo calls it: in firmware/ the microcontroller is what is built for.
+HOST = $(shell rustc -vV | sed -n 's/^host: //p')
 
-.PHONY: help demo build test test-rust test-python lint fmt no-std firmware same-bits docs figures bench py clean
+.PHONY: help demo build test test-rust test-python lint fmt no-std firmware firmware-run firmware-cost same-bits docs figures bench py clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -60,7 +64,8 @@ lint: $(VENV)/ready no-std
 	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --locked
 	cd firmware && $(CARGO) fmt --all --check
-	cd firmware && CARGO_TARGET_DIR=$(TARGET) $(CARGO) clippy --workspace --all-targets --locked -- -D warnings
+	cd firmware && CARGO_TARGET_DIR=$(TARGET) $(CARGO) clippy --workspace --all-targets --locked --target $(HOST) -- -D warnings
+	cd firmware && CARGO_TARGET_DIR=$(TARGET) bash ../.ci/for-target clippy --workspace --locked -- -D warnings
 
 fmt:
 	$(CARGO) fmt --all
@@ -70,7 +75,13 @@ no-std:
 	bash .ci/no-std
 
 firmware:
-	cd firmware && CARGO_TARGET_DIR=$(TARGET) bash ../.ci/for-target build --release --locked
+	CARGO_TARGET_DIR=$(TARGET) bash .ci/firmware build
+
+firmware-run:
+	CARGO_TARGET_DIR=$(TARGET) bash .ci/firmware run
+
+firmware-cost:
+	CARGO_TARGET_DIR=$(TARGET) bash .ci/firmware cost
 
 same-bits:
 	CARGO_TARGET_DIR=$(TARGET) bash .ci/same-bits

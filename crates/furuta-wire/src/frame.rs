@@ -2,7 +2,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
-use crate::{Message, PROTOCOL_VERSION};
+use crate::{Message, PROTOCOL_VERSION, cobs};
 
 /// ISO-HDLC because it is everywhere (zlib, Python's `zlib.crc32`, Arduino libraries). At the length of our frames it
 /// finds every error of up to five bits. The one-table form costs 1 KiB of flash.
@@ -67,15 +67,16 @@ pub enum FrameError {
 pub fn encode<'a>(message: &Message, buffer: &'a mut [u8]) -> Result<&'a [u8], EncodeError> {
     let too_short = EncodeError::BufferTooShort { len: buffer.len() };
     let mut packet = [0; MAX_PACKET];
+    let (body, _) = packet.split_at_mut(MAX_BODY);
     // The packet is as long as the longest message, which a test holds against the messages: postcard cannot run out.
-    let body_len = postcard::to_slice(message, &mut packet[..MAX_BODY])
-        .map_err(|_| too_short)?
-        .len();
-    let (body, rest) = packet.split_at_mut(body_len);
-    rest[..CRC_LEN].copy_from_slice(&CRC.checksum(body).to_le_bytes());
-    let coded = cobs::try_encode(&packet[..body_len + CRC_LEN], buffer).map_err(|_| too_short)?;
+    let body = postcard::to_slice(message, body).map_err(|_| too_short)?;
+    let (body_len, crc) = (body.len(), CRC.checksum(body));
+    let end = packet.get_mut(body_len..body_len + CRC_LEN);
+    end.ok_or(too_short)?.copy_from_slice(&crc.to_le_bytes());
+    let packet = packet.get(..body_len + CRC_LEN).ok_or(too_short)?;
+    let coded = cobs::encode(packet, buffer).ok_or(too_short)?;
     *buffer.get_mut(coded).ok_or(too_short)? = 0;
-    Ok(&buffer[..=coded])
+    buffer.get(..=coded).ok_or(too_short)
 }
 
 /// Decodes frames byte by byte, from a buffer of its own.
@@ -132,9 +133,8 @@ impl Decoder {
     }
 
     fn decode(&mut self, len: usize) -> Result<Message, FrameError> {
-        let coded = &mut self.buffer[..len];
-        let packet_len = cobs::decode_in_place(coded).map_err(|_| FrameError::Framing)?;
-        let packet = coded.get(..packet_len).ok_or(FrameError::Framing)?;
+        let coded = self.buffer.get_mut(..len).ok_or(FrameError::Framing)?;
+        let packet = cobs::decode(coded).ok_or(FrameError::Framing)?;
         let (body, crc) = packet
             .split_last_chunk::<CRC_LEN>()
             .ok_or(FrameError::Framing)?;

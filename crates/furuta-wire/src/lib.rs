@@ -31,6 +31,7 @@
 //! ```
 #![no_std]
 
+mod cobs;
 mod counts;
 mod frame;
 mod message;

@@ -22,6 +22,12 @@ fn main() -> ! {
     }
 }
 
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
+    semihosting::println!("{info}");
+    process::exit(101)
+}
+
 // A stack overflow or a stray address ends the run instead of looping for ever. The runtime wants an `unsafe fn`; its body is safe.
 #[allow(unsafe_code)]
 #[exception]

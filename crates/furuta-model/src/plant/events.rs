@@ -366,7 +366,11 @@ impl<S: Scalar> Plant<S> {
         let mut late = S::ZERO;
         match event {
             // The equations do not jump there: when exactly does not matter in first order.
-            Event::Loose(i, way) => decided.loose[i] = Some(way),
+            Event::Loose(i, way) => {
+                if let Some(loose) = decided.loose.get_mut(i) {
+                    *loose = Some(way);
+                }
+            }
             Event::Apart => decided.apart = true,
             Event::Stop(_) | Event::Touch(_) => {
                 let memory = if self.acts.includes(Acts::MEMORY) {

@@ -87,12 +87,27 @@ impl Contact {
 const LENGTH: usize = MAX_DELAY_SAMPLES + 2;
 
 /// The last values of something sampled, by their age; empty until something is late.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct History<T> {
     /// What was before anything that is remembered.
     before: T,
     past: ArrayVec<T, LENGTH>,
     newest: usize,
+}
+
+/// Not derived: `ArrayVec`'s own has a panic for a length that cannot be, and an estimator clones a state in every control step.
+impl<T: Clone> Clone for History<T> {
+    fn clone(&self) -> Self {
+        let mut past = ArrayVec::new();
+        for value in &self.past {
+            let _ = past.try_push(value.clone()); // there is as much room as there was
+        }
+        Self {
+            before: self.before.clone(),
+            past,
+            newest: self.newest,
+        }
+    }
 }
 
 impl<T: Copy> History<T> {

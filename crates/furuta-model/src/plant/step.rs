@@ -136,7 +136,8 @@ impl<S: Scalar> Plant<S> {
         if turns(0) || turns(1) {
             // An axis without friction may turn.
             let limit = self.limit_now(s, field.clocks[0], volts[0]);
-            if (0..2).any(|i| turns(i) && limit[i].real() > zero) {
+            let sticks = |i: usize| turns(i) && limit[i].real() > zero;
+            if sticks(0) || sticks(1) {
                 return false;
             }
         }

@@ -1,0 +1,10 @@
+//! LQR.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+use {
+    furuta_ctrl::controllers::{Controller, StateFeedback},
+    no_panic::any,
+};
+
+no_panic::step!(any::<StateFeedback<f32>>().update(any(), any(), any(), *any()));

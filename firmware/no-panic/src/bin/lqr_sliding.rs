@@ -1,0 +1,10 @@
+//! Sliding mode on the LQR's surface.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+use {
+    furuta_ctrl::controllers::{Controller, LqrSliding},
+    no_panic::any,
+};
+
+no_panic::step!(any::<LqrSliding<f32>>().update(any(), any(), any(), *any()));
