@@ -91,6 +91,7 @@ docs: $(VENV)/ready figures
 
 FURUTA = $(TARGET)/release/furuta
 figures: build
+	$(FURUTA) study fong2014 --plot docs/fong2014.svg
 	$(FURUTA) study shahzad2022 --task step --plot docs/shahzad2022-step.svg
 	$(FURUTA) study shahzad2022 --task steps --plot docs/shahzad2022-steps.svg
 	$(FURUTA) study shahzad2022 --task push --plot docs/shahzad2022-push.svg

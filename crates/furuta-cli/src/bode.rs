@@ -3,7 +3,8 @@
 use furuta_design::chart::{Chart, Line, Panel};
 use furuta_ident::frequency::Frf;
 use furuta_ident::frequency::error::FrequencyError;
-use furuta_ident::frequency::response::decibels;
+use furuta_ident::frequency::response::{continuous_phase, decibels};
+use nalgebra::Complex;
 
 /// A Bode plot being put together: what was measured first, models over it.
 pub(crate) struct Bode {
@@ -11,6 +12,8 @@ pub(crate) struct Bode {
     magnitude: Vec<Line>,
     phase: Vec<Line>,
     coherence: Vec<Line>,
+    /// Frequency and phase of the first curve, beside which others are drawn, whole turns apart or not.
+    beside: Vec<(f64, f64)>,
     colour: usize,
     /// Lowest and highest magnitude of what was measured, dB.
     measured: Option<(f64, f64)>,
@@ -24,6 +27,7 @@ impl Bode {
             magnitude: Vec::new(),
             phase: Vec::new(),
             coherence: Vec::new(),
+            beside: Vec::new(),
             colour: 0,
             measured: None,
         }
@@ -65,6 +69,7 @@ impl Bode {
         self.phase.push(Line::new("", over(&phase)).colour(colour));
         self.coherence
             .push(Line::new("", over(&frf.coherence)).colour(colour));
+        self.beside = over(&phase);
         let span = db.iter().filter(|v| v.is_finite());
         self.measured = span.fold(self.measured, |span, v| match span {
             Some((low, high)) => Some((low.min(*v), high.max(*v))),
@@ -90,5 +95,33 @@ impl Bode {
             panels.push(Panel::new("coherence", self.coherence).showing(0.0, 1.02));
         }
         Chart::new(&self.title, "frequency [Hz]", panels).logarithmic()
+    }
+
+    /// A model's curve over what was measured.
+    pub(crate) fn model(mut self, name: &str, curve: &[(f64, Complex<f64>)], dashed: bool) -> Self {
+        let colour = self.next_colour();
+        let mut phase = continuous_phase(curve.iter().map(|c| c.1));
+        // Of the turns that phase leaves open, those of what was measured.
+        let nearest = |f: f64| {
+            self.beside
+                .iter()
+                .min_by(|a, b| (a.0 - f).abs().total_cmp(&(b.0 - f).abs()))
+        };
+        let middle = curve.len() / 2;
+        if let Some((_, beside)) = curve.get(middle).and_then(|c| nearest(c.0)) {
+            let turns = 360.0 * ((beside - phase[middle]) / 360.0).round();
+            phase.iter_mut().for_each(|p| *p += turns);
+        } else {
+            self.beside = curve.iter().map(|c| c.0).zip(phase.clone()).collect();
+        }
+        let style = |line: Line| {
+            let line = line.colour(colour);
+            if dashed { line.dashed() } else { line }
+        };
+        let db = curve.iter().map(|c| (c.0, decibels(c.1.norm())));
+        self.magnitude.push(style(Line::new(name, db)));
+        let phase = curve.iter().map(|c| c.0).zip(phase);
+        self.phase.push(style(Line::new("", phase)));
+        self
     }
 }

@@ -48,6 +48,10 @@ pub(crate) struct Args {
     /// While balancing, step the arm between plus and minus this angle; 0 keeps it at its middle.
     #[arg(long, value_name = "RAD", default_value_t = 0.2, value_parser = angle)]
     arm_steps: f64,
+    /// While balancing, move the arm after noise of this RMS instead (`--band`, `--seed`): the log's column `reference` then holds what
+    /// `furuta identify frf --reference reference` needs for a response upright.
+    #[arg(long, value_name = "RAD", value_parser = angle)]
+    arm_noise: Option<f64>,
     /// Log file (MCAP); none is written if not given.
     #[arg(long, value_name = "OUT.mcap")]
     log: Option<PathBuf>,
@@ -100,6 +104,22 @@ pub(crate) fn angle(text: &str) -> Result<f64, String> {
         Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
         _ => Err("must be a number between 0 and 1".to_owned()),
     }
+}
+
+/// The arm's reference while balancing: steps, noise, or its middle.
+pub(crate) fn arm_reference(
+    steps: f64,
+    noise: Option<f64>,
+    signal: &SignalArgs,
+) -> Result<Reference, Failure> {
+    Ok(match (noise, steps) {
+        (Some(rms), _) => Reference::Noise(signal.noise(rms)?),
+        (None, 0.0) => Reference::Constant(0.0),
+        (None, amplitude) => Reference::Steps {
+            amplitude,
+            hold: 2.0,
+        },
+    })
 }
 
 /// Runs the command.
@@ -164,13 +184,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             )?
         }
         Task::Balance => {
-            let reference = match args.arm_steps {
-                0.0 => Reference::Constant(0.0),
-                amplitude => Reference::Steps {
-                    amplitude,
-                    hold: 2.0,
-                },
-            };
+            let reference = arm_reference(args.arm_steps, args.arm_noise, &args.signal)?;
             warn_of_another(&file, &rig, 1.0 / session.period());
             let pilot =
                 SwingUpBalance::from_config(&file.config, &rig, session.period(), reference)?;

@@ -82,6 +82,12 @@ pub(crate) struct Built {
 }
 
 impl SignalArgs {
+    /// Noise of this RMS in the band asked for, whatever its unit is.
+    pub(crate) fn noise(&self, rms: f64) -> Result<Noise, Failure> {
+        let [low, high] = self.band.unwrap_or([0.2, 6.0]);
+        Ok(Noise::new(rms, low, high, self.seed)?)
+    }
+
     /// The signal for a run of `duration` seconds, clipped at the rig's command limit (V). Its amplitude is `part` of that
     /// limit if none was asked for.
     pub(crate) fn build(

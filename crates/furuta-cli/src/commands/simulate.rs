@@ -19,7 +19,7 @@ use serde_json::json;
 
 use super::design::{four, regulator};
 use super::emulate::positive;
-use super::run::{angle, load_controller, warn_of_another};
+use super::run::{angle, arm_reference, load_controller, warn_of_another};
 use super::signal::{Built, Kind, SignalArgs};
 use super::study::plot;
 use crate::failure::Failure;
@@ -57,6 +57,9 @@ pub(crate) struct Args {
     /// With a controller: step the arm between plus and minus this angle every 2 s while balancing.
     #[arg(long, value_name = "RAD", default_value_t = 0.0, value_parser = angle, requires = "controller")]
     arm_steps: f64,
+    /// With a controller: move the arm after noise of this RMS instead (`--band`, `--seed`), for a frequency response in closed loop.
+    #[arg(long, value_name = "RAD", value_parser = angle, requires = "controller")]
+    arm_noise: Option<f64>,
     /// Length of the run.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = positive)]
     duration: f64,
@@ -251,13 +254,7 @@ fn controlled(
     let h = 1.0 / args.rate;
     let file = load_controller(Some(path))?;
     warn_of_another(&file, known, args.rate);
-    let reference = match args.arm_steps {
-        0.0 => Reference::Constant(0.0),
-        amplitude => Reference::Steps {
-            amplitude,
-            hold: 2.0,
-        },
-    };
+    let reference = arm_reference(args.arm_steps, args.arm_noise, &args.signal)?;
     let supervisor = Supervisor::design(&file.config, &Site::of(known, h))?;
     let samples = samples(args)?;
     let input = format!("controller {}; {reference}", supervisor.balance.spec().id);

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod estimators;
+mod fong2014;
 mod limit_cycle;
 mod mpc;
 mod ramos_velasco;
@@ -30,6 +31,8 @@ pub(crate) struct Args {
 
 #[derive(clap::Subcommand, Debug)]
 enum Study {
+    #[command(name = "fong2014")]
+    Fong2014(fong2014::Args),
     #[command(name = "shahzad2022")]
     Shahzad2022(shahzad2022::Args),
     RamosVelasco(ramos_velasco::Args),
@@ -45,6 +48,7 @@ enum Study {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     match &args.study {
+        Study::Fong2014(args) => fong2014::run(args),
         Study::Shahzad2022(args) => shahzad2022::run(args),
         Study::RamosVelasco(args) => ramos_velasco::run(args),
         Study::SwingUp(args) => swing_up::run(args),

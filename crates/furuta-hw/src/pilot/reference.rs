@@ -1,5 +1,6 @@
 //! Where the arm is to be while the pendulum is balanced.
 
+use furuta_model::signals::Noise;
 use std::fmt;
 
 /// Arm angle asked for, over time.
@@ -15,6 +16,9 @@ pub enum Reference {
         /// Time between steps (s).
         hold: f64,
     },
+    /// Band-limited noise, its volts taken as radians: the excitation that a frequency response upright is measured with. The log's column
+    /// `reference` holds it, which the joint input-output method asks for.
+    Noise(Noise),
 }
 
 impl Reference {
@@ -28,6 +32,7 @@ impl Reference {
     #[must_use]
     pub fn at(&self, t: f64) -> f64 {
         match *self {
+            Self::Noise(noise) => noise.volts(t),
             Self::Constant(angle) => angle,
             Self::Steps { amplitude, hold } => {
                 let step = (t.max(0.0) / hold) as u64; // saturates: any t is fine
@@ -45,6 +50,8 @@ impl Reference {
 impl fmt::Display for Reference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            // Its own text speaks of volts.
+            Self::Noise(noise) => write!(f, "arm after noise up to {} Hz", noise.high()),
             Self::Constant(angle) => write!(f, "arm at {angle} rad"),
             Self::Steps { amplitude, hold } => {
                 write!(f, "arm to plus and minus {amplitude} rad every {hold} s")

@@ -23,15 +23,17 @@ const REPEATS: f64 = 0.1;
 /// ```
 /// use furuta_ident::frequency::{Stretch, periodic};
 /// // Two sines through y[k+1] = 0.5 y[k] + u[k], four periods of 50 samples.
-/// let u: Vec<f64> = (0..200).map(|k| f64::from(k)).map(|t| (t * 0.04 * 3.14159265358979).sin() + (t * 0.12 * 3.14159265358979).cos()).collect();
+/// use std::f64::consts::PI;
+/// let u: Vec<f64> = (0..200).map(|k| 0.04 * PI * f64::from(k)).map(|p| p.sin() + (3.0 * p).cos()).collect();
 /// let mut y = vec![0.0; 200];
 /// for k in 0..199 {
 ///     y[k + 1] = 0.5 * y[k] + u[k];
 /// }
 /// let frf = periodic::response(&[Stretch { u: &u, y: &y, r: None }], 0.01, 0.5, 1)?;
 /// assert_eq!(frf.frequency, [2.0, 6.0]);
-/// let z = nalgebra::Complex::from_polar(1.0, 0.04 * 3.14159265358979);
-/// assert!((frf.response[0] - 1.0 / (z - 0.5)).norm() < 1e-9); // no leakage: exact but for the start, which died away
+/// let z = nalgebra::Complex::from_polar(1.0_f64, 0.04 * PI);
+/// let exact = (z - 0.5).inv();
+/// assert!((frf.response[0] - exact).norm() < 1e-9); // no leakage: exact but for the start, which died away
 /// # Ok::<(), furuta_ident::frequency::FrequencyError>(())
 /// ```
 ///

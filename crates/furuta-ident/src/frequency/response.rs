@@ -125,6 +125,20 @@ impl Frf {
         Ok(frf)
     }
 
+    /// A response that is known without noise, at these frequencies (Hz): a table, a model.
+    pub fn exact(frequency: &[f64], response: impl Fn(f64) -> Complex<f64>) -> Self {
+        Self {
+            frequency: frequency.to_vec(),
+            response: frequency.iter().map(|f| response(*f)).collect(),
+            coherence: vec![1.0; frequency.len()],
+            std: vec![0.0; frequency.len()],
+            averages: f64::INFINITY,
+            lines_for_one: 1.0,
+            sample_period: 0.0,
+            method: "exact".to_owned(),
+        }
+    }
+
     /// The response of stretches of a recording, and what should be known about it.
     ///
     /// # Errors
@@ -221,7 +235,7 @@ impl Frf {
             });
         }
         // |H - H0|^2 / std^2 has the distribution F(2, 2 n - 2).
-        let spare = (self.averages - 1.0).max(0.1);
+        let spare = (self.averages - 1.0).clamp(0.1, 1e9);
         let quantile = spare * ((1.0 - probability).powf(-1.0 / spare) - 1.0);
         Ok(self.std.iter().map(|s| s * quantile.sqrt()).collect())
     }

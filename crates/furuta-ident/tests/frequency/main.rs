@@ -1,6 +1,8 @@
 //! Identification in the frequency domain, against systems whose response is known.
 
 mod bad_input;
+mod compare;
+mod fit;
 mod response;
 
 use furuta_model::signals::random::normal;

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use furuta_ident::diagnose::result::significant;
+use furuta_ident::frequency::first_principles::Output;
 use furuta_ident::frequency::record::{Columns, Taken};
 use furuta_ident::frequency::response::decibels;
 use furuta_ident::frequency::{Estimator, Frf, Settings, Window, periodic};
@@ -140,6 +141,23 @@ impl Measure {
         };
         said.extend(frf.low_coherence().map(|n| n.to_string()));
         Ok((frf, said))
+    }
+
+    /// The angle that is the output, for a rig's model of it.
+    pub(crate) fn angle(&self) -> Result<Output, Failure> {
+        match (self.output.as_str(), self.input.as_str()) {
+            ("theta", "u") => Ok(Output::Theta),
+            ("alpha", "u") => Ok(Output::Alpha),
+            _ => Err(Failure::new(format!(
+                "a rig's model is of theta / u and alpha / u, not of {}",
+                self.what()
+            ))),
+        }
+    }
+
+    /// The band asked for, or another.
+    pub(crate) fn band_or(&self, other: [f64; 2]) -> [f64; 2] {
+        self.band.unwrap_or(other)
     }
 
     /// What the response is of: `alpha / u`.

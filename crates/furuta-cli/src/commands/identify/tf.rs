@@ -1,0 +1,251 @@
+//! `furuta identify tf`: a transfer function fitted to a frequency response.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use furuta_ident::diagnose::result::significant;
+use furuta_ident::frequency::first_principles::of_rig;
+use furuta_ident::frequency::fit::Uncertain;
+use furuta_ident::frequency::orders::sweep;
+use furuta_ident::frequency::transfer::polynomial_text;
+use furuta_ident::frequency::{Delay, Fit, Frf, Hold, Request, Transfer, fit};
+use furuta_model::Rig;
+use nalgebra::Complex;
+use serde_json::{Value, json};
+
+use super::frf::Measure;
+use crate::bode::Bode;
+use crate::commands::study::plot;
+use crate::failure::Failure;
+
+/// Continuous transfer function fitted to the frequency response of recordings, each line weighted by its deviation; coefficients, poles and zeros
+/// with their standard deviations. The hold of the command is accounted for.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Args {
+    /// Recordings of one rig at one rate, CSV or MCAP.
+    #[arg(value_name = "DATA", required = true)]
+    data: Vec<PathBuf>,
+    #[command(flatten)]
+    measure: Measure,
+    /// Orders of numerator and denominator; the best of all up to order 5 (by BIC) if not given.
+    #[arg(long, value_name = "M/N", value_parser = orders)]
+    orders: Option<[usize; 2]>,
+    /// Delay beyond the hold's own, s, or `fit`.
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = delay)]
+    delay: Delay,
+    /// Take the response as that of a continuous plant: the signals were analogue, or a hold is to be part of the fit.
+    #[arg(long)]
+    no_hold: bool,
+    /// Draw this rig's linear model beside the fit.
+    #[arg(long, value_name = "RIG")]
+    rig: Option<String>,
+    /// Draw the response and the fit over it: magnitude, phase, coherence (SVG).
+    #[arg(long, value_name = "OUT.svg")]
+    plot: Option<PathBuf>,
+    /// Print one line of JSON in place of text.
+    #[arg(long)]
+    json: bool,
+}
+
+fn orders(text: &str) -> Result<[usize; 2], String> {
+    let numbers = text
+        .split_once('/')
+        .and_then(|(m, n)| Some([m.trim().parse().ok()?, n.trim().parse().ok()?]));
+    numbers.ok_or_else(|| "must be two orders, as in 2/4".to_owned())
+}
+
+fn delay(text: &str) -> Result<Delay, String> {
+    if text == "fit" {
+        return Ok(Delay::Fitted);
+    }
+    match text.parse() {
+        Ok(seconds) if (0.0..=10.0).contains(&seconds) => Ok(Delay::Known(seconds)),
+        _ => Err("must be `fit` or a number of seconds from 0 to 10".to_owned()),
+    }
+}
+
+/// The highest order that is tried where none was asked for.
+const HIGHEST: usize = 5;
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let (frf, mut notices) = args.measure.response(&args.data)?;
+    let hold = if args.no_hold {
+        Hold::None
+    } else {
+        Hold::ZeroOrder(frf.sample_period)
+    };
+    let (best, tried) = match args.orders {
+        Some([zeros, poles]) => {
+            let request = Request {
+                zeros,
+                poles,
+                hold,
+                delay: args.delay,
+            };
+            (fit(&frf, &request)?, Vec::new())
+        }
+        None => {
+            let tried = sweep(&frf, HIGHEST, hold, args.delay);
+            let best = tried.first().cloned().ok_or_else(|| {
+                Failure::new("no transfer function could be fitted: widen the band or ask for a finer resolution")
+            })?;
+            (best, tried)
+        }
+    };
+    notices.extend(best.notices().iter().map(ToString::to_string));
+    for notice in &notices {
+        eprintln!("note: {notice}");
+    }
+    if let Some(path) = &args.plot {
+        let what = args.measure.what();
+        let mut bode = Bode::new(&what).measured(&frf)?;
+        if let Some(name) = &args.rig {
+            let model = of_rig(&Rig::load(name)?, args.measure.angle()?)?;
+            bode = bode.model(name, &curve(&frf, hold, &model), true);
+        }
+        let [zeros, poles] = best.transfer.orders();
+        let bode = bode.model(
+            &format!("fit {zeros}/{poles}"),
+            &curve(&frf, hold, &best.transfer),
+            false,
+        );
+        plot(path, &bode.chart())?;
+    }
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        let mut line = fit_json(&best);
+        line["what"] = json!(args.measure.what());
+        line["notices"] = json!(notices);
+        line["tried"] = tried
+            .iter()
+            .map(|f| json!({"orders": f.transfer.orders(), "aic": f.aic, "bic": f.bic, "chi2": f.chi2, "stable": f.is_stable()}))
+            .collect();
+        return Ok(writeln!(out, "{line}")?);
+    }
+    out.write_all(text(&args.measure.what(), &frf, &best, &tried).as_bytes())?;
+    Ok(())
+}
+
+/// A model's response as it would be measured.
+pub(crate) fn curve(frf: &Frf, hold: Hold, model: &Transfer) -> Vec<(f64, Complex<f64>)> {
+    frf.frequency
+        .iter()
+        .map(|f| (*f, hold.sampled(*f, |s| model.at(s))))
+        .collect()
+}
+
+fn text(what: &str, frf: &Frf, best: &Fit, tried: &[Fit]) -> String {
+    let mut text = String::new();
+    if !tried.is_empty() {
+        text += "orders       BIC       AIC    chi2\n";
+        for f in tried.iter().take(6) {
+            let [zeros, poles] = f.transfer.orders();
+            text += &format!(
+                "  {zeros}/{poles} {:>11.1} {:>9.1} {:>7.2}{}\n",
+                f.bic,
+                f.aic,
+                f.chi2,
+                if f.is_stable() { "" } else { "  unstable" }
+            );
+        }
+    }
+    let ends = [frf.frequency.first(), frf.frequency.last()];
+    let [low, high] = ends.map(|f| significant(f.copied().unwrap_or(0.0), 3));
+    text += &format!(
+        "{what}, {} lines from {low} to {high} Hz, {}\n",
+        frf.frequency.len(),
+        frf.method
+    );
+    text += &fit_text(best);
+    text
+}
+
+/// A fit in words.
+pub(crate) fn fit_text(fit: &Fit) -> String {
+    let g = &fit.transfer;
+    let mut text = format!(
+        "  G(s) = ({}) / ({})",
+        polynomial_text(&g.numerator, 4),
+        polynomial_text(&g.denominator, 4)
+    );
+    if g.delay != 0.0 {
+        text += &format!(" e^(-{} s)", significant(g.delay, 3));
+    }
+    text += "\n";
+    let coefficient = |name: &str, c: &[f64], std: &[f64]| -> String {
+        let degree = c.len() - 1;
+        c.iter()
+            .zip(std)
+            .enumerate()
+            .filter(|(i, _)| name == "b" || *i > 0)
+            .map(|(i, (c, std))| {
+                format!(
+                    "  {name}{}   {:>12} ± {}\n",
+                    degree - i,
+                    significant(*c, 5),
+                    significant(*std, 2)
+                )
+            })
+            .collect()
+    };
+    text += &coefficient("b", &g.numerator, &fit.numerator_std);
+    text += &coefficient("a", &g.denominator, &fit.denominator_std);
+    if fit.delay.std > 0.0 {
+        text += &format!(
+            "  delay {:>11} ± {} ms\n",
+            significant(1e3 * fit.delay.value, 4),
+            significant(1e3 * fit.delay.std, 2)
+        );
+    }
+    text += &format!("  poles  {} rad/s\n", roots(&fit.poles));
+    text += &format!("  zeros  {} rad/s\n", roots(&fit.zeros));
+    text += &format!(
+        "  chi2 {:.2} (1: nothing but noise is left), RMS of the relative error {:.2} %, AIC {:.1}, BIC {:.1}\n",
+        fit.chi2,
+        100.0 * fit.relative_error,
+        fit.aic,
+        fit.bic
+    );
+    text
+}
+
+/// `-0.69 (± 0.02) ± 7.36 (± 0.02) i`, pairs once.
+pub(crate) fn roots(roots: &[Uncertain<Complex<f64>>]) -> String {
+    let number = |x: f64, std: f64| format!("{} (± {})", significant(x, 4), significant(std, 2));
+    let texts: Vec<String> = roots
+        .iter()
+        .filter(|r| r.value.im >= 0.0)
+        .map(|r| {
+            let re = number(r.value.re, r.std.re);
+            if r.value.im > 0.0 {
+                format!("{re} ± {} i", number(r.value.im, r.std.im))
+            } else {
+                re
+            }
+        })
+        .collect();
+    if texts.is_empty() {
+        "none".to_owned()
+    } else {
+        texts.join(",  ")
+    }
+}
+
+/// A fit for programs.
+pub(crate) fn fit_json(fit: &Fit) -> Value {
+    let roots = |roots: &[Uncertain<Complex<f64>>]| -> Value {
+        roots
+            .iter()
+            .map(|r| json!({"re": r.value.re, "im": r.value.im, "re_std": r.std.re, "im_std": r.std.im}))
+            .collect()
+    };
+    json!({
+        "numerator": fit.transfer.numerator, "numerator_std": fit.numerator_std,
+        "denominator": fit.transfer.denominator, "denominator_std": fit.denominator_std,
+        "delay": fit.delay.value, "delay_std": fit.delay.std,
+        "poles": roots(&fit.poles), "zeros": roots(&fit.zeros),
+        "chi2": fit.chi2, "aic": fit.aic, "bic": fit.bic, "parameters": fit.parameters, "rank": fit.rank,
+        "relative_error": fit.relative_error, "stable": fit.is_stable(),
+    })
+}
