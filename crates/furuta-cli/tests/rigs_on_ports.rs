@@ -204,3 +204,52 @@ fn what_cannot_be_is_one_line() {
     let output = furuta(&["run"]).output().expect("runs");
     assert_eq!(output.status.code(), Some(2));
 }
+
+/// A host that is killed says no goodbye: the rig's watchdog stops the motor, and what was logged up to the last 100 ms is there.
+#[cfg(unix)]
+#[test]
+fn a_killed_host_leaves_the_motor_off_and_a_log() {
+    let folder = Folder::new("ports-killed");
+    let log = folder.path("run.mcap");
+    let rig = furuta_model::Rig::builtin("shahzad2022-srv02").expect("built in");
+    let emulation = furuta_hw::Emulation::default();
+    let deadline = u32::from(emulation.watchdog_periods);
+    let emulated = furuta_hw::EmulatedRig::new(&rig, &emulation).expect("valid");
+    let rig = furuta_hw::PtyRig::start(emulated, furuta_hw::Pace::Patient).expect("a port");
+    let mut host = furuta(&["run", "--port", rig.path(), "--rig", "shahzad2022-srv02"])
+        .args(["--duration", "600", "--log"])
+        .arg(&log)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("runs");
+    for _ in 0..600 {
+        if std::fs::metadata(&log).is_ok_and(|m| m.len() > 50_000) {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    host.kill().expect("running"); // SIGKILL
+    host.wait().expect("killed");
+    // The rig waits for its host before the first tick without an answer: time has nearly stood still since the kill.
+    let mut rig = rig.unplug().expect("alive");
+    let ticks: Vec<_> = (0..deadline + 5).map(|_| rig.tick()).collect();
+    let off = ticks
+        .iter()
+        .position(|s| s.volts == 0.0 && s.status.contains(furuta_wire::Status::WATCHDOG));
+    assert!(
+        off.is_some_and(|ticks| ticks <= deadline as usize),
+        "{off:?}"
+    );
+    let log = furuta_log::read(&log).expect("a log");
+    assert!(
+        matches!(log.notice, Some(furuta_log::Notice::Truncated { .. })),
+        "{:?}",
+        log.notice
+    );
+    let last = log.records.last().expect("records").seq;
+    let missing = f64::from(ticks[0].seq - last) * 0.002;
+    println!("the log ends {missing:.3} s before the kill");
+    // 100 ms, and what the writer's thread waits for a processor on a busy machine.
+    assert!(missing < 0.5, "{missing}");
+}

@@ -21,6 +21,8 @@ use crate::transport::{Transport, TransportError};
 
 /// Changes of mode that a summary can hold; later ones are only counted.
 const MODE_CHANGES: usize = 64;
+/// A rig's clock may differ from the number of samples by so much from one sample to the next (s): ticks come late where a processor is busy.
+const CLOCK_STEP: f64 = 0.25;
 /// The last 0 V is sent so many times, since one frame can be lost. The rig's watchdog is what remains.
 const FAREWELLS: usize = 3;
 
@@ -70,6 +72,16 @@ pub enum RunError {
         last: u32,
         /// Number of the first sample after.
         seq: u32,
+    },
+    /// The rig's clock does not fit its numbers of samples.
+    #[error(
+        "the rig's clock stepped by {step:.3} s at t = {t:.3} s: its time stamps are no measure any more; reset the rig"
+    )]
+    RigClock {
+        /// Time before (s).
+        t: f64,
+        /// By how much it stepped (s).
+        step: f64,
     },
     /// A limit of the rig file is exceeded.
     #[error(
@@ -234,6 +246,7 @@ pub fn run<T: Transport, P: Pilot>(
         delay: DelayMeter::new(),
         begin: Instant::now(),
         first_t_us: 0,
+        last_t_us: 0,
         last_seq: None,
         lost_before: 0,
     };
@@ -255,6 +268,7 @@ struct Run<'a, P: Pilot> {
     delay: DelayMeter,
     begin: Instant,
     first_t_us: u64,
+    last_t_us: u64,
     last_seq: Option<u32>,
     lost_before: u32,
 }
@@ -314,7 +328,9 @@ impl<P: Pilot> Run<'_, P> {
         if self.summary.samples == 0 {
             self.begin = arrived;
             self.first_t_us = sample.t_us;
+            self.last_t_us = sample.t_us;
         }
+        self.check_clock(sample, periods)?;
         let t = sample.t_us.saturating_sub(self.first_t_us) as f64 * 1e-6;
         let measurement = Measurement {
             t,
@@ -377,6 +393,24 @@ impl<P: Pilot> Run<'_, P> {
         self.lost_before = periods - 1;
         self.summary.lost += u64::from(self.lost_before);
         Ok(Some(periods))
+    }
+
+    /// The clock that decides about the run's length, and the estimators' periods, shall be the same.
+    fn check_clock(&mut self, sample: &Sample, periods: u32) -> Result<(), RunError> {
+        let before = std::mem::replace(&mut self.last_t_us, sample.t_us);
+        if self.summary.samples == 0 {
+            return Ok(());
+        }
+        let seconds = |us: u64| us as f64 * 1e-6;
+        let expected = f64::from(periods) * f64::from(self.hello.period_us) * 1e-6;
+        let step = seconds(sample.t_us) - seconds(before) - expected;
+        if step.abs() > CLOCK_STEP.max(0.5 * expected) {
+            return Err(RunError::RigClock {
+                t: self.summary.seconds,
+                step,
+            });
+        }
+        Ok(())
     }
 
     fn count(&mut self, sample: &Sample, t: f64, mode: Mode, compute: f64, delay: f64) {

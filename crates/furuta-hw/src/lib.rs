@@ -2,7 +2,7 @@
 //!
 //! | Module | What |
 //! |---|---|
-//! | [`transport`] | ways to reach a rig: serial port; a wire with faults around it |
+//! | [`transport`] | ways to reach a rig: serial port; an emulated rig without a port; a wire with faults around another |
 //! | [`link`] | messages in place of bytes |
 //! | [`emulate`] | an emulated rig behind a pseudo-terminal |
 //! | [`control_loop`] | the loop: sample in, command out, record into a ring |
@@ -26,4 +26,6 @@ pub use link::{Link, LinkError};
 pub use pilot::{Decision, Measurement, OpenLoop, Pilot, Reference, SwingUpBalance, rehearse};
 pub use recorder::{RecordSender, Recorded, Recorder};
 pub use session::{Mismatch, Session, SessionError};
-pub use transport::{FaultRates, FaultyTransport, SerialTransport, Transport, TransportError};
+pub use transport::{
+    EmulatedTransport, FaultRates, FaultyTransport, SerialTransport, Transport, TransportError,
+};

@@ -508,6 +508,7 @@ fn a_faulty_wire_is_survived_and_counted() {
         lost: 0.002,
         flipped: 0.002,
         doubled: 0.001,
+        ..FaultRates::default()
     };
     let rig = start(&Emulation::default(), Pace::RealTime);
     let port = SerialTransport::open(rig.path(), SerialTransport::BAUD).expect("the port is there");

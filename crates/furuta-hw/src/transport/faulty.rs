@@ -4,10 +4,17 @@ use std::time::Duration;
 
 use super::{Transport, TransportError};
 
-/// How often bytes are damaged, each a probability per byte.
+/// Bytes that one read hands on, before doubling.
+const LATE: usize = 128;
+
+/// How often what goes through is damaged: probabilities.
 #[derive(Copy, Clone, Debug, Default, PartialEq)]
 pub struct FaultRates {
-    /// Byte lost.
+    /// Whole frame lost, per frame.
+    pub frame_lost: f64,
+    /// What has arrived comes only with the next that arrives, per read.
+    pub delayed: f64,
+    /// Byte lost, per byte; the next two are, too.
     pub lost: f64,
     /// One bit flipped.
     pub flipped: f64,
@@ -22,6 +29,11 @@ pub struct FaultyTransport<T> {
     rates: FaultRates,
     random: u64,
     damaged: u64,
+    frames_lost: u64,
+    /// Whether the frame that is arriving is one to be lost; `None` between frames.
+    losing: Option<bool>,
+    /// Arrived, and held back.
+    late: arrayvec::ArrayVec<u8, LATE>,
 }
 
 impl<T> FaultyTransport<T> {
@@ -30,9 +42,28 @@ impl<T> FaultyTransport<T> {
         Self {
             inner,
             rates,
-            random: seed | 1,
+            // Spread, or small seeds would give small numbers at first.
+            random: seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1,
             damaged: 0,
+            frames_lost: 0,
+            losing: None,
+            late: arrayvec::ArrayVec::new(),
         }
+    }
+
+    /// What the faults are from now on.
+    pub fn set_rates(&mut self, rates: FaultRates) {
+        self.rates = rates;
+    }
+
+    /// The transport behind the faults.
+    pub fn inner(&mut self) -> &mut T {
+        &mut self.inner
+    }
+
+    /// Frames lost whole so far.
+    pub fn frames_lost(&self) -> u64 {
+        self.frames_lost
     }
 
     /// Bytes damaged so far.
@@ -54,6 +85,7 @@ impl<T> FaultyTransport<T> {
             lost,
             flipped,
             doubled,
+            ..
         } = self.rates;
         let dice = self.uniform();
         self.damaged += u64::from(dice < lost + flipped + doubled);
@@ -71,16 +103,48 @@ impl<T> FaultyTransport<T> {
     }
 }
 
+impl<T> FaultyTransport<T> {
+    fn loses_frame(&mut self) -> bool {
+        let loses = self.uniform() < self.rates.frame_lost;
+        self.frames_lost += u64::from(loses);
+        loses
+    }
+
+    /// Whether this byte belongs to a frame that is lost.
+    fn is_of_lost_frame(&mut self, byte: u8) -> bool {
+        let losing = match self.losing {
+            Some(losing) => losing,
+            None => self.loses_frame(),
+        };
+        self.losing = (byte != 0).then_some(losing);
+        losing
+    }
+}
+
 impl<T: Transport> Transport for FaultyTransport<T> {
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, TransportError> {
-        // Room for every byte to be doubled.
-        let mut raw = [0; 128];
-        let room = raw.len().min(buffer.len() / 2);
+        // Room for every byte to be doubled, and for what is late.
+        let mut raw = [0; LATE / 2];
+        let room = raw.len().min(buffer.len() / 4);
         let n = self
             .inner
             .read(raw.get_mut(..room).unwrap_or_default(), timeout)?;
+        let hold = n > 0 && self.late.is_empty() && self.uniform() < self.rates.delayed;
+        let raw: arrayvec::ArrayVec<u8, LATE> = if hold {
+            self.late = raw.iter().take(n.min(LATE)).copied().collect();
+            return Ok(0);
+        } else {
+            let late = std::mem::take(&mut self.late);
+            late.into_iter()
+                .chain(raw.into_iter().take(n))
+                .take(LATE)
+                .collect()
+        };
         let mut filled = 0;
-        for &byte in raw.iter().take(n) {
+        for &byte in &raw {
+            if self.is_of_lost_frame(byte) {
+                continue;
+            }
             self.pass(byte, |byte| {
                 if let Some(slot) = buffer.get_mut(filled) {
                     *slot = byte;
@@ -91,7 +155,11 @@ impl<T: Transport> Transport for FaultyTransport<T> {
         Ok(filled)
     }
 
+    /// Each call is a frame.
     fn write(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
+        if self.loses_frame() {
+            return Ok(());
+        }
         let mut damaged = arrayvec::ArrayVec::<u8, 256>::new();
         for chunk in bytes.chunks(128) {
             damaged.clear();
@@ -152,6 +220,34 @@ mod tests {
     }
 
     #[test]
+    fn frames_are_lost_whole_and_late_ones_come_in_order() {
+        let rates = FaultRates {
+            frame_lost: 0.1,
+            delayed: 0.2,
+            ..FaultRates::default()
+        };
+        let mut wire = FaultyTransport::new(Loopback::default(), rates, 3);
+        let (mut got, mut buffer, mut sent_on) = (Vec::new(), [0; 300], 0);
+        for k in 0..10_000_u16 {
+            let before = wire.frames_lost();
+            let (high, low) = ((k / 200) as u8 + 1, (k % 200) as u8 + 1);
+            wire.write(&[1, low, high, 0]).expect("loopback");
+            sent_on += u64::from(wire.frames_lost() == before);
+            let n = wire.read(&mut buffer, Duration::ZERO).expect("loopback");
+            got.extend_from_slice(&buffer[..n]);
+        }
+        wire.set_rates(FaultRates::default());
+        let n = wire.read(&mut buffer, Duration::ZERO).expect("loopback");
+        got.extend_from_slice(&buffer[..n]);
+        assert_eq!(got.len() % 4, 0);
+        let numbers: Vec<_> = got.chunks(4).map(|f| (f[2], f[1])).collect();
+        assert!(numbers.is_sorted());
+        // One in ten each way: 8100 +- 39 arrive; five deviations.
+        assert!((7905..8295).contains(&numbers.len()) && (8850..9150).contains(&sent_on));
+        assert_eq!(numbers.len() as u64 + wire.frames_lost(), 10_000);
+    }
+
+    #[test]
     fn faults_come_as_often_as_asked() {
         let n = 100_000;
         assert_eq!(through(FaultRates::default(), n), (vec![0; n], 0));
@@ -159,7 +255,7 @@ mod tests {
             FaultRates {
                 lost: 0.01,
                 flipped: 0.02,
-                doubled: 0.0,
+                ..FaultRates::default()
             },
             n,
         );

@@ -3,11 +3,13 @@
 //! The loop is generic over the trait, so that no call goes through a table of pointers and a test can put anything
 //! that carries bytes in a rig's place.
 
+mod emulated;
 mod faulty;
 mod serial;
 
 use std::time::Duration;
 
+pub use emulated::EmulatedTransport;
 pub use faulty::{FaultRates, FaultyTransport};
 pub use serial::SerialTransport;
 
