@@ -28,7 +28,9 @@ def sizes(path: Path) -> tuple[int, int]:
     entry, count = struct.unpack_from("<HH", data, 0x2E)
     flash = ram = 0
     for i in range(count):
-        _, kind, flags, _, _, size = struct.unpack_from("<IIIIII", data, table + i * entry)
+        _, kind, flags, _, _, size = struct.unpack_from(
+            "<IIIIII", data, table + i * entry
+        )
         if not flags & ALLOCATED:
             continue
         if kind != ZEROED:
