@@ -55,6 +55,13 @@ create_exception!(
 
 create_exception!(
     furuta,
+    IdentificationError,
+    FurutaError,
+    "Data that have no frequency response, a fit or comparison that cannot be."
+);
+
+create_exception!(
+    furuta,
     Interrupted,
     PyKeyboardInterrupt,
     "A KeyboardInterrupt during `diagnose`; its attribute `diagnosis` holds what was found by then."
@@ -71,6 +78,7 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("DiagnoseError", py.get_type::<DiagnoseError>())?;
     m.add("ControllerError", py.get_type::<ControllerError>())?;
     m.add("DesignError", py.get_type::<DesignError>())?;
+    m.add("IdentificationError", py.get_type::<IdentificationError>())?;
     m.add("Interrupted", py.get_type::<Interrupted>())
 }
 
@@ -107,4 +115,9 @@ pub(crate) fn recording(e: impl std::fmt::Display) -> PyErr {
 /// A diagnosis that cannot be as Python's error.
 pub(crate) fn diagnose(e: impl std::fmt::Display) -> PyErr {
     DiagnoseError::new_err(e.to_string())
+}
+
+/// An error of a frequency response, a fit or a comparison as Python's.
+pub(crate) fn identification(e: impl std::fmt::Display) -> PyErr {
+    IdentificationError::new_err(e.to_string())
 }

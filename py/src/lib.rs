@@ -12,6 +12,7 @@ mod diagnosis;
 mod error;
 mod estimator;
 mod experiments;
+mod frequency;
 mod linear;
 mod matrix;
 mod recording;
@@ -44,5 +45,6 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(region::region_of_attraction, m)?)?;
     m.add_class::<diagnosis::PyDiagnosis>()?;
     m.add_function(wrap_pyfunction!(diagnosis::diagnose, m)?)?;
+    frequency::register(m)?;
     Ok(())
 }

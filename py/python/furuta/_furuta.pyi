@@ -8,29 +8,36 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
 __all__ = [
+    "Comparison",
     "Controller",
     "ControllerError",
     "DesignError",
     "DiagnoseError",
     "Diagnosis",
     "Estimator",
+    "Frf",
     "FurutaError",
+    "IdentificationError",
     "Interrupted",
     "RecordingError",
     "Rig",
     "RigError",
     "SignalError",
     "SimulationError",
+    "TransferFit",
     "__version__",
     "arm_step",
     "care",
     "catalogue",
+    "compare",
     "controllability",
     "controllers",
     "dare",
     "diagnose",
     "dlqe",
     "dlqr",
+    "fit_transfer_function",
+    "frf",
     "largest_sine",
     "linearize",
     "lqe",
@@ -46,6 +53,7 @@ __all__ = [
     "signal",
     "simulate",
     "simulate_batch",
+    "spectra",
     "steady_motion",
     "zero_order_hold",
 ]
@@ -60,6 +68,7 @@ class RecordingError(FurutaError): ...
 class DiagnoseError(FurutaError): ...
 class ControllerError(FurutaError): ...
 class DesignError(FurutaError): ...
+class IdentificationError(FurutaError): ...
 
 class Interrupted(KeyboardInterrupt):
     diagnosis: Diagnosis
@@ -445,3 +454,116 @@ def diagnose(
     accept_suspicious: bool = False,
     progress: Callable[[str, str | None], object] | None = None,
 ) -> Diagnosis: ...
+
+@final
+class Frf:
+    def __new__(
+        cls, frequency: ArrayLike, response: ArrayLike, std: ArrayLike | None = None, *, sample_period: float = 0.0
+    ) -> Self: ...
+    @property
+    def frequency(self) -> NDArray[np.float64]: ...
+    @property
+    def response(self) -> NDArray[np.complex128]: ...
+    @property
+    def coherence(self) -> NDArray[np.float64]: ...
+    @property
+    def std(self) -> NDArray[np.float64]: ...
+    @property
+    def averages(self) -> float: ...
+    @property
+    def sample_period(self) -> float: ...
+    @property
+    def method(self) -> str: ...
+    @property
+    def notices(self) -> list[str]: ...
+    def confidence(self, probability: float = 0.95) -> NDArray[np.float64]: ...
+    def band(self, low: float, high: float) -> Frf: ...
+    def magnitude_db(self) -> NDArray[np.float64]: ...
+    def phase_degrees(self) -> NDArray[np.float64]: ...
+    def summary(self) -> str: ...
+    def plot(self, **models: TransferFit | ArrayLike) -> Any: ...
+
+@final
+class TransferFit:
+    @property
+    def numerator(self) -> NDArray[np.float64]: ...
+    @property
+    def denominator(self) -> NDArray[np.float64]: ...
+    @property
+    def numerator_std(self) -> NDArray[np.float64]: ...
+    @property
+    def denominator_std(self) -> NDArray[np.float64]: ...
+    @property
+    def delay(self) -> float: ...
+    @property
+    def delay_std(self) -> float: ...
+    @property
+    def poles(self) -> NDArray[np.complex128]: ...
+    @property
+    def poles_std(self) -> NDArray[np.complex128]: ...
+    @property
+    def zeros(self) -> NDArray[np.complex128]: ...
+    @property
+    def zeros_std(self) -> NDArray[np.complex128]: ...
+    @property
+    def chi2(self) -> float: ...
+    @property
+    def aic(self) -> float: ...
+    @property
+    def bic(self) -> float: ...
+    @property
+    def relative_error(self) -> float: ...
+    @property
+    def stable(self) -> bool: ...
+    @property
+    def notices(self) -> list[str]: ...
+    def response(self, frequency: ArrayLike) -> NDArray[np.complex128]: ...
+    def to_control(self) -> Any: ...
+    def summary(self) -> str: ...
+    def __iter__(self) -> Any: ...
+
+@final
+class Comparison:
+    @property
+    def as_given_error(self) -> float: ...
+    @property
+    def explanations(self) -> list[dict[str, Any]]: ...
+    @property
+    def frequency(self) -> NDArray[np.float64]: ...
+    @property
+    def measured(self) -> NDArray[np.complex128]: ...
+    def summary(self) -> str: ...
+
+def spectra(
+    u: ArrayLike, y: ArrayLike, dt: float, segment: int, *, overlap: int | None = None, window: str = "hann"
+) -> dict[str, Any]: ...
+def frf(
+    recordings: _Recording | Sequence[_Recording],
+    *,
+    output: str = "alpha",
+    input: str = "u",
+    reference: str | None = None,
+    estimator: Literal["H1", "H2"] = "H1",
+    resolution: float | None = None,
+    window: str = "hann",
+    overlap: float = 0.5,
+    period: float | None = None,
+    discard: int = 1,
+    band: tuple[float, float] | None = None,
+    accept_suspicious: bool = False,
+) -> Frf: ...
+def fit_transfer_function(
+    frf: Frf,
+    zeros: int | None = None,
+    poles: int | None = None,
+    *,
+    delay: float | Literal["fit"] | None = None,
+    hold: bool | None = None,
+) -> TransferFit: ...
+def compare(
+    measured: Frf | tuple[ArrayLike, ArrayLike] | Literal["fong2014"],
+    rig: Rig,
+    *,
+    output: Literal["alpha", "theta"] = "alpha",
+    band: tuple[float, float] = (0.1, 23.0),
+) -> Comparison: ...

@@ -1,0 +1,193 @@
+//! What a measured transfer function knows that a rig file does not.
+
+use super::response::PyFrf;
+use crate::error;
+use crate::matrix::Vector;
+use crate::rig::PyRig;
+use furuta_ident::frequency::compare::{self as engine, Comparison, Explanation, Measured};
+use furuta_ident::frequency::first_principles::Output;
+use furuta_ident::frequency::{Hold, Transfer, fong2014};
+use numpy::IntoPyArray;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+/// What `compare` found.
+///
+/// Attributes
+/// ----------
+/// as_given_error : float
+///     RMS relative error of the rig as its file has it.
+/// explanations : list of dict
+///     Best first: effects (list of ids, empty for refitted parameters alone), values (by "id parameter": value, std), refitted (factor on the data
+///     sheet's value by name: factor, std), relative_error, parameters, bic, evidence (fall of BIC against the parameters alone), same_as (sets that the
+///     response cannot tell from this one), response (complex array at `frequency`). Deviations that are not known are inf.
+/// frequency, measured : numpy.ndarray
+#[pyclass(name = "Comparison", module = "furuta", frozen)]
+pub(crate) struct PyComparison {
+    found: Comparison,
+    measured: Measured,
+}
+
+#[pymethods]
+impl PyComparison {
+    #[getter]
+    fn as_given_error(&self) -> f64 {
+        self.found.as_given_error
+    }
+
+    #[getter]
+    fn frequency<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<f64>> {
+        self.measured.frf.frequency.clone().into_pyarray(py)
+    }
+
+    #[getter]
+    fn measured<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> Bound<'py, numpy::PyArray1<nalgebra::Complex<f64>>> {
+        self.measured.frf.response.clone().into_pyarray(py)
+    }
+
+    #[getter]
+    fn explanations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let all = PyList::empty(py);
+        for e in &self.found.explanations {
+            all.append(as_dict(py, e)?)?;
+        }
+        Ok(all)
+    }
+
+    /// The ranking in words.
+    fn summary(&self) -> String {
+        let mut text = format!(
+            "as given: relative error {:.1} %",
+            100.0 * self.found.as_given_error
+        );
+        for e in self.found.explanations.iter().take(8) {
+            text += &format!(
+                "\n  {:46} {:>7.2} %, {} numbers, evidence {:.1}",
+                e.name(),
+                100.0 * e.relative_error,
+                e.parameters,
+                e.evidence
+            );
+        }
+        text
+    }
+
+    fn __repr__(&self) -> String {
+        let best = self.found.explanations.first();
+        format!(
+            "<furuta.Comparison {}>",
+            best.map_or_else(|| "nothing".to_owned(), Explanation::name)
+        )
+    }
+
+    fn __str__(&self) -> String {
+        self.summary()
+    }
+}
+
+fn as_dict<'py>(py: Python<'py>, e: &Explanation) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("effects", &e.effects)?;
+    let values = PyDict::new(py);
+    for v in &e.values {
+        let value = PyDict::new(py);
+        value.set_item("value", v.value)?;
+        value.set_item("std", v.std)?;
+        value.set_item("unit", v.unit)?;
+        values.set_item(format!("{} {}", v.effect, v.parameter), value)?;
+    }
+    out.set_item("values", values)?;
+    let refitted = PyDict::new(py);
+    for r in &e.refitted {
+        let value = PyDict::new(py);
+        value.set_item("factor", r.factor)?;
+        value.set_item("std", r.std)?;
+        refitted.set_item(r.name, value)?;
+    }
+    out.set_item("refitted", refitted)?;
+    out.set_item("relative_error", e.relative_error)?;
+    out.set_item("parameters", e.parameters)?;
+    out.set_item("bic", e.bic)?;
+    out.set_item("evidence", e.evidence)?;
+    out.set_item("same_as", &e.same_as)?;
+    out.set_item("response", e.response.clone().into_pyarray(py))?;
+    Ok(out)
+}
+
+/// Which effects of the catalogue explain what a measured transfer function has and a rig file has not.
+///
+/// Parameters
+/// ----------
+/// measured : Frf, (num, den) or "fong2014"
+///     A response; coefficients by falling power of s; or the published fit (29) of Fong et al. 2014.
+/// rig : Rig
+/// output : {"alpha", "theta"}, optional
+/// band : (float, float), optional
+///     Where coefficients are compared, Hz.
+///
+/// Returns
+/// -------
+/// Comparison
+///
+/// Raises
+/// ------
+/// IdentificationError
+///     A response or function that cannot be compared.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> found = furuta.compare("fong2014", furuta.Rig.load("fong2014-emecs"))
+/// >>> next(e for e in found.explanations if len(e["effects"]) == 1)["effects"]
+/// ['arm.spring']
+#[pyfunction]
+#[pyo3(signature = (measured, rig, *, output="alpha", band=(0.1, 23.0)))]
+pub(crate) fn compare(
+    py: Python<'_>,
+    measured: &Bound<'_, PyAny>,
+    rig: PyRef<'_, PyRig>,
+    output: &str,
+    band: (f64, f64),
+) -> PyResult<PyComparison> {
+    let output = match output {
+        "alpha" => Output::Alpha,
+        "theta" => Output::Theta,
+        other => {
+            return Err(error::identification(format!(
+                "output = {other:?} is none of \"alpha\", \"theta\""
+            )));
+        }
+    };
+    let function = |g: &Transfer| {
+        Measured::function(g, output, [band.0, band.1]).map_err(error::identification)
+    };
+    let measured = if let Ok(frf) = measured.cast::<PyFrf>() {
+        let frf = &frf.get().frf;
+        let hold = if frf.sample_period > 0.0 {
+            Hold::ZeroOrder(frf.sample_period)
+        } else {
+            Hold::None
+        };
+        Measured {
+            hold,
+            ..Measured::response(frf.clone(), output)
+        }
+    } else if let Ok(name) = measured.extract::<String>() {
+        let published = (name == "fong2014").then(fong2014::published).flatten();
+        function(&published.ok_or_else(|| {
+            error::identification(format!("{name:?} is no published function: \"fong2014\""))
+        })?)?
+    } else {
+        let (num, den): (Vector<'_>, Vector<'_>) = measured.extract()?;
+        let [num, den] = [num, den].map(|c| c.as_array().to_vec());
+        function(&Transfer::new(&num, &den).map_err(error::identification)?)?
+    };
+    let rig = rig.rig.clone();
+    let found = py
+        .detach(|| engine::compare(&measured, &rig))
+        .map_err(error::identification)?;
+    Ok(PyComparison { found, measured })
+}

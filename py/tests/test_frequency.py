@@ -1,0 +1,166 @@
+"""Frequency responses and transfer functions, judged by SciPy."""
+
+from __future__ import annotations
+
+import json
+
+import furuta
+import numpy as np
+import pytest
+import scipy.optimize
+import scipy.signal
+from command_line import furuta as program
+
+DT = 0.002
+
+
+@pytest.fixture(scope="module")
+def noise():
+    """Two signals that know of one another."""
+    rng = np.random.default_rng(5)
+    u = rng.normal(size=20_011)
+    y = scipy.signal.lfilter([0.0, 0.3, 0.1], [1.0, -1.6, 0.8], u) + 0.1 * rng.normal(size=u.size)
+    return u, y
+
+
+@pytest.mark.parametrize("window", ["boxcar", "hann", "hamming", "blackman", "blackmanharris", "flattop"])
+@pytest.mark.parametrize(("segment", "overlap"), [(512, 256), (1000, 0), (777, 500)])
+def test_spectra_are_scipys(noise, window, segment, overlap):
+    u, y = noise
+    ours = furuta.spectra(u, y, DT, segment, overlap=overlap, window=window)
+    settings = {"fs": 1 / DT, "window": window, "nperseg": segment, "noverlap": overlap, "detrend": "constant"}
+    frequency, uy = scipy.signal.csd(u, y, **settings)
+    assert np.allclose(ours["frequency"], frequency, rtol=1e-13)
+    # Where the mean was taken away little is left but the window's rest: relative to the largest line.
+    for name, theirs in [("uy", uy), ("uu", scipy.signal.csd(u, u, **settings)[1].real), ("yy", scipy.signal.csd(y, y, **settings)[1].real)]:
+        assert np.abs(ours[name] - theirs).max() < 1e-10 * np.abs(theirs).max()
+        assert np.all(np.abs(ours[name] - theirs)[3:] < 1e-10 * np.abs(theirs)[3:])
+    coherence = scipy.signal.coherence(u, y, **settings)[1]
+    mine = np.abs(ours["uy"]) ** 2 / (ours["uu"] * ours["yy"])
+    assert np.all(np.abs(mine - coherence)[3:] < 1e-10 * coherence[3:])
+
+
+@pytest.fixture(scope="module")
+def recording():
+    """A hanging QUBE under noise, as its encoders read it."""
+    rig = furuta.Rig.load("qube-servo-2")
+    u = furuta.signal("noise", 90, DT, rms=1.0, low=0.0, high=25.0, seed=3)
+    x = furuta.simulate(rig, [0, np.pi, 0, 0], u[:-1], DT)
+    count = 2 * np.pi / 2048
+    theta, alpha = np.round(x[:, :2].T / count) * count
+    return {"t": DT * np.arange(u.size), "u": u, "theta": theta, "alpha": alpha}
+
+
+def test_response_is_scipys(recording):
+    response = furuta.frf(recording, resolution=0.1, band=(0.2, 20))
+    n = round(10 / DT)
+    settings = {"fs": 1 / DT, "window": "hann", "nperseg": n}
+    u, y = recording["u"], recording["alpha"]
+    frequency, uy = scipy.signal.csd(u, y, **settings)
+    kept = (frequency > 0.2 - 1e-9) & (frequency < 20 + 1e-9)
+    expected = (uy / scipy.signal.welch(u, **settings)[1])[kept]
+    assert np.allclose(response.frequency, frequency[kept], rtol=1e-12)
+    assert np.all(np.abs(response.response - expected) < 1e-10 * np.abs(expected))
+    coherence = scipy.signal.coherence(u, y, **settings)[1][kept]
+    assert np.abs(response.coherence - coherence).max() < 1e-10
+    h2 = furuta.frf(recording, resolution=0.1, band=(0.2, 20), estimator="H2")
+    assert np.allclose(np.abs(h2.response), np.abs(response.response) / coherence, rtol=1e-9)
+    assert np.all(response.confidence(0.99) > response.confidence(0.5))
+
+
+def test_fit_is_scipys_optimum(recording):
+    response = furuta.frf(recording, resolution=0.1, band=(0.3, 15))
+    fit = furuta.fit_transfer_function(response, 1, 3, hold=False)
+    s = 2j * np.pi * response.frequency
+    weight = 1 / np.maximum(response.std, 1e-4 * np.abs(response.response))
+
+    def residuals(c):
+        error = (np.polyval(c[:2], s) / np.polyval([1, *c[2:]], s) - response.response) * weight
+        return np.concatenate([error.real, error.imag])
+
+    start = np.concatenate([fit.numerator, fit.denominator[1:]])
+    best = scipy.optimize.least_squares(residuals, start * 1.02, x_scale=np.abs(start) + 1e-3, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    # The optimum is flat: its height is known better than its place.
+    assert np.sum(residuals(start) ** 2) <= 2 * best.cost * (1 + 1e-8)
+    assert np.allclose(best.x, start, rtol=1e-3, atol=1e-3 * np.abs(start).max())
+
+
+def test_fit_finds_the_rig(recording):
+    rig = furuta.Rig.load("qube-servo-2")
+    response = furuta.frf(recording, resolution=0.1, band=(0.3, 15))
+    fit = furuta.fit_transfer_function(response, 1, 3)
+    A, _ = furuta.linearize(rig, [0, np.pi, 0, 0])
+    truth = np.linalg.eigvals(A)
+    truth = truth[np.abs(truth) > 1e-9]
+    assert fit.stable and fit.poles.shape == (3,)
+    for pole, std in zip(fit.poles, fit.poles_std):
+        error = truth[np.abs(truth - pole).argmin()] - pole
+        # The swing is not infinitely small: its frequency falls by 1/16 of its amplitude squared.
+        assert abs(error.real) < 4 * std.real + 0.1 and abs(error.imag) < 4 * std.imag + 0.3
+    num, den = fit
+    w, h = scipy.signal.freqs(num, den, 2 * np.pi * response.frequency)
+    held = h * np.exp(-0.5j * w * DT) * np.sinc(w * DT / 2 / np.pi)
+    assert np.allclose(fit.response(response.frequency), held, rtol=1e-3)
+    assert "pole" in fit.summary() and "lines" in response.summary()
+
+
+def test_plot(recording):
+    pytest.importorskip("matplotlib")
+    response = furuta.frf(recording, resolution=0.1, band=(0.3, 15))
+    figure = response.plot(fit=furuta.fit_transfer_function(response, 1, 3), flat=np.ones(response.frequency.size))
+    assert [axes.get_ylabel() for axes in figure.axes] == ["magnitude [dB]", "phase [deg]", "coherence"]
+
+
+def test_a_hidden_spring_is_named(recording):
+    rig = furuta.Rig.load("qube-servo-2")
+    real = rig.with_effect("arm.spring", stiffness=0.004, rest=0.0)
+    x = furuta.simulate(real, [0, np.pi, 0, 0], recording["u"][:-1], DT)
+    data = dict(recording, theta=x[:, 0], alpha=x[:, 1])
+    response = furuta.frf(data, output="theta", resolution=0.1, band=(0.3, 15))
+    found = furuta.compare(response, rig, output="theta")
+    best = found.explanations[0]
+    assert best["effects"] == ["arm.spring"] and best["evidence"] > 10
+    assert abs(best["values"]["arm.spring stiffness"]["value"] / 0.004 - 1) < 0.1
+    assert found.summary().startswith("as given: relative error")
+
+
+def test_mistakes_are_named(recording):
+    with pytest.raises(furuta.IdentificationError, match="needs 100.000 s without a gap, and the longest stretch has 90"):
+        furuta.frf(recording, resolution=0.01)
+    with pytest.raises(furuta.IdentificationError, match="is constant at 0.5: it excites nothing"):
+        furuta.spectra(np.full(1000, 0.5), np.arange(1000.0), DT, 100)
+    with pytest.raises(furuta.IdentificationError, match="no column of numbers `excitation`"):
+        furuta.frf(recording, reference="excitation")
+    with pytest.raises(furuta.IdentificationError, match="there is no window"):
+        furuta.frf(recording, window="kaiser")
+    with pytest.raises(furuta.IdentificationError, match="must be a whole number"):
+        furuta.frf(recording, period=0.0031)
+    with pytest.raises(furuta.IdentificationError, match="order 3 over a denominator of order 2"):
+        furuta.fit_transfer_function(furuta.Frf([1, 2, 3], [1, 2j, 3]), 3, 2)
+    with pytest.raises(furuta.IdentificationError, match="must ascend"):
+        furuta.Frf([2, 1], [1, 1])
+    with pytest.raises(furuta.IdentificationError, match="no more zeros than poles"):
+        furuta.compare(([1, 0, 0], [1, 1]), furuta.Rig.load("qube-servo-2"))
+
+
+def test_program(tmp_path, recording):
+    csv = tmp_path / "noise.csv"
+    rows = np.column_stack([recording[name] for name in ("t", "u", "theta", "alpha")])
+    np.savetxt(csv, rows, delimiter=",", header="t,u,theta,alpha", comments="")
+    svg = tmp_path / "bode.svg"
+    done = program("identify", "frf", csv, "--resolution", 0.1, "--band", "0.3,15", "--json", "--plot", svg)
+    assert done.returncode == 0, done.stderr
+    line = json.loads(done.stdout)
+    mine = furuta.frf(recording, resolution=0.1, band=(0.3, 15))
+    assert np.allclose(np.array(line["real"]) + 1j * np.array(line["imaginary"]), mine.response, rtol=1e-12)
+    assert svg.read_text().startswith("<svg")
+    done = program("identify", "tf", csv, "--resolution", 0.1, "--band", "0.3,15", "--orders", "1/3", "--json")
+    assert done.returncode == 0, done.stderr
+    fit = furuta.fit_transfer_function(mine, 1, 3)
+    assert np.allclose(json.loads(done.stdout)["denominator"], fit.denominator, rtol=1e-6)
+    done = program("identify", "compare", "--published", "fong2014", "--rig", "fong2014-emecs", "--json")
+    assert done.returncode == 0, done.stderr
+    singles = [e for e in json.loads(done.stdout)["explanations"] if len(e["effects"]) == 1]
+    assert singles[0]["effects"] == ["arm.spring"]
+    assert program("identify", "frf", csv, "--resolution", 0.01).returncode == 1
+    assert program("identify", "tf", csv, "--orders", "three").returncode == 2
