@@ -164,3 +164,23 @@ def test_program(tmp_path, recording):
     assert singles[0]["effects"] == ["arm.spring"]
     assert program("identify", "frf", csv, "--resolution", 0.01).returncode == 1
     assert program("identify", "tf", csv, "--orders", "three").returncode == 2
+
+
+def test_upright_under_feedback(tmp_path):
+    """The arm follows noise while the pendulum is balanced: the joint estimate is the unstable plant's response."""
+    controller, csv = tmp_path / "standard.toml", tmp_path / "balance.csv"
+    controller.write_text("")
+    noise = ["--arm-noise", 0.1, "--band", "0.2,8", "--duration", 100, "--start", "0,0.01,0,0"]
+    done = program("simulate", "--rig", "qube-servo-2", "--controller", controller, *noise, "-o", csv)
+    assert done.returncode == 0, done.stderr
+    joint = furuta.frf(csv, reference="reference", resolution=0.25, band=(0.75, 6))
+    A, B = furuta.linearize(furuta.Rig.load("qube-servo-2"))
+    Ad, Bd = furuta.zero_order_hold(A, B, joint.sample_period)
+    z = np.exp(2j * np.pi * joint.frequency * joint.sample_period)
+    truth = np.array([np.linalg.solve(z * np.eye(4) - Ad, Bd)[1, 0] for z in z])
+    error = np.abs(joint.response / truth - 1)
+    # Encoder steps and leakage of segments of 4 s.
+    assert np.median(error) < 0.02 and error.max() < 0.1
+    assert not joint.notices
+    plain = furuta.frf(csv, resolution=0.25, band=(0.75, 6))
+    assert any("made under feedback" in notice for notice in plain.notices)

@@ -144,7 +144,7 @@ fn as_dict<'py>(py: Python<'py>, e: &Explanation) -> PyResult<Bound<'py, PyDict>
 /// >>> next(e for e in found.explanations if len(e["effects"]) == 1)["effects"]
 /// ['arm.spring']
 #[pyfunction]
-#[pyo3(signature = (measured, rig, *, output="alpha", band=(0.1, 23.0)))]
+#[pyo3(signature = (measured, rig, *, output="alpha", band=(0.1, 23.0)), text_signature = "(measured, rig, *, output=\"alpha\", band=(0.1, 23.0))")]
 pub(crate) fn compare(
     py: Python<'_>,
     measured: &Bound<'_, PyAny>,

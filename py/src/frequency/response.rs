@@ -39,7 +39,7 @@ type Array<'py, T> = Bound<'py, PyArray1<T>>;
 /// >>> f = np.linspace(0.1, 5, 50)
 /// >>> response = furuta.Frf(f, 1 / (2j * np.pi * f + 3))
 /// >>> response.band(1, 2).frequency.size
-/// 10
+/// 11
 #[pyclass(name = "Frf", module = "furuta", frozen)]
 pub(crate) struct PyFrf {
     pub(crate) frf: Frf,
