@@ -92,6 +92,7 @@ docs: $(VENV)/ready figures
 FURUTA = $(TARGET)/release/furuta
 figures: build
 	$(FURUTA) study fong2014 --plot docs/fong2014.svg
+	$(FURUTA) identify compare --published fong2014 --rig fong2014-emecs --plot docs/fong2014-compare.svg
 	$(FURUTA) study shahzad2022 --task step --plot docs/shahzad2022-step.svg
 	$(FURUTA) study shahzad2022 --task steps --plot docs/shahzad2022-steps.svg
 	$(FURUTA) study shahzad2022 --task push --plot docs/shahzad2022-push.svg
