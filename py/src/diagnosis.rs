@@ -3,7 +3,6 @@
 use crate::error;
 use crate::recording::{Read, read, refuse_suspicion};
 use crate::rig::PyRig;
-use crate::summary;
 use furuta_ident::diagnose::{DiagnoseError, Options, Outcome, Progress, Request};
 use furuta_ident::recording::{Recording, against_rig};
 use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError};
@@ -85,7 +84,7 @@ impl PyDiagnosis {
     /// >>> print(found.summary().splitlines()[0])  # doctest: +ELLIPSIS
     /// Missing from the model: spring (cable) on the arm; with it added, the prediction error of the ... falls from ... rad.
     fn summary(&self) -> String {
-        summary::text(&self.outcome.diagnosis)
+        furuta_ident::report::text(&self.outcome.diagnosis, "RIG")
     }
 
     /// Draws the diagnosis with matplotlib: measured against predicted, before and after, where the gap sits, what was tried.

@@ -20,7 +20,6 @@ mod region;
 mod rig;
 mod signals;
 mod simulate;
-mod summary;
 
 use pyo3::prelude::*;
 

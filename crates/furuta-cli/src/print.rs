@@ -1,6 +1,5 @@
 //! Numbers as text and JSON.
 
-use furuta_ident::diagnose::result::{self, Estimate};
 use nalgebra::{Complex, SMatrix};
 use serde_json::{Value, json};
 
@@ -35,21 +34,6 @@ pub(crate) fn significant(x: f64) -> String {
     } else {
         text
     }
-}
-
-/// `0.03 ± 5e-6 N m/rad`, or the word for what is a choice, or the number alone for what is not fitted.
-pub(crate) fn estimate(e: &Estimate, digits: usize) -> String {
-    let unit = if e.unit == "1" { "" } else { e.unit.as_str() };
-    let text = match &e.word {
-        Some(word) => word.clone(),
-        None if e.std.is_finite() => format!(
-            "{} ± {} {unit}",
-            result::significant(e.value, digits),
-            result::significant(e.std, 2)
-        ),
-        None => format!("{} {unit}", result::significant(e.value, digits)),
-    };
-    text.trim_end().to_owned()
 }
 
 /// Rows of right-aligned columns, each line indented.

@@ -6,7 +6,6 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::print::estimate;
 use furuta_hw::emulate::hidden_effect;
 use furuta_hw::{
     EmulatedRig, Emulation, End, Excitation, LoopSettings, OpenLoop, Pace, Pilot, PtyRig,
@@ -398,7 +397,7 @@ fn findings(diagnosis: &Diagnosis, hidden: &Effect<f64>) -> String {
             lines.push(format!(
                 "   {} {name} = {} ({truth})",
                 effect.id,
-                estimate(found, 3)
+                found.text(3)
             ));
         }
     }

@@ -6,13 +6,10 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use crate::print::estimate;
-use furuta_ident::diagnose::result::significant;
-use furuta_ident::diagnose::result::{Channel, Diagnosis, Part};
 use furuta_ident::diagnose::{Options, Outcome, Request, STAGES, diagnose_with};
 use furuta_ident::recording::{Notice, Recording, against_rig};
 use furuta_ident::report;
-use furuta_model::{Rig, effects};
+use furuta_model::Rig;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;
@@ -73,7 +70,13 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     let text = if to_stdout {
         outcome.diagnosis.to_json() + "\n"
     } else {
-        summary(&outcome.diagnosis) + &planned(args, &outcome.diagnosis)
+        let repaired = args.write_rig.as_deref();
+        let rig = repaired.map_or_else(|| args.rig.clone(), |path| path.display().to_string());
+        let mut text = report::text(&outcome.diagnosis, &rig);
+        if args.plan && outcome.diagnosis.plan.is_empty() {
+            text += "\nNo experiment is planned: nothing is confusable that a recording could tell apart.\n";
+        }
+        text
     };
     std::io::stdout().lock().write_all(text.as_bytes())?;
     Ok(if interrupted {
@@ -151,219 +154,4 @@ fn write(args: &Args, outcome: &Outcome) -> Result<(), Failure> {
         file(path, &outcome.repaired.to_toml())?;
     }
     Ok(())
-}
-
-/// The answer for a person.
-pub(crate) fn summary(d: &Diagnosis) -> String {
-    let mut out = vec![d.sentence()];
-    out.extend(d.interruption());
-    for notice in &d.notices {
-        out.push(format!("note: {notice}"));
-    }
-    for e in &d.effects {
-        out.push(String::new());
-        out.push(format!("{}  {}", e.id, e.name));
-        for (name, p) in &e.parameters {
-            out.push(format!("  {name} = {}", estimate(p, 4)));
-        }
-        let held_out = if e.held_out_gain < 0.0 {
-            "; it does not help on data kept apart".to_owned()
-        } else if e.held_out_gain.is_finite() {
-            format!(
-                "; {:.0} % of the remaining squared error on held-out data goes",
-                100.0 * e.held_out_gain
-            )
-        } else {
-            String::new()
-        };
-        out.push(format!(
-            "  evidence: BIC falls by {:.0}{held_out}",
-            e.delta_bic
-        ));
-        if let Some(spec) = effects::spec(&e.id) {
-            out.push(format!("  {}", spec.sentence));
-        }
-        if !e.confusable_with.is_empty() {
-            let rivals = e.confusable_with.join(", ");
-            out.push(if d.unfinished.contains(&Part::Rivals) {
-                format!("  not compared with {rivals}")
-            } else {
-                format!("  these data cannot tell it from {rivals}")
-            });
-        }
-    }
-    expression(d, &mut out);
-    out.push(String::new());
-    let repaired = match (&d.custom, d.effects.is_empty()) {
-        (None, _) => "with the named effects",
-        (Some(_), true) => "with the expression",
-        (Some(_), false) => "with named effects and expression",
-    };
-    out.push(format!(
-        "RMS prediction error over {} s [rad]      theta     alpha",
-        d.gap.horizon
-    ));
-    for (name, g) in [
-        ("rig file as given", d.gap.nominal),
-        ("parameters refitted", d.gap.recalibrated),
-        (repaired, d.gap.augmented),
-        ("noise of the encoders", d.gap.noise_floor),
-    ] {
-        out.push(format!("  {name:<36} {:>9.5} {:>9.5}", g.theta, g.alpha));
-    }
-    if let Some(h) = &d.held_out {
-        out.push("  on data kept apart:".into());
-        out.push(format!(
-            "    {:<34} {:>9.5} {:>9.5}",
-            "parameters refitted", h.recalibrated.theta, h.recalibrated.alpha
-        ));
-        out.push(format!(
-            "    {:<34} {:>9.5} {:>9.5}",
-            repaired, h.augmented.theta, h.augmented.alpha
-        ));
-    }
-    let mut where_it_sits = d.location.iter().take(3).peekable();
-    if where_it_sits.peek().is_some() {
-        out.push(String::new());
-        out.push("Where the refitted model disagrees:".into());
-    }
-    for w in where_it_sits {
-        out.push(format!(
-            "  {:>3.0} % of the {}'s error where {} ({})",
-            100.0 * w.share_of_gap,
-            w.channel.part(),
-            w.condition,
-            w.run
-        ));
-    }
-    limits(d, &mut out);
-    verification(d, &mut out);
-    if let Some(next) = &d.next_experiment {
-        out.push(String::new());
-        out.push(format!("Next: {next}."));
-    }
-    out.push(format!("\n{:.1} s", d.seconds));
-    out.join("\n") + "\n"
-}
-
-/// The empirical expression, each axis on a line, and its coefficients as they stand in the rig file.
-fn expression(d: &Diagnosis, out: &mut Vec<String>) {
-    let Some(custom) = &d.custom else {
-        return;
-    };
-    out.push(String::new());
-    out.push("What is left is imitated by a torque [N m] on the".into());
-    for torque in custom.torques() {
-        out.push(format!("  {torque}"));
-    }
-    for term in &custom.terms {
-        if let Some(coefficient) = term.parameters.get("coefficient") {
-            out.push(format!(
-                "  {} coefficient = {}",
-                term.id,
-                estimate(coefficient, 4)
-            ));
-        }
-    }
-    out.push(format!("  {}", custom.sentence()));
-    let [before, after] = [custom.without, custom.with];
-    out.push(format!(
-        "  RMS error there: arm {} to {} rad, pendulum {} to {} rad",
-        significant(before.theta, 3),
-        significant(after.theta, 3),
-        significant(before.alpha, 3),
-        significant(after.alpha, 3)
-    ));
-}
-
-/// The table of `--plan`, and the command line that records the best.
-fn planned(args: &Args, d: &Diagnosis) -> String {
-    if !args.plan {
-        return String::new();
-    }
-    let Some(first) = d.plan.first() else {
-        return "\nNo experiment is planned: nothing is confusable that a recording could tell apart.\n".into();
-    };
-    let mut out = format!(
-        "\nExperiments that would tell what these data cannot, the clearest first:\n  {:<56} {:>5} {:>6}  {:<40} {:>12}\n",
-        "", "s", "V", "tells apart", "evidence"
-    );
-    for row in &d.plan {
-        out += &format!(
-            "  {:<56} {:>5} {:>6}  {:<40} {:>12.0}\n",
-            row.excitation,
-            row.seconds,
-            significant(row.volts, 2),
-            row.separates.join(" or "),
-            row.expected_evidence
-        );
-    }
-    let rig = args
-        .write_rig
-        .as_deref()
-        .map_or_else(|| args.rig.clone(), |path| path.display().to_string());
-    out + &format!(
-        "Expected rise of the wrong one's BIC, whichever is right (simulated with these encoders; above 10 is very strong). The first:\n  \
-         furuta run --port PORT --rig {rig} --task {} --log next.mcap\n",
-        first.arguments
-    )
-}
-
-/// What was not named, and how large it could be all the same: what is ruled out at a size that would be noticed.
-fn limits(d: &Diagnosis, out: &mut Vec<String>) {
-    let small: Vec<_> = d.limits.iter().filter(|l| l.at_most < l.typical).collect();
-    if small.is_empty() {
-        return;
-    }
-    out.push(String::new());
-    out.push("Not named, and (95 %) at most of this size:".into());
-    for l in small {
-        out.push(format!(
-            "  {:<28} {:<14} {:>9} {:<10} {:>5.1} % of what would be noticed",
-            l.id,
-            l.parameter,
-            significant(l.at_most, 2),
-            if l.unit == "1" { "" } else { &l.unit },
-            100.0 * l.at_most / l.typical
-        ));
-    }
-}
-
-fn verification(d: &Diagnosis, out: &mut Vec<String>) {
-    if d.verification.is_empty() {
-        return;
-    }
-    out.push(String::new());
-    out.push(
-        "Recordings that the search never saw, RMS error [rad]   as given  refitted  repaired"
-            .into(),
-    );
-    for row in &d.verification {
-        out.push(format!(
-            "  {:<36} {:<14} {:>10.4} {:>9.4} {:>9.4}",
-            row.run,
-            row.channel.to_string(),
-            row.nominal,
-            row.recalibrated,
-            row.repaired
-        ));
-    }
-    for channel in Channel::ALL {
-        let rows: Vec<_> = d
-            .verification
-            .iter()
-            .filter(|r| r.channel == channel)
-            .collect();
-        let all = |value: fn(&&furuta_ident::diagnose::result::VerificationRow) -> f64| {
-            (rows.iter().map(|r| value(r).powi(2)).sum::<f64>() / rows.len().max(1) as f64).sqrt()
-        };
-        out.push(format!(
-            "  {:<36} {:<14} {:>10.4} {:>9.4} {:>9.4}",
-            "all together",
-            channel.to_string(),
-            all(|r| r.nominal),
-            all(|r| r.recalibrated),
-            all(|r| r.repaired)
-        ));
-    }
 }

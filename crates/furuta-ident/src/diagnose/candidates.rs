@@ -4,7 +4,7 @@ use furuta_model::effects::Acts;
 use furuta_model::{CATALOGUE, Spec};
 use rayon::prelude::*;
 
-use super::evidence::{EXPLAINED, Evidence, LEAST_GAIN, least_gain};
+use super::evidence::{Evidence, LEAST_GAIN, least_gain};
 use super::fit::{Effort, Fit, Problem};
 use super::hypothesis::{FIRST_EFFECT, is_late};
 use super::scout::{self, Scout};
@@ -149,24 +149,19 @@ impl Problem<'_> {
         }
         self.follow(from, from.cost - bar, &mut starts);
         let promised = starts.first().map_or(0.0, |s| s.promise);
-        let favourites: Vec<&str> = {
-            let mut ids: Vec<&str> = Vec::new();
-            for s in &starts {
-                if !ids.contains(&s.spec.id) {
-                    ids.push(s.spec.id);
-                }
+        let mut favourites: Vec<&str> = Vec::new();
+        for s in &starts {
+            if favourites.len() < FAVOURITES && !favourites.contains(&s.spec.id) {
+                favourites.push(s.spec.id);
             }
-            ids.truncate(FAVOURITES);
-            ids
-        };
-        let (first, others): (Vec<Start>, Vec<Start>) = starts
+        }
+        let (first, mut others): (Vec<Start>, Vec<Start>) = starts
             .into_iter()
             .partition(|s| favourites.contains(&s.spec.id));
         let mut fits = self.quick(from, first, bar, report);
         let best = lowest(&fits, from.cost);
         let bar = bar.min(from.cost - CLOSE * (from.cost - best));
-        let mut others = others;
-        if self.chi(from).powi(2) > EXPLAINED && best <= EXPLAINED * self.floor() {
+        if !self.explains(from) && fits.iter().any(|(_, f)| self.explains(f)) {
             // The answer is there: what is left is to see who else comes near.
             let mut seen: Vec<&str> = Vec::new();
             others.retain(|s| {

@@ -4,7 +4,7 @@ use furuta_model::{Rig, State};
 use nalgebra::{SMatrix, SVector};
 
 use super::result::RunCurves;
-use crate::recording::Recording;
+use crate::recording::{Recording, hangs};
 
 /// An evenly sampled stretch of a recording.
 #[derive(Clone, Debug)]
@@ -157,11 +157,7 @@ impl Run {
 
     /// Whether the pendulum never comes near upright, so that the plant is stable and can be predicted as a whole.
     pub(crate) fn hangs(&self) -> bool {
-        use std::f64::consts::{PI, TAU};
-        const NEAR_UPRIGHT: f64 = 0.6;
-        self.y
-            .iter()
-            .all(|y| ((y[1] + PI).rem_euclid(TAU) - PI).abs() > NEAR_UPRIGHT)
+        hangs(self.y.iter().map(|y| y[1]))
     }
 
     /// The command that acts from sample `k` to the next, `late` samples late.

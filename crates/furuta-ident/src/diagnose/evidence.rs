@@ -8,7 +8,7 @@ use super::fit::{Fit, Problem};
 use super::scout;
 
 /// A model explains the data when its residuals are within this factor of the noise (in squares; the floor itself is known to some per cent).
-pub(super) const EXPLAINED: f64 = 1.12;
+const EXPLAINED: f64 = 1.12;
 /// The same where there is play: how rotor and arm stand to each other at the start of a window is only inferred, and blows multiply what is wrong.
 const EXPLAINED_WITH_PLAY: f64 = 1.4;
 /// The least fall of the cost (chi², in units of what the better model leaves) that names an effect: white noise gains so much from the best of some hundred
@@ -17,10 +17,10 @@ pub(super) const LEAST_GAIN: f64 = 25.0;
 /// The same for an effect whose place was looked for among some 700 orders and frequencies: white noise would need 25 for one false alarm in 400 data sets
 /// (`700 exp(-25/2)`), but rounding is not quite white, and was seen to gain 28 in one of 25.
 const LEAST_PLACED_GAIN: f64 = 35.0;
-/// What gains more than so many times that is not weak.
-const WEAK: f64 = 8.0;
-/// Of that, so much must be left without the window that gains most.
+/// Of the least gain, so much must be left without the window that gains most.
 const ELSEWHERE: f64 = 0.6;
+/// What gains less than so many times [`LEAST_GAIN`] is weak.
+const WEAK: f64 = 8.0;
 /// From how many windows, effectively, a gain must come: `n` windows that all gain alike count `n`, one window alone counts 1, gains and losses
 /// that nearly cancel count less. Where there are few windows, an eighth of them.
 const LEAST_WINDOWS: f64 = 2.5;
@@ -31,8 +31,6 @@ const LEAST_FACTOR: f64 = 1.25;
 const FLOOR_UNCERTAINTY: f64 = 0.08;
 /// [`LEAST_GAIN`] for an effect that is local in time: thousands of places are looked at, and any one spoilt window must not pass for it.
 const LEAST_LOCAL_GAIN: f64 = 45.0;
-/// The same where there is play: how the rotor stood is only inferred, and a window that begins wrong looks kicked.
-const LEAST_LOCAL_GAIN_WITH_PLAY: f64 = 300.0;
 /// A kick must gain so many times what nine of ten windows have left at most: where the model is wrong in many places, something always gains a
 /// little in one.
 const STANDS_OUT: f64 = 3.0;
@@ -144,11 +142,7 @@ impl Problem<'_> {
                 elsewhere: gain,
                 windows: 1.0,
                 windows_needed: 0.0,
-                least: if larger.hypothesis.has_play() {
-                    LEAST_LOCAL_GAIN_WITH_PLAY.max(STANDS_OUT * usual)
-                } else {
-                    LEAST_LOCAL_GAIN.max(STANDS_OUT * usual)
-                },
+                least: LEAST_LOCAL_GAIN.max(STANDS_OUT * usual),
                 factor: f64::INFINITY,
                 delta_bic: gain - parameters * self.samples().ln(),
             };

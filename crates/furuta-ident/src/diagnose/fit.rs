@@ -118,6 +118,14 @@ impl<'a> Problem<'a> {
         }
     }
 
+    /// The model as given, and with its parameters refitted.
+    pub(super) fn recalibrated(&self) -> (Fit, Fit) {
+        let h = Hypothesis::base();
+        let given = self.settle(&h, &vec![0.0; h.len()], None);
+        let refitted = self.fit(&h, given.z.clone(), &given.states, Effort::FULL);
+        (given, refitted)
+    }
+
     /// Fits `h` from the parameters and states given.
     pub(super) fn fit(
         &self,

@@ -203,8 +203,7 @@ fn search(
     stage("recalibrating");
     let short = Problem::new(&data, &nominal, data.windows(SEARCH, |_| true)).until(stop);
     let base = Hypothesis::base();
-    let as_given = short.settle(&base, &vec![0.0; base.len()], None);
-    let recalibrated = short.fit(&base, as_given.z.clone(), &as_given.states, Effort::FULL);
+    let (as_given, recalibrated) = short.recalibrated();
 
     if stop.wanted() {
         unfinished.push(Part::Parameters);

@@ -5,7 +5,7 @@ use furuta_model::{Rig, effects};
 use super::data::Data;
 use super::error::{self, DiagnoseError};
 use super::fit::{Effort, Fit, Problem};
-use super::hypothesis::{Hypothesis, Nominal};
+use super::hypothesis::Nominal;
 use super::shooting::Inner;
 use super::{Request, SEARCH};
 use crate::recording::Recording;
@@ -55,9 +55,7 @@ impl Parts {
         error::check(&request, &data)?;
         let nominal = Nominal::new(rig, &data);
         let problem = Problem::new(&data, &nominal, data.windows(SEARCH, |_| true));
-        let h = Hypothesis::base();
-        let given = problem.settle(&h, &vec![0.0; h.len()], None);
-        let base = problem.fit(&h, given.z.clone(), &given.states, Effort::FULL);
+        let (_, base) = problem.recalibrated();
         Ok(Self {
             data,
             nominal,

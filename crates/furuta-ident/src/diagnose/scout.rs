@@ -32,12 +32,6 @@ const NEAR: f64 = 6.0;
 struct Echo {
     window: usize,
     recording: usize,
-    /// Times at the middle of each step, s.
-    t: Vec<f64>,
-    /// State at the start of each step.
-    x: Vec<State<f64>>,
-    /// The initial state's change that an impulse on arm or pendulum in this step is equal to.
-    impulse: Vec<[Vector4<f64>; 2]>,
     /// Weighted slopes of the two angles after each step with respect to the initial state, and what is left of the measurement.
     slopes: Vec<[Vector4<f64>; 2]>,
     left: Vec<[f64; 2]>,
@@ -50,17 +44,21 @@ struct Echo {
     /// Weighted slopes with respect to the base parameters, and what the initial state absorbs of them.
     base: Vec<[Base; 2]>,
     absorbed: SMatrix<f64, 4, FIRST_EFFECT>,
-    /// The same, some steps taken together.
+    /// The steps one by one, for a torque that jumps, and some taken together, for others.
+    steps: Vec<Block>,
     blocks: Vec<Block>,
 }
 
-/// Some steps of a window, so few that a torque is the same in all of them.
+/// One or some steps of a window, so few that a torque is the same in all of them.
+#[derive(Clone)]
 struct Block {
     /// Time (s) and state in the middle.
     t: f64,
     x: State<f64>,
-    /// The initial state's change that a torque of one over the block is equal to.
+    /// The initial state's change that a torque of one on arm or pendulum over the block is equal to.
     impulse: [Vector4<f64>; 2],
+    /// The share of that which has happened by the ends of its steps, on average.
+    share: f64,
     /// Sums over the block's steps and both angles: slopes times slopes, slopes times what is left.
     square: Matrix4<f64>,
     product: Vector4<f64>,
@@ -328,68 +326,32 @@ impl Scout {
         square: &mut [[f64; 2]; 2],
         product: &mut [f64; 2],
     ) {
-        let (Some(begin), Some(end)) = (echo.t.first(), echo.t.last()) else {
+        let jumps = first.spec().acts.includes(Acts::JUMPS);
+        let blocks = if jumps { &echo.steps } else { &echo.blocks };
+        let (Some(begin), Some(end)) = (blocks.first(), blocks.last()) else {
             return;
         };
-        if !first.spec().acts.includes(Acts::JUMPS) {
-            self.hear_blocks(echo, first, second, square, product);
-            return;
-        }
-        // Elsewhere it does nothing.
-        let Some(edge) = first.jump_after(echo.recording, f64::NEG_INFINITY) else {
-            return;
-        };
-        let over = first.jump_after(echo.recording, edge).unwrap_or(edge);
-        if edge > *end || over < *begin {
-            return;
+        if jumps {
+            // Elsewhere it does nothing.
+            let Some(edge) = first.jump_after(echo.recording, f64::NEG_INFINITY) else {
+                return;
+            };
+            let over = first.jump_after(echo.recording, edge).unwrap_or(edge);
+            if edge > end.t || over < begin.t {
+                return;
+            }
         }
         let mut moved = [Vector4::zeros(); 2];
         let mut cross = [Vector4::zeros(); 2];
         let (mut own, mut with) = ([[0.0; 2]; 2], [0.0; 2]);
         let count = if second.is_some() { 2 } else { 1 };
-        for k in 0..echo.t.len() {
-            let at = self.instant(echo, echo.t[k], &echo.x[k]);
-            for (i, effect) in [Some(first), second].into_iter().flatten().enumerate() {
-                let torque = effect.torque(&at);
-                moved[i] += echo.impulse[k][0] * torque[0] + echo.impulse[k][1] * torque[1];
-            }
-            for c in 0..2 {
-                let slope = &echo.slopes[k][c];
-                let mut y = [0.0; 2];
-                for i in 0..count {
-                    y[i] = slope.dot(&moved[i]);
-                    with[i] += y[i] * echo.left[k][c];
-                    cross[i] += slope * y[i];
-                }
-                own[0][0] += y[0] * y[0];
-                own[0][1] += y[0] * y[1];
-                own[1][1] += y[1] * y[1];
-            }
-        }
-        Self::absorb(echo, (own, with, cross), count, square, product);
-    }
-
-    /// The same, block by block: for a torque that does not jump.
-    fn hear_blocks(
-        &self,
-        echo: &Echo,
-        first: &Effect<f64>,
-        second: Option<&Effect<f64>>,
-        square: &mut [[f64; 2]; 2],
-        product: &mut [f64; 2],
-    ) {
-        let mut moved = [Vector4::zeros(); 2];
-        let mut cross = [Vector4::zeros(); 2];
-        let (mut own, mut with) = ([[0.0; 2]; 2], [0.0; 2]);
-        let count = if second.is_some() { 2 } else { 1 };
-        for block in &echo.blocks {
+        for block in blocks {
             let at = self.instant(echo, block.t, &block.x);
             let mut follows = [Vector4::zeros(); 2];
             for (i, effect) in [Some(first), second].into_iter().flatten().enumerate() {
                 let torque = effect.torque(&at);
                 let pushed = block.impulse[0] * torque[0] + block.impulse[1] * torque[1];
-                // On average over the block half of it has happened.
-                let here = moved[i] + pushed * 0.5;
+                let here = moved[i] + pushed * block.share;
                 moved[i] += pushed;
                 follows[i] = block.square * here;
                 with[i] += block.product.dot(&here);
@@ -400,7 +362,14 @@ impl Scout {
                 }
             }
         }
-        Self::absorb(echo, (own, with, cross), count, square, product);
+        // The initial state takes its part.
+        for i in 0..count {
+            let absorbed = echo.normal.solve(&cross[i]);
+            product[i] += with[i] - absorbed.dot(&echo.gradient);
+            for j in i..count {
+                square[i][j] += own[i][j] - absorbed.dot(&cross[j]);
+            }
+        }
     }
 
     fn instant<'a>(&'a self, echo: &Echo, t: f64, x: &'a State<f64>) -> Instant<'a, f64> {
@@ -417,23 +386,6 @@ impl Scout {
             volts: 0.0,
         }
     }
-
-    /// Adds a window's sums, what its initial state can follow taken out.
-    fn absorb(
-        echo: &Echo,
-        (own, with, cross): ([[f64; 2]; 2], [f64; 2], [Vector4<f64>; 2]),
-        count: usize,
-        square: &mut [[f64; 2]; 2],
-        product: &mut [f64; 2],
-    ) {
-        for i in 0..count {
-            let absorbed = echo.normal.solve(&cross[i]);
-            product[i] += with[i] - absorbed.dot(&echo.gradient);
-            for j in i..count {
-                square[i][j] += own[i][j] - absorbed.dot(&cross[j]);
-            }
-        }
-    }
 }
 
 fn echo(
@@ -443,20 +395,19 @@ fn echo(
     trace: Trace<{ 4 + FIRST_EFFECT }>,
     timing_is_fixed: bool,
 ) -> Option<Echo> {
+    let count = trace.steps.len();
     let mut out = Echo {
         window,
         recording,
-        t: Vec::with_capacity(trace.steps.len()),
-        x: Vec::with_capacity(trace.steps.len()),
-        impulse: Vec::with_capacity(trace.steps.len()),
-        slopes: Vec::with_capacity(trace.steps.len()),
-        left: Vec::with_capacity(trace.steps.len()),
+        slopes: Vec::with_capacity(count),
+        left: Vec::with_capacity(count),
         normal: Matrix4::identity().cholesky()?,
         gradient: Vector4::zeros(),
-        y: Vec::with_capacity(trace.steps.len()),
-        weight: Vec::with_capacity(trace.steps.len()),
-        base: Vec::with_capacity(trace.steps.len()),
+        y: Vec::with_capacity(count),
+        weight: Vec::with_capacity(count),
+        base: Vec::with_capacity(count),
         absorbed: SMatrix::zeros(),
+        steps: Vec::with_capacity(count),
         blocks: Vec::new(),
     };
     let mut normal = Matrix4::zeros();
@@ -468,9 +419,6 @@ fn echo(
             Vector4::new(0.0, 0.0, inverse.arm, inverse.coupling) * h,
             Vector4::new(0.0, 0.0, inverse.coupling, inverse.pendulum) * h,
         ];
-        out.t.push(step.t + 0.5 * h);
-        out.x.push(step.x);
-        out.impulse.push(impulse.map(|i| back * i));
         let left: [f64; 2] = std::array::from_fn(|c| step.left[c] * step.weight[c]);
         let row = |c: usize, i: usize| step.y[c].d[i] * step.weight[c];
         let slopes: [Vector4<f64>; 2] = std::array::from_fn(|c| Vector4::from_fn(|i, _| row(c, i)));
@@ -483,11 +431,22 @@ fn echo(
                 }
             })
         });
+        let mut block = Block {
+            t: step.t + 0.5 * h,
+            x: step.x,
+            impulse: impulse.map(|i| back * i),
+            share: 1.0,
+            square: Matrix4::zeros(),
+            product: Vector4::zeros(),
+        };
         for c in 0..2 {
-            normal += slopes[c] * slopes[c].transpose();
-            out.gradient += slopes[c] * left[c];
+            block.square += slopes[c] * slopes[c].transpose();
+            block.product += slopes[c] * left[c];
             out.absorbed += slopes[c] * base[c].transpose();
         }
+        normal += block.square;
+        out.gradient += block.product;
+        out.steps.push(block);
         out.slopes.push(slopes);
         out.left.push(left);
         out.base.push(base);
@@ -502,34 +461,31 @@ fn echo(
     }
     out.normal = normal.cholesky()?;
     out.absorbed = out.normal.solve(&out.absorbed);
-    let steps = ((BLOCK / h).round() as usize).max(1);
-    out.blocks = (0..out.t.len())
-        .step_by(steps)
-        .map(|k| out.block(k, steps))
-        .collect();
+    let together = ((BLOCK / h).round() as usize).max(1);
+    out.blocks = out.steps.chunks(together).filter_map(Block::sum).collect();
     Some(out)
 }
 
-impl Echo {
-    /// Up to `steps` steps from the `k`-th on.
-    fn block(&self, k: usize, steps: usize) -> Block {
-        let last = self.t.len().min(k + steps);
-        let middle = (k + last) / 2;
-        let mut block = Block {
-            t: 0.5 * (self.t[k] + self.t[last - 1]),
-            x: self.x[middle.min(last - 1)],
+impl Block {
+    /// Steps one after the other as one.
+    fn sum(steps: &[Self]) -> Option<Self> {
+        let (first, last) = (steps.first()?, steps.last()?);
+        let n = steps.len() as f64;
+        let mut sum = Self {
+            t: 0.5 * (first.t + last.t),
+            x: steps[steps.len() / 2].x,
             impulse: [Vector4::zeros(); 2],
+            share: 0.5 * (n + 1.0) / n,
             square: Matrix4::zeros(),
             product: Vector4::zeros(),
         };
-        for k in k..last {
-            for c in 0..2 {
-                block.impulse[c] += self.impulse[k][c];
-                let slope = &self.slopes[k][c];
-                block.square += slope * slope.transpose();
-                block.product += slope * self.left[k][c];
+        for step in steps {
+            for axis in 0..2 {
+                sum.impulse[axis] += step.impulse[axis];
             }
+            sum.square += step.square;
+            sum.product += step.product;
         }
-        block
+        Some(sum)
     }
 }

@@ -59,7 +59,7 @@ pub fn against_rig(recordings: &[Recording], rig: &Rig) -> Vec<Notice> {
     let mut notices = Vec::new();
     let mut known: Vec<(&Recording, PendulumLaw)> = Vec::new();
     // Upright, the controller answers every disturbance, and a regression takes the answer for the law: only what hangs is judged, if anything does.
-    let judged = |r: &&Recording| hangs(r) || !recordings.iter().any(hangs);
+    let judged = |r: &&Recording| r.hangs() || !recordings.iter().any(Recording::hangs);
     for recording in recordings.iter().filter(judged) {
         let law = PendulumLaw::of(recording, &recording.theta, &recording.alpha)
             .filter(|law| law.left < LEFT_AT_MOST);
@@ -71,21 +71,13 @@ pub fn against_rig(recordings: &[Recording], rig: &Rig) -> Vec<Notice> {
                 file: recording.name.clone(),
                 kind,
             });
-        } else if let Some(law) = law.filter(|law| law.left < LEFT_BETWEEN && hangs(recording)) {
+        } else if let Some(law) = law.filter(|law| law.left < LEFT_BETWEEN && recording.hangs()) {
             known.push((recording, law));
         }
     }
     notices.extend(two_rigs(&known));
     notices.extend(two_names(recordings));
     notices
-}
-
-/// Whether the pendulum never comes near upright.
-fn hangs(recording: &Recording) -> bool {
-    use core::f64::consts::{PI, TAU};
-    const NEAR_UPRIGHT: f64 = 0.6;
-    let beside = |alpha: &f64| ((alpha + PI).rem_euclid(TAU) - PI).abs() > NEAR_UPRIGHT;
-    recording.alpha.iter().all(beside)
 }
 
 /// Time stamps or angles that do not fit the rig.

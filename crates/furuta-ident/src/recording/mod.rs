@@ -72,7 +72,21 @@ pub enum Values {
     Text(Vec<String>),
 }
 
+/// Whether a pendulum with these angles (rad, 0 upright) never comes near upright, so that its motion needs no controller.
+pub(crate) fn hangs(alpha: impl IntoIterator<Item = f64>) -> bool {
+    use core::f64::consts::{PI, TAU};
+    const NEAR_UPRIGHT: f64 = 0.6;
+    alpha
+        .into_iter()
+        .all(|a| ((a + PI).rem_euclid(TAU) - PI).abs() > NEAR_UPRIGHT)
+}
+
 impl Recording {
+    /// Whether the pendulum hangs all the time.
+    pub(crate) fn hangs(&self) -> bool {
+        hangs(self.alpha.iter().copied())
+    }
+
     /// Reads a recording; CSV or MCAP is told by the file's first bytes and its extension. Notices are dropped: see
     /// [`Self::load_with_notices`].
     ///

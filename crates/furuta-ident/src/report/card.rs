@@ -72,19 +72,11 @@ fn effect(out: &mut String, e: &NamedEffect, compared: bool) {
         escape(&e.id)
     );
     for (name, p) in &e.parameters {
-        let unit = if p.unit == "1" { "" } else { p.unit.as_str() };
-        let value = match &p.word {
-            Some(word) => escape(word),
-            None if p.std.is_finite() => {
-                format!("{} ± {}", significant(p.value, 4), significant(p.std, 2))
-            }
-            None => significant(p.value, 4),
-        };
         let _ = write!(
             out,
-            "<div style=\"padding-left:1.2em\">{} = {value} {}</div>",
+            "<div style=\"padding-left:1.2em\">{} = {}</div>",
             escape(name),
-            escape(unit)
+            escape(&p.text(4))
         );
     }
     if let Some(spec) = furuta_model::effects::spec(&e.id) {

@@ -1,13 +1,15 @@
-//! The report: one self-contained HTML page, readable without a network, in light and dark; and the same at a glance.
+//! The report: one self-contained HTML page, readable without a network, in light and dark; the same at a glance, and in plain text.
 
 mod calibration;
 mod card;
 mod charts;
 mod encode;
 mod sections;
+mod text;
 
 pub use calibration::{calibration, calibration_card};
 pub use card::card;
+pub use text::text;
 
 use crate::diagnose::result::{Curves, Diagnosis};
 

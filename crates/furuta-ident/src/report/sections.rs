@@ -4,7 +4,7 @@ use core::fmt::Write as _;
 
 use super::{charts, encode, escape};
 use crate::diagnose::result::{
-    Channel, Curves, Diagnosis, NamedEffect, Part, RunCurves, Verdict, significant,
+    Channel, Curves, Diagnosis, NamedEffect, Part, RunCurves, Verdict, plain, significant,
 };
 
 pub(super) fn verdict(diagnosis: &Diagnosis, curves: &Curves) -> String {
@@ -132,11 +132,7 @@ fn effect(effect: &NamedEffect, compared: bool) -> String {
     });
     let mut facts = String::new();
     for (name, estimate) in &effect.parameters {
-        let unit = if estimate.unit == "1" {
-            ""
-        } else {
-            estimate.unit.as_str()
-        };
+        let unit = plain(&estimate.unit);
         let _ = write!(
             facts,
             "<div class=\"fact\"><span class=\"label\">{}</span><span class=\"value\">{} <small>{} {}</small></span></div>",
@@ -412,7 +408,7 @@ pub(super) fn limits(diagnosis: &Diagnosis) -> String {
             escape(&l.id),
             escape(&l.parameter),
             significant(l.at_most, 2),
-            escape(if l.unit == "1" { "" } else { &l.unit }),
+            escape(plain(&l.unit)),
             100.0 * l.at_most / l.typical
         );
     }
@@ -453,11 +449,7 @@ pub(super) fn parameters(diagnosis: &Diagnosis) -> String {
             "<tr><td><code>{}</code></td><td class=\"n\">{}</td>{fitted}<td>{}</td></tr>",
             escape(name),
             number(parameter.nominal, 4),
-            escape(if parameter.unit == "1" {
-                ""
-            } else {
-                &parameter.unit
-            })
+            escape(plain(&parameter.unit))
         );
     }
     format!(

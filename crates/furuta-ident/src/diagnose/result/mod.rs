@@ -3,10 +3,18 @@
 //! [`Diagnosis`] is read by other programs: fields may be added, but none of the present ones changes name, unit or meaning without a new
 //! [`SCHEMA`]. A number that could not be determined is `NaN` here and `null` in the JSON, never an invented zero.
 
+mod curves;
+pub(crate) mod null_if_not_finite;
+mod sentence;
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub use self::curves::{CandidateEvidence, Curves, GapBar, RunCurves};
+pub use self::sentence::significant;
 pub use super::expression::{CustomTerm, Expression};
 
 /// Version of the JSON contract, the field `schema`.
@@ -184,6 +192,34 @@ pub struct Estimate {
     /// What the rig file writes for the value, where that is a word.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub word: Option<String>,
+}
+
+impl Estimate {
+    /// `0.03 ± 5e-6 N m/rad`, the value in so many digits; the word for what is a choice, the number alone for what is not fitted.
+    ///
+    /// ```
+    /// use furuta_ident::diagnose::result::Estimate;
+    /// let scale = Estimate { value: 1.02034, std: 0.00123, unit: "1".into(), word: None };
+    /// assert_eq!(scale.text(4), "1.020 ± 0.0012");
+    /// ```
+    #[must_use]
+    pub fn text(&self, digits: usize) -> String {
+        let unit = plain(&self.unit);
+        let text = match &self.word {
+            Some(word) => word.clone(),
+            None if self.std.is_finite() => {
+                let (value, std) = (significant(self.value, digits), significant(self.std, 2));
+                format!("{value} ± {std} {unit}")
+            }
+            None => format!("{} {unit}", significant(self.value, digits)),
+        };
+        text.trim_end().to_owned()
+    }
+}
+
+/// A unit for people, who write none where the contract has `1`.
+pub(crate) fn plain(unit: &str) -> &str {
+    if unit == "1" { "" } else { unit }
 }
 
 /// An effect that the model lacks, found in the data.
@@ -430,365 +466,8 @@ impl Diagnosis {
     pub fn from_json(json: &str) -> Result<Self, serde_json::Error> {
         serde_json::from_str(json)
     }
-
-    /// The verdict in one sentence, with the number that matters most.
-    #[must_use]
-    pub fn sentence(&self) -> String {
-        if self.unfinished.contains(&Part::Search) {
-            return self.so_far();
-        }
-        match self.verdict {
-            Verdict::NoGap => "The model predicts these recordings down to the noise floor: nothing is missing.".into(),
-            Verdict::ParametersOnly => format!(
-                "No effect is missing: with the parameters refitted, {}.",
-                self.change(|gap| (gap.nominal, gap.recalibrated))
-            ),
-            Verdict::MissingEffects => format!(
-                "Missing from the model: {}; with {} added, {}.",
-                self.effect_names(),
-                if self.effects.len() == 1 { "it" } else { "them" },
-                self.change(|gap| (gap.recalibrated, gap.augmented))
-            ),
-            Verdict::Unexplained if self.effects.is_empty() => {
-                "Something is missing that no effect of the catalogue explains: nothing is named rather than the nearest guess.".into()
-            }
-            Verdict::Unexplained => format!(
-                "With {} added, {}, but something remains that no effect of the catalogue explains.",
-                self.effect_names(),
-                self.change(|gap| (gap.recalibrated, gap.augmented))
-            ),
-        }
-    }
-
-    /// The sentence of a search that was broken off.
-    fn so_far(&self) -> String {
-        if self.effects.is_empty() {
-            return format!(
-                "Interrupted before any effect was named: with the parameters refitted, {}.",
-                self.change(|gap| (gap.nominal, gap.recalibrated))
-            );
-        }
-        format!(
-            "Interrupted; found so far: {}; with {} added, {}.",
-            self.effect_names(),
-            if self.effects.len() == 1 {
-                "it"
-            } else {
-                "them"
-            },
-            self.change(|gap| (gap.recalibrated, gap.augmented))
-        )
-    }
-
-    /// What an interruption left undone, in one sentence; nothing where there was none.
-    #[must_use]
-    pub fn interruption(&self) -> Option<String> {
-        let undone: Vec<&str> = self.unfinished.iter().map(|part| part.undone()).collect();
-        self.interrupted
-            .then(|| format!("The diagnosis was interrupted: {}.", undone.join("; ")))
-    }
-
-    fn effect_names(&self) -> String {
-        let names: Vec<String> = self
-            .effects
-            .iter()
-            .map(|effect| within_sentence(&effect.name))
-            .collect();
-        match names.as_slice() {
-            [] => "nothing".into(),
-            [only] => only.clone(),
-            [first @ .., last] => format!("{} and {last}", first.join(", ")),
-        }
-    }
-
-    /// "the prediction error of the arm falls from 0.46 to 0.0021 rad", for the angle on which the change is largest.
-    fn change(&self, models: impl Fn(&Gap) -> (Channels, Channels)) -> String {
-        let (before, after) = models(&self.gap);
-        let ratio = |channel: Channel| {
-            let ratio = before.get(channel) / after.get(channel);
-            if ratio.is_finite() { ratio } else { 0.0 }
-        };
-        let channel = if ratio(Channel::Alpha) > ratio(Channel::Theta) {
-            Channel::Alpha
-        } else {
-            Channel::Theta
-        };
-        let (before, after) = (before.get(channel), after.get(channel));
-        if before.is_finite() && after.is_finite() {
-            format!(
-                "the prediction error of the {} falls from {} to {} rad",
-                channel.part(),
-                significant(before, 2),
-                significant(after, 2)
-            )
-        } else {
-            "the prediction comes closer to the recordings".into()
-        }
-    }
-}
-
-/// A recording beside what the models predict: report only, not part of the JSON contract.
-///
-/// Every series has the length of `t`. A model that was not run leaves its series empty.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct RunCurves {
-    /// Name of the run, the file's name without its folder.
-    pub name: String,
-    /// Time, s.
-    pub t: Vec<f64>,
-    /// Motor command, V.
-    pub u: Vec<f64>,
-    /// Measured `[theta, alpha]`, rad.
-    pub measured: [Vec<f64>; 2],
-    /// Predicted by the rig file as given, rad.
-    pub nominal: [Vec<f64>; 2],
-    /// Predicted with refitted parameters, rad.
-    pub recalibrated: [Vec<f64>; 2],
-    /// Predicted with refitted parameters and the named effects, rad.
-    pub augmented: [Vec<f64>; 2],
-    /// Indices at which the prediction starts anew from an estimated state (0 alone for a whole-run prediction).
-    pub restarts: Vec<usize>,
-    /// Whether the search or the fit has not seen this run.
-    pub held_out: bool,
-}
-
-/// How the gap divides over one condition, before and after: a bar of the report.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct GapBar {
-    /// The angle that disagrees.
-    pub channel: Channel,
-    /// What the condition divides by, the heading of a group of bars: `arm speed`, `time`, `run`.
-    pub group: String,
-    /// The condition: `abs(theta_dot) < 0.3 rad/s`.
-    pub condition: String,
-    /// Share of the samples under the condition, 0 to 1.
-    pub share_of_samples: f64,
-    /// Mean squared error under the condition with refitted parameters, in units of the noise floor's.
-    pub recalibrated: f64,
-    /// The same with the named effects added.
-    pub augmented: f64,
-}
-
-/// A candidate that was tried, named or not.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CandidateEvidence {
-    /// Id in the catalogue.
-    pub id: String,
-    /// Fall of the Bayesian information criterion when this effect alone is added to the recalibrated model.
-    pub delta_bic: f64,
-    /// Share of the squared error on held-out data that it removes alone.
-    pub held_out_gain: f64,
-    /// Whether it was named in the end.
-    pub named: bool,
-}
-
-/// What the report shows beyond [`Diagnosis`].
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Curves {
-    /// Name of the rig.
-    pub rig: String,
-    /// The diagnosed recordings, predicted window by window over the horizon of [`Gap::horizon`].
-    pub runs: Vec<RunCurves>,
-    /// Where the gap sits, before and after.
-    pub bars: Vec<GapBar>,
-    /// ALL candidates tried, in any order.
-    pub evidence: Vec<CandidateEvidence>,
-    /// The recordings of `--verify`, predicted over their whole length.
-    pub verification: Vec<RunCurves>,
-    /// The repaired rig file, whole, as TOML.
-    pub repaired_rig: Option<String>,
-}
-
-impl Curves {
-    /// All of it as JSON; numbers that are not finite become `null`.
-    #[must_use]
-    pub fn to_json(&self) -> String {
-        // As for [`Diagnosis::to_json`].
-        serde_json::to_string(self).unwrap_or_default()
-    }
-}
-
-/// `value` with `digits` significant digits, without an exponent between 1e-4 and 1e5.
-#[must_use]
-pub fn significant(value: f64, digits: usize) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    if !value.is_finite() {
-        return "unknown".into();
-    }
-    let digits = digits.max(1);
-    let magnitude = value.abs();
-    if !(1e-4..1e5).contains(&magnitude) {
-        return format!("{value:.*e}", digits - 1);
-    }
-    // Rounding may carry into the next decade (0.0999 -> 0.10), which costs one digit too many at worst.
-    let decade = magnitude.log10().floor();
-    let decimals = (digits as f64 - 1.0 - decade).max(0.0) as usize;
-    format!("{value:.decimals$}")
-}
-
-/// A name as it stands within a sentence: its first letter small, but for names of people.
-fn within_sentence(name: &str) -> String {
-    let mut characters = name.chars();
-    match characters.next() {
-        Some(first)
-            if !["Coulomb", "Stribeck", "Dahl"]
-                .iter()
-                .any(|person| name.starts_with(person)) =>
-        {
-            first.to_lowercase().collect::<String>() + characters.as_str()
-        }
-        _ => name.into(),
-    }
 }
 
 fn not_a_number() -> f64 {
     f64::NAN
-}
-
-/// JSON has no NaN and no infinity: they are written as `null`, whatever the serialiser's own habit is, and read back as NaN.
-pub(crate) mod null_if_not_finite {
-    use serde::{Deserialize, Deserializer, Serializer};
-
-    #[allow(clippy::trivially_copy_pass_by_ref)] // the signature that serde calls
-    pub(crate) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-        if value.is_finite() {
-            serializer.serialize_f64(*value)
-        } else {
-            serializer.serialize_none()
-        }
-    }
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-        Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn spring() -> Diagnosis {
-        let mut diagnosis = Diagnosis::new(Verdict::MissingEffects);
-        diagnosis.effects.push(NamedEffect {
-            id: "arm.spring".into(),
-            name: "Spring on the arm".into(),
-            parameters: BTreeMap::from([
-                (
-                    "stiffness".into(),
-                    Estimate {
-                        value: 8.6e-4,
-                        std: 1e-5,
-                        word: None,
-                        unit: "N m/rad".into(),
-                    },
-                ),
-                (
-                    "rest".into(),
-                    Estimate {
-                        value: -0.5,
-                        std: f64::INFINITY,
-                        word: None,
-                        unit: "rad".into(),
-                    },
-                ),
-            ]),
-            delta_bic: 812.4,
-            held_out_gain: f64::NAN,
-            confusable_with: vec!["arm.cable".into()],
-        });
-        diagnosis.gap.recalibrated = [0.46, 0.023].into();
-        diagnosis.gap.augmented = [0.06, 0.02].into();
-        diagnosis.location.push(GapShare {
-            run: "a.csv".into(),
-            channel: Channel::Theta,
-            condition: "all".into(),
-            share_of_gap: 0.8,
-        });
-        diagnosis.seconds = 3.1;
-        diagnosis
-    }
-
-    /// The keys of the contract, spelt out: renaming a field must fail here.
-    #[test]
-    fn json_has_the_keys_of_the_contract() {
-        let json: serde_json::Value = serde_json::from_str(&spring().to_json()).unwrap();
-        assert_eq!(json["schema"], 1);
-        assert_eq!(json["verdict"], "missing_effects");
-        assert_eq!(json["effects"][0]["id"], "arm.spring");
-        assert_eq!(
-            json["effects"][0]["parameters"]["stiffness"]["value"],
-            8.6e-4
-        );
-        assert_eq!(
-            json["effects"][0]["parameters"]["stiffness"]["unit"],
-            "N m/rad"
-        );
-        assert_eq!(json["effects"][0]["delta_bic"], 812.4);
-        assert_eq!(json["effects"][0]["confusable_with"][0], "arm.cable");
-        assert_eq!(json["gap"]["unit"], "rad");
-        for model in ["nominal", "recalibrated", "augmented", "noise_floor"] {
-            assert!(
-                json["gap"][model]
-                    .as_object()
-                    .unwrap()
-                    .contains_key("theta"),
-                "{model}"
-            );
-        }
-        assert_eq!(json["gap"]["recalibrated"]["theta"], 0.46);
-        assert_eq!(json["where"][0]["channel"], "theta");
-        assert_eq!(json["where"][0]["share_of_gap"], 0.8);
-        for key in ["parameters", "held_out", "next_experiment", "seconds"] {
-            assert!(json.as_object().unwrap().contains_key(key), "{key}");
-        }
-    }
-
-    #[test]
-    fn numbers_that_are_not_finite_become_null_and_come_back_as_nan() {
-        let json = spring().to_json();
-        let value: serde_json::Value = serde_json::from_str(&json).unwrap();
-        assert!(value["effects"][0]["parameters"]["rest"]["std"].is_null());
-        assert!(value["effects"][0]["held_out_gain"].is_null());
-        assert!(value["gap"]["nominal"]["theta"].is_null());
-        let back = Diagnosis::from_json(&json).unwrap();
-        assert!(back.gap.nominal.theta.is_nan());
-        assert_eq!(back.to_json(), json);
-    }
-
-    #[test]
-    fn sentence_names_the_effect_and_the_larger_change() {
-        let sentence = spring().sentence();
-        assert_eq!(
-            sentence,
-            "Missing from the model: spring on the arm; with it added, the prediction error of the arm falls from 0.46 to 0.060 rad."
-        );
-    }
-
-    #[test]
-    fn sentences_exist_without_any_number() {
-        for verdict in [
-            Verdict::NoGap,
-            Verdict::ParametersOnly,
-            Verdict::MissingEffects,
-            Verdict::Unexplained,
-        ] {
-            let sentence = Diagnosis::new(verdict).sentence();
-            assert!(
-                sentence.ends_with('.') && !sentence.contains("NaN"),
-                "{sentence}"
-            );
-        }
-    }
-
-    #[test]
-    fn significant_digits() {
-        assert_eq!(significant(0.060_4, 2), "0.060");
-        assert_eq!(significant(-1234.5, 3), "-1234");
-        assert_eq!(significant(8.61e-4, 2), "0.00086");
-        assert_eq!(significant(8.61e-5, 2), "8.6e-5");
-        assert_eq!(significant(0.0, 3), "0");
-        assert_eq!(significant(f64::NAN, 3), "unknown");
-    }
 }

@@ -1,0 +1,237 @@
+//! What no effect of the catalogue explains: an empirical expression for it, sparse and judged on data that were not fitted.
+//!
+//! About the fit with all that was named, a small torque on either axis moves the predictions linearly (the same impulse responses as in `scout`).
+//! Each term of the library of [`TERMS`] on each axis is such a torque, so the cost is a quadratic in their coefficients, the windows' initial
+//! states and all fitted parameters eliminated. A lasso on it,
+//!
+//! ```text
+//! minimise  ½ c'G c - b'c + lambda |c|_1,   c <= 0 for terms that can only drag or only drive
+//! ```
+//!
+//! is solved along a path of lambda; the few terms that come in first are refined by exchange, their number is chosen on the folds of `held_out`, and the
+//! expression is fitted like any hypothesis and kept if it lowers the error on held-out data clearly. It is no cause: the verdict does not change.
+
+mod library;
+mod normal;
+mod sparse;
+
+use furuta_model::Spec;
+use furuta_model::effects::{EMPIRICAL, TERMS};
+use nalgebra::DVector;
+
+use self::library::{Column, library};
+use self::normal::{Normal, normals};
+use self::sparse::choose;
+use super::fit::{Effort, Fit, Problem};
+use super::held_out::{self, Folds};
+use super::hypothesis::Nominal;
+use super::predict::{self, rms};
+use super::repair;
+use super::result::{CustomTerm, Expression};
+use super::shooting::MAX_FREE;
+
+/// An expression has at most so many terms: more are no longer read as one.
+const MOST_TERMS: usize = 3;
+/// The whole must lower the squared error on held-out data by this share.
+const LEAST_GAIN: f64 = 0.1;
+/// In the place of the effects named it must leave less than half of the cost that it leaves beside them.
+const INSTEAD: f64 = 0.5;
+/// So often terms are looked for.
+const ROUNDS: usize = 2;
+/// A coefficient within so many standard deviations of zero is none.
+const SIGNIFICANT: f64 = 3.0;
+
+/// An expression and the fit that has it.
+pub(super) struct Custom {
+    /// With the terms behind the effects that were named.
+    pub(super) fit: Fit,
+    expression: Expression,
+    /// Its errors on held-out data, rad.
+    pub(super) errors: Vec<[f64; 2]>,
+    columns: Vec<Column>,
+}
+
+/// An expression for what no effect explains, where one helps on held-out data: in the place of all effects that were named, where it explains the
+/// recordings or leaves far less than beside them (effects named by mistake each take a part of what one expression says), otherwise beside them.
+pub(super) fn propose(
+    problem: &Problem<'_>,
+    folds: &Folds,
+    recalibrated: &Fit,
+    named: &Fit,
+) -> Option<Custom> {
+    let (data, nominal) = (problem.data, problem.nominal);
+    let instead = grow(problem, folds, recalibrated);
+    let alone = named.hypothesis.effects.is_empty();
+    let (fit, columns) = match instead {
+        Some(grown) if alone || problem.explains(&grown.0) => grown,
+        None if alone => return None,
+        instead => match (grow(problem, folds, named), instead) {
+            (Some(beside), Some(instead)) if instead.0.cost < INSTEAD * beside.0.cost => instead,
+            (None, Some(instead)) if instead.0.cost < INSTEAD * named.cost => instead,
+            (beside, _) => beside?,
+        },
+    };
+    let fit = problem.fit(&fit.hypothesis, fit.z.clone(), &fit.states, Effort::FULL);
+    if !lasts(problem, &[recalibrated, named], &fit) {
+        return None;
+    }
+    let (without, with) = rayon::join(
+        || held_out::errors(data, nominal, folds, named),
+        || held_out::errors(data, nominal, folds, &fit),
+    );
+    let gain = held_out::removed(data, &without, &with);
+    if gain.is_nan() || gain < LEAST_GAIN {
+        return None;
+    }
+    let expression = Expression {
+        terms: terms(nominal, &fit, &columns),
+        held_out_gain: gain,
+        without: rms(without.iter()).into(),
+        with: rms(with.iter()).into(),
+    };
+    Some(Custom {
+        fit,
+        expression,
+        errors: with,
+        columns,
+    })
+}
+
+/// Whether the model with the expression predicts whole runs no worse than any of those without: what imitates for a quarter of a second may run away.
+fn lasts(problem: &Problem<'_>, without: &[&Fit], with: &Fit) -> bool {
+    let error = |fit: &Fit| predict::open_loop(problem.data, problem.nominal, fit);
+    let least = without.iter().map(|f| error(f)).fold(f64::MAX, f64::min);
+    error(with) <= least
+}
+
+/// Adds terms to `start` as long as they help, each round about the fit with those before.
+fn grow(problem: &Problem<'_>, folds: &Folds, start: &Fit) -> Option<(Fit, Vec<Column>)> {
+    let library = library(&problem.nominal.coefficients);
+    let (mut here, mut columns) = (start.clone(), Vec::new());
+    for _ in 0..ROUNDS {
+        if problem.explains(&here) {
+            break;
+        }
+        let Some((found, step)) = further(problem, folds, &here, &library, columns.len()) else {
+            break;
+        };
+        let mut trial = with_terms(problem, &here, columns.len(), &found, &step)?;
+        let mut more = columns.clone();
+        more.extend(found);
+        // What the straight model asked for, and the curved one does not.
+        while let Some(i) = insignificant(&trial, more.len()) {
+            more.remove(i);
+            trial = without_term(problem, &trial, more.len(), i);
+        }
+        let drives = (more.iter().enumerate())
+            .any(|(i, c)| c.drags && trial.z[coefficient(&trial, more.len(), i)] > 0.0);
+        if drives || more.len() <= columns.len() || !problem.evidence(&here, &trial).helps() {
+            break;
+        }
+        (here, columns) = (trial, more);
+    }
+    (!columns.is_empty()).then_some((here, columns))
+}
+
+/// The terms that a rig file has room for.
+fn slots(nominal: &Nominal) -> Vec<&'static Spec> {
+    let taken = |s: &Spec| nominal.present.iter().any(|e| e.spec().id == s.id);
+    EMPIRICAL.iter().copied().filter(|s| !taken(s)).collect()
+}
+
+/// Where the coefficient of the `i`-th of `count` terms stands among the parameters.
+fn coefficient(fit: &Fit, count: usize, i: usize) -> usize {
+    let h = &fit.hypothesis;
+    h.offset(h.effects.len() - count + i)
+}
+
+/// The fit with further terms; `before` are there already, `step` says where parameters and coefficients start.
+fn with_terms(
+    problem: &Problem<'_>,
+    here: &Fit,
+    before: usize,
+    found: &[Column],
+    step: &DVector<f64>,
+) -> Option<Fit> {
+    let p = here.z.len();
+    let mut h = here.hypothesis.clone();
+    let mut z: Vec<f64> = (0..p).map(|i| here.z[i] + step[i]).collect();
+    let slots = slots(problem.nominal);
+    for (i, column) in found.iter().enumerate() {
+        let spec = slots.get(before + i)?;
+        h = h.with(spec);
+        let typical = (spec.parameters[0].typical)(&problem.nominal.params);
+        z.extend([
+            step[p + i] / typical,
+            column.axis as f64,
+            column.term as f64,
+        ]);
+    }
+    Some(problem.fit(&h, z, &here.states, Effort::QUICK))
+}
+
+/// The term whose coefficient is the least certain, if that may as well be zero.
+fn insignificant(fit: &Fit, count: usize) -> Option<usize> {
+    let certainty = |i: usize| {
+        let at = coefficient(fit, count, i);
+        fit.z[at].abs() / fit.std[at]
+    };
+    (0..count)
+        .filter(|i| certainty(*i).is_nan() || certainty(*i) < SIGNIFICANT)
+        .min_by(|a, b| certainty(*a).total_cmp(&certainty(*b)))
+}
+
+/// The fit without the `i`-th term; `left` are left.
+fn without_term(problem: &Problem<'_>, fit: &Fit, left: usize, i: usize) -> Fit {
+    let at = coefficient(fit, left + 1, i);
+    let mut h = fit.hypothesis.clone();
+    let mut z = fit.z.clone();
+    z.drain(at..at + EMPIRICAL[0].parameters.len());
+    // Those behind it move up: the terms of a rig are numbered without a gap.
+    h.effects.pop();
+    problem.fit(&h, z, &fit.states, Effort::QUICK)
+}
+
+/// Terms for what `here` leaves, in which there are `before` already, and the step of its parameters and their coefficients.
+fn further(
+    problem: &Problem<'_>,
+    folds: &Folds,
+    here: &Fit,
+    library: &[Column],
+    before: usize,
+) -> Option<(Vec<Column>, DVector<f64>)> {
+    // A fit has room for so many numbers.
+    let room = MAX_FREE.saturating_sub(here.z.len()) / EMPIRICAL[0].parameters.len();
+    let slots = slots(problem.nominal).len().min(MOST_TERMS);
+    let most = room.min(slots.saturating_sub(before));
+    let p = here.z.len();
+    let mut parts = vec![Normal::zero(p + library.len()); folds.count()];
+    for (w, n) in normals(problem, here, library) {
+        parts[folds.part(problem.data, w)].add(&n);
+    }
+    choose(&parts, p, library, most, problem.floor())
+}
+
+/// The terms as they are reported, with the values of `fit`, whose last effects they are.
+fn terms(nominal: &Nominal, fit: &Fit, columns: &[Column]) -> Vec<CustomTerm> {
+    let first = fit.hypothesis.effects.len() - columns.len();
+    columns
+        .iter()
+        .enumerate()
+        .map(|(i, column)| {
+            let parameters = repair::effect_parameters(nominal, fit, first + i);
+            let term = &TERMS[column.term];
+            CustomTerm::new(fit.hypothesis.effects[first + i].id, term, parameters)
+        })
+        .collect()
+}
+
+impl Custom {
+    /// The expression with the values of another fit of the same hypothesis.
+    pub(super) fn refitted(&self, nominal: &Nominal, fit: &Fit) -> Expression {
+        Expression {
+            terms: terms(nominal, fit, &self.columns),
+            ..self.expression.clone()
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! What only the report shows: curves, bars and evidence.
+
+use serde::Serialize;
+
+use super::Channel;
+
+/// A recording beside what the models predict: report only, not part of the JSON contract.
+///
+/// Every series has the length of `t`. A model that was not run leaves its series empty.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RunCurves {
+    /// Name of the run, the file's name without its folder.
+    pub name: String,
+    /// Time, s.
+    pub t: Vec<f64>,
+    /// Motor command, V.
+    pub u: Vec<f64>,
+    /// Measured `[theta, alpha]`, rad.
+    pub measured: [Vec<f64>; 2],
+    /// Predicted by the rig file as given, rad.
+    pub nominal: [Vec<f64>; 2],
+    /// Predicted with refitted parameters, rad.
+    pub recalibrated: [Vec<f64>; 2],
+    /// Predicted with refitted parameters and the named effects, rad.
+    pub augmented: [Vec<f64>; 2],
+    /// Indices at which the prediction starts anew from an estimated state (0 alone for a whole-run prediction).
+    pub restarts: Vec<usize>,
+    /// Whether the search or the fit has not seen this run.
+    pub held_out: bool,
+}
+
+/// How the gap divides over one condition, before and after: a bar of the report.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GapBar {
+    /// The angle that disagrees.
+    pub channel: Channel,
+    /// What the condition divides by, the heading of a group of bars: `arm speed`, `time`, `run`.
+    pub group: String,
+    /// The condition: `abs(theta_dot) < 0.3 rad/s`.
+    pub condition: String,
+    /// Share of the samples under the condition, 0 to 1.
+    pub share_of_samples: f64,
+    /// Mean squared error under the condition with refitted parameters, in units of the noise floor's.
+    pub recalibrated: f64,
+    /// The same with the named effects added.
+    pub augmented: f64,
+}
+
+/// A candidate that was tried, named or not.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CandidateEvidence {
+    /// Id in the catalogue.
+    pub id: String,
+    /// Fall of the Bayesian information criterion when this effect alone is added to the recalibrated model.
+    pub delta_bic: f64,
+    /// Share of the squared error on held-out data that it removes alone.
+    pub held_out_gain: f64,
+    /// Whether it was named in the end.
+    pub named: bool,
+}
+
+/// What the report shows beyond [`Diagnosis`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Curves {
+    /// Name of the rig.
+    pub rig: String,
+    /// The diagnosed recordings, predicted window by window over the horizon of [`Gap::horizon`].
+    pub runs: Vec<RunCurves>,
+    /// Where the gap sits, before and after.
+    pub bars: Vec<GapBar>,
+    /// ALL candidates tried, in any order.
+    pub evidence: Vec<CandidateEvidence>,
+    /// The recordings of `--verify`, predicted over their whole length.
+    pub verification: Vec<RunCurves>,
+    /// The repaired rig file, whole, as TOML.
+    pub repaired_rig: Option<String>,
+}
+
+impl Curves {
+    /// All of it as JSON; numbers that are not finite become `null`.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // As for [`Diagnosis::to_json`].
+        serde_json::to_string(self).unwrap_or_default()
+    }
+}

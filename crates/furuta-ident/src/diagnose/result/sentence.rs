@@ -1,0 +1,135 @@
+//! The diagnosis in words.
+
+use super::{Channel, Channels, Diagnosis, Gap, Part, Verdict};
+
+impl Diagnosis {
+    /// The verdict in one sentence, with the number that matters most.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        if self.unfinished.contains(&Part::Search) {
+            return self.so_far();
+        }
+        match self.verdict {
+            Verdict::NoGap => "The model predicts these recordings down to the noise floor: nothing is missing.".into(),
+            Verdict::ParametersOnly => format!(
+                "No effect is missing: with the parameters refitted, {}.",
+                self.change(|gap| (gap.nominal, gap.recalibrated))
+            ),
+            Verdict::MissingEffects => format!(
+                "Missing from the model: {}; with {} added, {}.",
+                self.effect_names(),
+                if self.effects.len() == 1 { "it" } else { "them" },
+                self.change(|gap| (gap.recalibrated, gap.augmented))
+            ),
+            Verdict::Unexplained if self.effects.is_empty() => {
+                "Something is missing that no effect of the catalogue explains: nothing is named rather than the nearest guess.".into()
+            }
+            Verdict::Unexplained => format!(
+                "With {} added, {}, but something remains that no effect of the catalogue explains.",
+                self.effect_names(),
+                self.change(|gap| (gap.recalibrated, gap.augmented))
+            ),
+        }
+    }
+
+    /// The sentence of a search that was broken off.
+    fn so_far(&self) -> String {
+        if self.effects.is_empty() {
+            return format!(
+                "Interrupted before any effect was named: with the parameters refitted, {}.",
+                self.change(|gap| (gap.nominal, gap.recalibrated))
+            );
+        }
+        format!(
+            "Interrupted; found so far: {}; with {} added, {}.",
+            self.effect_names(),
+            if self.effects.len() == 1 {
+                "it"
+            } else {
+                "them"
+            },
+            self.change(|gap| (gap.recalibrated, gap.augmented))
+        )
+    }
+
+    /// What an interruption left undone, in one sentence; nothing where there was none.
+    #[must_use]
+    pub fn interruption(&self) -> Option<String> {
+        let undone: Vec<&str> = self.unfinished.iter().map(|part| part.undone()).collect();
+        self.interrupted
+            .then(|| format!("The diagnosis was interrupted: {}.", undone.join("; ")))
+    }
+
+    fn effect_names(&self) -> String {
+        let names: Vec<String> = self
+            .effects
+            .iter()
+            .map(|effect| within_sentence(&effect.name))
+            .collect();
+        match names.as_slice() {
+            [] => "nothing".into(),
+            [only] => only.clone(),
+            [first @ .., last] => format!("{} and {last}", first.join(", ")),
+        }
+    }
+
+    /// "the prediction error of the arm falls from 0.46 to 0.0021 rad", for the angle on which the change is largest.
+    fn change(&self, models: impl Fn(&Gap) -> (Channels, Channels)) -> String {
+        let (before, after) = models(&self.gap);
+        let ratio = |channel: Channel| {
+            let ratio = before.get(channel) / after.get(channel);
+            if ratio.is_finite() { ratio } else { 0.0 }
+        };
+        let channel = if ratio(Channel::Alpha) > ratio(Channel::Theta) {
+            Channel::Alpha
+        } else {
+            Channel::Theta
+        };
+        let (before, after) = (before.get(channel), after.get(channel));
+        if before.is_finite() && after.is_finite() {
+            format!(
+                "the prediction error of the {} falls from {} to {} rad",
+                channel.part(),
+                significant(before, 2),
+                significant(after, 2)
+            )
+        } else {
+            "the prediction comes closer to the recordings".into()
+        }
+    }
+}
+
+/// `value` with `digits` significant digits, without an exponent between 1e-4 and 1e5.
+#[must_use]
+pub fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    if !value.is_finite() {
+        return "unknown".into();
+    }
+    let digits = digits.max(1);
+    let magnitude = value.abs();
+    if !(1e-4..1e5).contains(&magnitude) {
+        return format!("{value:.*e}", digits - 1);
+    }
+    // Rounding may carry into the next decade (0.0999 -> 0.10), which costs one digit too many at worst.
+    let decade = magnitude.log10().floor();
+    let decimals = (digits as f64 - 1.0 - decade).max(0.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// A name as it stands within a sentence: its first letter small, but for names of people.
+fn within_sentence(name: &str) -> String {
+    let mut characters = name.chars();
+    match characters.next() {
+        Some(first)
+            if !["Coulomb", "Stribeck", "Dahl"]
+                .iter()
+                .any(|person| name.starts_with(person)) =>
+        {
+            first.to_lowercase().collect::<String>() + characters.as_str()
+        }
+        _ => name.into(),
+    }
+}

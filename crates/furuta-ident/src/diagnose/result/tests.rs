@@ -1,0 +1,126 @@
+use std::collections::BTreeMap;
+
+use super::*;
+
+fn spring() -> Diagnosis {
+    let mut diagnosis = Diagnosis::new(Verdict::MissingEffects);
+    diagnosis.effects.push(NamedEffect {
+        id: "arm.spring".into(),
+        name: "Spring on the arm".into(),
+        parameters: BTreeMap::from([
+            (
+                "stiffness".into(),
+                Estimate {
+                    value: 8.6e-4,
+                    std: 1e-5,
+                    word: None,
+                    unit: "N m/rad".into(),
+                },
+            ),
+            (
+                "rest".into(),
+                Estimate {
+                    value: -0.5,
+                    std: f64::INFINITY,
+                    word: None,
+                    unit: "rad".into(),
+                },
+            ),
+        ]),
+        delta_bic: 812.4,
+        held_out_gain: f64::NAN,
+        confusable_with: vec!["arm.cable".into()],
+    });
+    diagnosis.gap.recalibrated = [0.46, 0.023].into();
+    diagnosis.gap.augmented = [0.06, 0.02].into();
+    diagnosis.location.push(GapShare {
+        run: "a.csv".into(),
+        channel: Channel::Theta,
+        condition: "all".into(),
+        share_of_gap: 0.8,
+    });
+    diagnosis.seconds = 3.1;
+    diagnosis
+}
+
+/// The keys of the contract, spelt out: renaming a field must fail here.
+#[test]
+fn json_has_the_keys_of_the_contract() {
+    let json: serde_json::Value = serde_json::from_str(&spring().to_json()).unwrap();
+    assert_eq!(json["schema"], 1);
+    assert_eq!(json["verdict"], "missing_effects");
+    assert_eq!(json["effects"][0]["id"], "arm.spring");
+    assert_eq!(
+        json["effects"][0]["parameters"]["stiffness"]["value"],
+        8.6e-4
+    );
+    assert_eq!(
+        json["effects"][0]["parameters"]["stiffness"]["unit"],
+        "N m/rad"
+    );
+    assert_eq!(json["effects"][0]["delta_bic"], 812.4);
+    assert_eq!(json["effects"][0]["confusable_with"][0], "arm.cable");
+    assert_eq!(json["gap"]["unit"], "rad");
+    for model in ["nominal", "recalibrated", "augmented", "noise_floor"] {
+        assert!(
+            json["gap"][model]
+                .as_object()
+                .unwrap()
+                .contains_key("theta"),
+            "{model}"
+        );
+    }
+    assert_eq!(json["gap"]["recalibrated"]["theta"], 0.46);
+    assert_eq!(json["where"][0]["channel"], "theta");
+    assert_eq!(json["where"][0]["share_of_gap"], 0.8);
+    for key in ["parameters", "held_out", "next_experiment", "seconds"] {
+        assert!(json.as_object().unwrap().contains_key(key), "{key}");
+    }
+}
+
+#[test]
+fn numbers_that_are_not_finite_become_null_and_come_back_as_nan() {
+    let json = spring().to_json();
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(value["effects"][0]["parameters"]["rest"]["std"].is_null());
+    assert!(value["effects"][0]["held_out_gain"].is_null());
+    assert!(value["gap"]["nominal"]["theta"].is_null());
+    let back = Diagnosis::from_json(&json).unwrap();
+    assert!(back.gap.nominal.theta.is_nan());
+    assert_eq!(back.to_json(), json);
+}
+
+#[test]
+fn sentence_names_the_effect_and_the_larger_change() {
+    let sentence = spring().sentence();
+    assert_eq!(
+        sentence,
+        "Missing from the model: spring on the arm; with it added, the prediction error of the arm falls from 0.46 to 0.060 rad."
+    );
+}
+
+#[test]
+fn sentences_exist_without_any_number() {
+    for verdict in [
+        Verdict::NoGap,
+        Verdict::ParametersOnly,
+        Verdict::MissingEffects,
+        Verdict::Unexplained,
+    ] {
+        let sentence = Diagnosis::new(verdict).sentence();
+        assert!(
+            sentence.ends_with('.') && !sentence.contains("NaN"),
+            "{sentence}"
+        );
+    }
+}
+
+#[test]
+fn significant_digits() {
+    assert_eq!(significant(0.060_4, 2), "0.060");
+    assert_eq!(significant(-1234.5, 3), "-1234");
+    assert_eq!(significant(8.61e-4, 2), "0.00086");
+    assert_eq!(significant(8.61e-5, 2), "8.6e-5");
+    assert_eq!(significant(0.0, 3), "0");
+    assert_eq!(significant(f64::NAN, 3), "unknown");
+}
