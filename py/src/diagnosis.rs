@@ -189,6 +189,11 @@ impl PyDiagnosis {
     }
 
     #[getter]
+    fn missing_torque<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "missing_torque")
+    }
+
+    #[getter]
     fn next_experiment(&self) -> Option<&str> {
         self.outcome.diagnosis.next_experiment.as_deref()
     }
@@ -246,7 +251,7 @@ impl PyDiagnosis {
     fn field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         match self.contract.bind(py).get_item(name)? {
             Some(value) => Ok(value),
-            None if ["verification", "unfinished", "plan"].contains(&name) => {
+            None if ["verification", "unfinished", "plan", "missing_torque"].contains(&name) => {
                 Ok(pyo3::types::PyList::empty(py).into_any())
             }
             None => Err(PyKeyError::new_err(name.to_owned())),

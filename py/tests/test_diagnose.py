@@ -114,6 +114,10 @@ def test_what_comes_out(case, tmp_path):
     assert contract == found.to_dict() and contract["schema"] == 1
     for key in ("verdict", "effects", "parameters", "limits", "gap", "held_out", "where", "next_experiment", "seconds"):
         assert contract[key] == getattr(found, key), key
+    [arm] = [t for t in found.missing_torque if t["axis"] == "theta"]
+    assert arm["state"] == "theta" and arm["shape"] == "proportional" and arm["share_of_gap"] > 0.5
+    by_state = found.curves()["torque_by_state"]
+    assert all(len(t["at"]) == len(t["recalibrated"]) == len(t["augmented"]) for t in by_state) and len(by_state) == 10
     page = tmp_path / "report.html"
     found.report(page)
     text = page.read_text()

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use furuta_ident::diagnose::result::{
     CandidateEvidence, Channel, Curves, Diagnosis, Estimate, GapBar, GapShare, HeldOut,
-    NamedEffect, ParameterEstimate, RunCurves, Verdict, VerificationRow,
+    MissingTorque, NamedEffect, ParameterEstimate, RunCurves, Shape, TorqueByState, TorqueInTime,
+    Verdict, VerificationRow,
 };
 use furuta_ident::report::html;
 use furuta_model::{Effect, Plant, Rig, State};
@@ -260,6 +261,35 @@ fn missing_spring() -> (Diagnosis, Curves) {
         held_out_gain: 0.93,
         named: true,
     });
+    diagnosis.missing_torque.push(MissingTorque {
+        axis: Channel::Theta,
+        state: "theta".into(),
+        shape: Some(Shape::Proportional),
+        size: -8.6e-4,
+        unit: "N m/rad".into(),
+        share_of_gap: 0.93,
+    });
+    let at: Vec<f64> = (-8..8).map(|k| 0.1 * f64::from(k)).collect();
+    let small = vec![1e-6; at.len()];
+    let by_state = ["theta", "theta_dot"].map(|state| TorqueByState {
+        axis: Channel::Theta,
+        state: state.into(),
+        unit: "rad".into(),
+        recalibrated: at.iter().map(|x| -8.6e-4 * (x + 0.5)).collect(),
+        recalibrated_std: small.clone(),
+        augmented: small.clone(),
+        augmented_std: small.clone(),
+        at: at.clone(),
+    });
+    let swing: Vec<f64> = at.iter().map(|t| 4e-4 * (9.0 * t).sin()).collect();
+    let in_time = TorqueInTime {
+        run: "chirp<1>.csv".into(),
+        recalibrated: [swing.clone(), small.clone()],
+        recalibrated_std: [small.clone(), small.clone()],
+        augmented: [small.clone(), small.clone()],
+        augmented_std: [small.clone(), small],
+        t: at,
+    };
     let curves = Curves {
         rig: rig.name.clone(),
         runs,
@@ -267,6 +297,8 @@ fn missing_spring() -> (Diagnosis, Curves) {
         evidence,
         verification: verified,
         repaired_rig: Some(rig.to_toml()),
+        torque_by_state: by_state.into(),
+        torque_in_time: vec![in_time],
     };
     (diagnosis, curves)
 }
@@ -294,6 +326,9 @@ fn the_page_shows_the_diagnosis() {
         "<td class=\"n unknown\">kept</td>",
         "<b>71 %</b> of the arm's gap in chirp-plus-1.csv",
         "slow arm sweeps",
+        "On the arm a torque in proportion to the arm's angle is missing (-0.00086 N m/rad)",
+        "theta_dot [rad]",
+        "Torque missing on the arm, chirp&lt;1&gt;.csv",
         "no samples from 1.6 s to 1.8 s",
         "chirp-minus-5.csv",
         "id=\"data-runs\"",

@@ -403,6 +403,14 @@ class _ParameterEstimate(TypedDict):
     unit: str
     identifiable: bool
 
+class _MissingTorque(TypedDict):
+    axis: Literal["theta", "alpha"]
+    state: Literal["theta", "theta_dot", "alpha", "alpha_dot", "u"]
+    shape: Literal["constant", "proportional", "sign", "quadratic"] | None
+    size: float | None
+    unit: str
+    share_of_gap: float | None
+
 @final
 class Diagnosis:
     def to_json(self) -> str: ...
@@ -430,6 +438,8 @@ class Diagnosis:
     def held_out(self) -> dict[str, Any] | None: ...
     @property
     def where(self) -> list[dict[str, Any]]: ...
+    @property
+    def missing_torque(self) -> list[_MissingTorque]: ...
     @property
     def next_experiment(self) -> str | None: ...
     @property

@@ -8,6 +8,10 @@ use super::data::Data;
 
 /// The identifiable base parameters, in the order of the vector; the scale of torque is fixed by `mass * com`.
 pub(super) const BASE: usize = 5;
+/// Indices of the motor's gain and of the two dampings.
+pub(super) const DRIVE: usize = 2;
+pub(super) const ARM_DAMPING: usize = 3;
+pub(super) const PENDULUM_DAMPING: usize = 4;
 /// Index of the timing nuisance: by how much the samples are late, a fraction of the period.
 pub(super) const TIMING: usize = BASE;
 /// Where the effects' parameters begin.

@@ -10,6 +10,7 @@
 mod candidates;
 mod custom;
 pub(crate) mod data;
+mod echo;
 mod error;
 mod evidence;
 mod expression;
@@ -27,6 +28,7 @@ mod scout;
 mod search;
 pub(crate) mod shooting;
 mod stop;
+mod torque;
 mod verify;
 
 use std::sync::atomic::AtomicBool;
@@ -517,6 +519,16 @@ fn gap(
         }
     }
     (curves.bars, diagnosis.location) = location::locate(data, &residuals);
+    let [_, before, after] = models;
+    let (before, after) = rayon::join(
+        || torque::Heard::new(&problem, before),
+        || torque::Heard::new(&problem, after),
+    );
+    (curves.torque_by_state, diagnosis.missing_torque) = torque::by_state(&before, &after);
+    if matches!(diagnosis.verdict, Verdict::NoGap | Verdict::ParametersOnly) {
+        diagnosis.missing_torque.clear();
+    }
+    curves.torque_in_time = torque::in_time(&problem, &before, &after);
     for (i, run) in data.runs.iter().enumerate() {
         let [nominal, recalibrated, augmented] = predictions
             .each_ref()

@@ -1,21 +1,21 @@
 //! Where to start the fit of an effect that has many possible places: an order, a frequency, a moment.
 //!
-//! A small torque along a window moves the predicted angles by what the window's sensitivities to its state pass on: an impulse at sample `k` is a
-//! change of speed there, which is the same as some change of the initial state. So the answer to any course of torque comes from
-//! sensitivities computed once, and thousands of orders, frequencies or moments can be tried without simulating. What the free initial states
-//! would absorb is projected out; what is left says how much the cost would fall, and at which strength and phase.
+//! The answer to any course of torque comes from sensitivities computed once (`echo`), and thousands of orders, frequencies or moments can be tried
+//! without simulating. What the free initial states would absorb is projected out; what is left says how much the cost would fall, and at which
+//! strength and phase.
 
-use furuta_model::dynamics::{Angle, mass_matrix};
+use furuta_model::dynamics::Angle;
 use furuta_model::effects::{Acts, Clock, Instant, Kind, Law, ParameterSpec};
 use furuta_model::params::Coefficients;
-use furuta_model::{Effect, Plant, Spec, State};
-use nalgebra::{Cholesky, Const, Matrix4, SMatrix, SVector, Vector4};
+use furuta_model::{Effect, Spec, State};
+use nalgebra::{Cholesky, Const, SMatrix, Vector4};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use super::echo::{Base, Echo, echoes};
 use super::fit::{Fit, Problem};
-use super::hypothesis::{FIRST_EFFECT, Hypothesis, TIMING};
-use super::shooting::{Inner, Trace};
+use super::hypothesis::{FIRST_EFFECT, Hypothesis};
+use super::shooting::Inner;
 
 /// So many places are handed to the fit.
 const PLACES: usize = 2;
@@ -23,49 +23,8 @@ const PLACES: usize = 2;
 const HIGHEST: f64 = 25.0;
 /// Moments are looked at so far apart, s.
 const MOMENTS: f64 = 0.008;
-/// A torque that does not jump is heard in blocks of so many seconds.
-const BLOCK: f64 = 0.008;
 /// Two places nearer than so many grid steps are one.
 const NEAR: f64 = 6.0;
-
-/// What a window says about any small torque in it.
-struct Echo {
-    window: usize,
-    recording: usize,
-    /// Weighted slopes of the two angles after each step with respect to the initial state, and what is left of the measurement.
-    slopes: Vec<[Vector4<f64>; 2]>,
-    left: Vec<[f64; 2]>,
-    normal: Cholesky<f64, Const<4>>,
-    gradient: Vector4<f64>,
-    /// The two angles after each step.
-    y: Vec<[f64; 2]>,
-    /// Their weights.
-    weight: Vec<[f64; 2]>,
-    /// Weighted slopes with respect to the base parameters, and what the initial state absorbs of them.
-    base: Vec<[Base; 2]>,
-    absorbed: SMatrix<f64, 4, FIRST_EFFECT>,
-    /// The steps one by one, for a torque that jumps, and some taken together, for others.
-    steps: Vec<Block>,
-    blocks: Vec<Block>,
-}
-
-/// One or some steps of a window, so few that a torque is the same in all of them.
-#[derive(Clone)]
-struct Block {
-    /// Time (s) and state in the middle.
-    t: f64,
-    x: State<f64>,
-    /// The initial state's change that a torque of one on arm or pendulum over the block is equal to.
-    impulse: [Vector4<f64>; 2],
-    /// The share of that which has happened by the ends of its steps, on average.
-    share: f64,
-    /// Sums over the block's steps and both angles: slopes times slopes, slopes times what is left.
-    square: Matrix4<f64>,
-    product: Vector4<f64>,
-}
-
-/// One number for each parameter that every hypothesis has.
-type Base = SVector<f64, FIRST_EFFECT>;
 
 /// A score test with one simulation, in units of the noise; what initial states and base parameters can follow taken out.
 #[derive(Copy, Clone, Debug)]
@@ -115,34 +74,13 @@ pub(super) fn wanted(spec: &Spec) -> bool {
 impl Scout {
     /// Computes the sensitivities about `fit`.
     pub(super) fn new(problem: &Problem<'_>, fit: &Fit) -> Self {
-        const N: usize = 4 + FIRST_EFFECT;
-        let inner = Inner::<N>::new(&fit.hypothesis, &fit.z, problem.nominal);
         let data = problem.data;
-        let coefficients = inner.plain().coefficients;
-        // A timing at its bound follows nobody.
-        let (low, high) = fit.hypothesis.bounds(problem.nominal, &fit.z)[TIMING];
-        let fixed = fit.z[TIMING] <= low || fit.z[TIMING] >= high;
-        let echoes: Vec<Echo> = problem
-            .windows
-            .par_iter()
-            .zip(&fit.states)
-            .enumerate()
-            .filter_map(|(window, (w, x0))| {
-                let run = &data.runs[w.run];
-                let trace = inner.trace(data, w, *x0);
-                echo(inner.plain(), (window, run.recording), run.h, trace, fixed)
-            })
-            .collect();
+        let (coefficients, echoes) = echoes(problem, fit);
         let mut normal = SMatrix::<f64, FIRST_EFFECT, FIRST_EFFECT>::zeros();
         let mut gradient = Base::zeros();
         for echo in &echoes {
-            for k in 0..echo.base.len() {
-                for c in 0..2 {
-                    let own = echo.base[k][c] - echo.absorbed.tr_mul(&echo.slopes[k][c]);
-                    normal += own * echo.base[k][c].transpose();
-                    gradient += own * echo.left[k][c];
-                }
-            }
+            normal += echo.base_normal;
+            gradient += echo.base_gradient;
         }
         for i in 0..FIRST_EFFECT {
             normal[(i, i)] += 1e-9 + 1e-9 * normal[(i, i)];
@@ -385,107 +323,5 @@ impl Scout {
             memory: 0.0,
             volts: 0.0,
         }
-    }
-}
-
-fn echo(
-    plant: &Plant<f64>,
-    (window, recording): (usize, usize),
-    h: f64,
-    trace: Trace<{ 4 + FIRST_EFFECT }>,
-    timing_is_fixed: bool,
-) -> Option<Echo> {
-    let count = trace.steps.len();
-    let mut out = Echo {
-        window,
-        recording,
-        slopes: Vec::with_capacity(count),
-        left: Vec::with_capacity(count),
-        normal: Matrix4::identity().cholesky()?,
-        gradient: Vector4::zeros(),
-        y: Vec::with_capacity(count),
-        weight: Vec::with_capacity(count),
-        base: Vec::with_capacity(count),
-        absorbed: SMatrix::zeros(),
-        steps: Vec::with_capacity(count),
-        blocks: Vec::new(),
-    };
-    let mut normal = Matrix4::zeros();
-    for step in trace.steps {
-        // An axis that sticks forgets its speed: impulses there cannot be told from a change of the initial state, and do little.
-        let back = step.transition.try_inverse().unwrap_or_default();
-        let inverse = mass_matrix(&plant.coefficients, Angle::of(step.x.alpha)).inverse();
-        let impulse = [
-            Vector4::new(0.0, 0.0, inverse.arm, inverse.coupling) * h,
-            Vector4::new(0.0, 0.0, inverse.coupling, inverse.pendulum) * h,
-        ];
-        let left: [f64; 2] = std::array::from_fn(|c| step.left[c] * step.weight[c]);
-        let row = |c: usize, i: usize| step.y[c].d[i] * step.weight[c];
-        let slopes: [Vector4<f64>; 2] = std::array::from_fn(|c| Vector4::from_fn(|i, _| row(c, i)));
-        let base: [Base; 2] = std::array::from_fn(|c| {
-            Base::from_fn(|i, _| {
-                if i == TIMING && timing_is_fixed {
-                    0.0
-                } else {
-                    row(c, 4 + i)
-                }
-            })
-        });
-        let mut block = Block {
-            t: step.t + 0.5 * h,
-            x: step.x,
-            impulse: impulse.map(|i| back * i),
-            share: 1.0,
-            square: Matrix4::zeros(),
-            product: Vector4::zeros(),
-        };
-        for c in 0..2 {
-            block.square += slopes[c] * slopes[c].transpose();
-            block.product += slopes[c] * left[c];
-            out.absorbed += slopes[c] * base[c].transpose();
-        }
-        normal += block.square;
-        out.gradient += block.product;
-        out.steps.push(block);
-        out.slopes.push(slopes);
-        out.left.push(left);
-        out.base.push(base);
-        out.y.push(step.y.map(|y| y.v));
-        out.weight.push(step.weight);
-    }
-    if !normal.iter().all(|v: &f64| v.is_finite()) {
-        return None;
-    }
-    for i in 0..4 {
-        normal[(i, i)] += 1e-9 + 1e-9 * normal[(i, i)];
-    }
-    out.normal = normal.cholesky()?;
-    out.absorbed = out.normal.solve(&out.absorbed);
-    let together = ((BLOCK / h).round() as usize).max(1);
-    out.blocks = out.steps.chunks(together).filter_map(Block::sum).collect();
-    Some(out)
-}
-
-impl Block {
-    /// Steps one after the other as one.
-    fn sum(steps: &[Self]) -> Option<Self> {
-        let (first, last) = (steps.first()?, steps.last()?);
-        let n = steps.len() as f64;
-        let mut sum = Self {
-            t: 0.5 * (first.t + last.t),
-            x: steps[steps.len() / 2].x,
-            impulse: [Vector4::zeros(); 2],
-            share: 0.5 * (n + 1.0) / n,
-            square: Matrix4::zeros(),
-            product: Vector4::zeros(),
-        };
-        for step in steps {
-            for axis in 0..2 {
-                sum.impulse[axis] += step.impulse[axis];
-            }
-            sum.square += step.square;
-            sum.product += step.product;
-        }
-        Some(sum)
     }
 }

@@ -9,7 +9,7 @@
 
 use furuta_model::{Jet, Plant, PlantState, Scalar, State};
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix4, SMatrix, Vector4};
-use pulp::{Arch, NullaryFnOnce};
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 use super::data::{Data, Run, Window};
@@ -157,22 +157,27 @@ fn normal<const N: usize>(
         i += 1;
         Jet::variable(v, i - 1)
     }));
-    // In the widest vectors that the processor has; the arithmetic, and so every bit, is the same in all.
-    let mut out = Arch::new().dispatch(Linearised {
+    let linearised = Linearised {
         plant,
         late,
         data,
         run,
         w,
         x0,
-    });
+    };
+    // In the widest vectors that the processor has; the arithmetic, and so every bit, is the same in all. Builds for development spare the compiler
+    // two of three versions of the whole model.
+    #[cfg(not(debug_assertions))]
+    let mut out = pulp::Arch::new().dispatch(linearised);
+    #[cfg(debug_assertions)]
+    let mut out = linearised.call();
     if !out.cost.is_finite() {
         out.cost = f64::INFINITY;
     }
     out
 }
 
-/// What [`normal`] does, for [`Arch::dispatch`].
+/// What [`normal`] does, for [`pulp::Arch::dispatch`].
 struct Linearised<'a, const N: usize> {
     plant: (&'a Plant<Jet<f64, N>>, &'a mut PlantState<Jet<f64, N>>),
     late: Jet<f64, N>,

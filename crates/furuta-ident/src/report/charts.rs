@@ -319,7 +319,7 @@ fn power_of_ten(value: f64) -> String {
     }
 }
 
-fn figure(label: &str, [width, height]: [f64; 2], content: &str) -> String {
+pub(super) fn figure(label: &str, [width, height]: [f64; 2], content: &str) -> String {
     format!(
         r#"<svg viewBox="0 0 {width:.0} {height:.0}" style="max-width:{width:.0}px" role="img" aria-label="{label}">{content}</svg>"#
     )

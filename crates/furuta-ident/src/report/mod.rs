@@ -6,6 +6,7 @@ mod charts;
 mod encode;
 mod sections;
 mod text;
+mod torque;
 
 pub use calibration::{calibration, calibration_card};
 pub use card::card;
@@ -39,6 +40,7 @@ pub fn html(diagnosis: &Diagnosis, curves: &Curves) -> String {
         sections::expression(diagnosis),
         sections::runs(diagnosis, curves),
         sections::location(diagnosis, curves),
+        torque::section(diagnosis, curves),
         sections::evidence(diagnosis, curves),
         sections::limits(diagnosis),
         sections::parameters(diagnosis),

@@ -67,6 +67,11 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
             w.run
         ));
     }
+    out.extend(
+        d.missing_torque
+            .iter()
+            .map(|t| format!("  {}", t.sentence())),
+    );
     limits(d, &mut out);
     verification(d, &mut out);
     if let Some(next) = &d.next_experiment {

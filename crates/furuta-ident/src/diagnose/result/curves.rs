@@ -68,6 +68,10 @@ pub struct Curves {
     pub runs: Vec<RunCurves>,
     /// Where the gap sits, before and after.
     pub bars: Vec<GapBar>,
+    /// The torque that the model lacks, against each state.
+    pub torque_by_state: Vec<TorqueByState>,
+    /// The torque that the model lacks, over time, run by run.
+    pub torque_in_time: Vec<TorqueInTime>,
     /// ALL candidates tried, in any order.
     pub evidence: Vec<CandidateEvidence>,
     /// The recordings of `--verify`, predicted over their whole length.
@@ -83,4 +87,46 @@ impl Curves {
         // As for [`Diagnosis::to_json`].
         serde_json::to_string(self).unwrap_or_default()
     }
+}
+
+/// The torque that the model lacks on one axis, against one state: report only.
+///
+/// A line through some points over the state, by least squares on the residuals of half-second windows through the model's impulse responses.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TorqueByState {
+    /// The axis it acts on.
+    pub axis: Channel,
+    /// `theta`, `theta_dot`, `alpha`, `alpha_dot` or `u`.
+    pub state: String,
+    /// Unit of the state.
+    pub unit: String,
+    /// The points of the state: between them lie equally many samples.
+    pub at: Vec<f64>,
+    /// Missing with refitted parameters, N m, and its standard deviations.
+    pub recalibrated: Vec<f64>,
+    /// Standard deviations of `recalibrated`, N m.
+    pub recalibrated_std: Vec<f64>,
+    /// Missing with the named effects added, N m.
+    pub augmented: Vec<f64>,
+    /// Standard deviations of `augmented`, N m.
+    pub augmented_std: Vec<f64>,
+}
+
+/// The torque on `[arm, pendulum]` that the model lacks over time: report only.
+///
+/// The most likely course under a prior that it is smooth over some 0.06 s and as large as the residuals say.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct TorqueInTime {
+    /// Name of the run.
+    pub run: String,
+    /// Time, s.
+    pub t: Vec<f64>,
+    /// Missing with refitted parameters, N m.
+    pub recalibrated: [Vec<f64>; 2],
+    /// Standard deviations of `recalibrated`, N m.
+    pub recalibrated_std: [Vec<f64>; 2],
+    /// Missing with the named effects added, N m.
+    pub augmented: [Vec<f64>; 2],
+    /// Standard deviations of `augmented`, N m.
+    pub augmented_std: [Vec<f64>; 2],
 }

@@ -4,6 +4,7 @@
 //! [`SCHEMA`]. A number that could not be determined is `NaN` here and `null` in the JSON, never an invented zero.
 
 mod curves;
+mod missing_torque;
 pub(crate) mod null_if_not_finite;
 mod sentence;
 #[cfg(test)]
@@ -13,7 +14,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-pub use self::curves::{CandidateEvidence, Curves, GapBar, RunCurves};
+pub use self::curves::{CandidateEvidence, Curves, GapBar, RunCurves, TorqueByState, TorqueInTime};
+pub use self::missing_torque::{MissingTorque, Shape};
 pub use self::sentence::significant;
 pub use super::expression::{CustomTerm, Expression};
 
@@ -397,6 +399,10 @@ pub struct Diagnosis {
     /// Where the gap of the recalibrated model sits, the largest share first.
     #[serde(rename = "where")]
     pub location: Vec<GapShare>,
+    /// Which torque the recalibrated model lacks, and on what it depends most; the axis where that says most first. Left out of the JSON where
+    /// no torque explains the gap.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing_torque: Vec<MissingTorque>,
     /// What to measure next, in a sentence.
     pub next_experiment: Option<String>,
     /// Experiments that would tell confusable effects apart, the clearest first for each pair, where they were asked for; left out of the JSON
@@ -442,6 +448,7 @@ impl Diagnosis {
             gap,
             held_out: None,
             location: Vec::new(),
+            missing_torque: Vec::new(),
             next_experiment: None,
             plan: Vec::new(),
             verification: Vec::new(),

@@ -1,0 +1,163 @@
+//! The missing torque over time: the most likely course under a prior that it is smooth over some hundredths of a second.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::super::echo::Echo;
+use super::super::fit::Problem;
+use super::super::hypothesis::FIRST_EFFECT;
+use super::super::result::TorqueInTime;
+use super::{Heard, Normal};
+
+/// Blocks with the same torque.
+const TOGETHER: usize = 3;
+/// Torques so far apart are alike to 1/e, s.
+const MEMORY: f64 = 0.06;
+/// Sizes tried for the prior, as multiples of the smallest that could be seen, and how often for each axis in turn.
+const SIZES: usize = 12;
+const STEP: f64 = 3.0;
+const TURNS: usize = 3;
+
+/// One window's quadratic, and where its torques stand.
+struct Slices {
+    normal: Normal,
+    t: Vec<f64>,
+    alike: DMatrix<f64>,
+}
+
+impl Slices {
+    fn of(echo: &Echo) -> Self {
+        let n = echo.blocks.len().div_ceil(TOGETHER);
+        let t: Vec<f64> = echo
+            .blocks
+            .chunks(TOGETHER)
+            .map(|c| c.iter().map(|b| b.t).sum::<f64>() / c.len() as f64)
+            .collect();
+        Self {
+            normal: Normal::of(echo, n, |k, _| [(k / TOGETHER, 1.0), (0, 0.0)])
+                .holding(&std::array::from_fn::<_, FIRST_EFFECT, _>(|i| 2 * n + i)),
+            alike: DMatrix::from_fn(n, n, |i, j| (-(t[i] - t[j]).abs() / MEMORY).exp()),
+            t,
+        }
+    }
+
+    /// The prior's covariance with these standard deviations of the two axes' torques.
+    fn prior(&self, size: [f64; 2]) -> DMatrix<f64> {
+        let n = self.t.len();
+        DMatrix::from_fn(2 * n, 2 * n, |i, j| {
+            if i / n == j / n {
+                size[i / n].powi(2) * self.alike[(i % n, j % n)]
+            } else {
+                0.0
+            }
+        })
+    }
+
+    /// Twice the logarithm of the evidence, but for a constant, and the posterior: mean and covariance. With the prior's root `L` and
+    /// `B = I + L'GL`, the covariance is `L B⁻¹ L'`.
+    fn posterior(&self, size: [f64; 2]) -> Option<(f64, DVector<f64>, DMatrix<f64>)> {
+        let mut prior = self.prior(size);
+        for i in 0..prior.nrows() {
+            prior[(i, i)] *= 1.0 + 1e-9;
+        }
+        let root = prior.cholesky()?.unpack();
+        let mut inner = root.tr_mul(&(&self.normal.matrix * &root));
+        for i in 0..inner.nrows() {
+            inner[(i, i)] += 1.0;
+        }
+        let inner = inner.cholesky()?;
+        let half = inner.l_dirty().solve_lower_triangular(&root.transpose())?;
+        let covariance = half.tr_mul(&half);
+        let mean = &covariance * &self.normal.gradient;
+        let log_det: f64 = inner
+            .l_dirty()
+            .diagonal()
+            .iter()
+            .map(|d| 2.0 * d.ln())
+            .sum();
+        let evidence = mean.dot(&self.normal.gradient) - log_det;
+        evidence.is_finite().then_some((evidence, mean, covariance))
+    }
+}
+
+/// The torques missing in every run, before and after the effects.
+pub(in super::super) fn in_time(
+    problem: &Problem<'_>,
+    before: &Heard,
+    after: &Heard,
+) -> Vec<TorqueInTime> {
+    let (left, right) = rayon::join(|| courses(problem, before), || courses(problem, after));
+    left.into_iter()
+        .zip(right)
+        .map(|(before, after)| TorqueInTime {
+            augmented: after.recalibrated,
+            augmented_std: after.recalibrated_std,
+            ..before
+        })
+        .collect()
+}
+
+fn courses(problem: &Problem<'_>, heard: &Heard) -> Vec<TorqueInTime> {
+    let slices: Vec<Slices> = heard.echoes.par_iter().map(Slices::of).collect();
+    let size = likely(&slices);
+    let known: Vec<_> = slices.par_iter().map(|s| s.posterior(size)).collect();
+    let mut runs: Vec<TorqueInTime> = problem
+        .data
+        .runs
+        .iter()
+        .map(|r| TorqueInTime {
+            run: r.name.clone(),
+            ..TorqueInTime::default()
+        })
+        .collect();
+    for ((echo, slices), known) in heard.echoes.iter().zip(&slices).zip(known) {
+        let Some((_, mean, covariance)) = known else {
+            continue;
+        };
+        let out = &mut runs[problem.windows[echo.window].run];
+        let n = slices.t.len();
+        out.t.extend(&slices.t);
+        for c in 0..2 {
+            out.recalibrated[c].extend(mean.rows(c * n, n).iter());
+            out.recalibrated_std[c].extend((c * n..(c + 1) * n).map(|i| covariance[(i, i)].sqrt()));
+        }
+    }
+    runs
+}
+
+/// The sizes of the two axes' torques under which the residuals are the most likely.
+fn likely(slices: &[Slices]) -> [f64; 2] {
+    // A torque of this size everywhere would just be seen in one window.
+    let least: [f64; 2] = std::array::from_fn(|c| {
+        let clearest = slices
+            .iter()
+            .map(|s| {
+                let n = s.t.len();
+                s.normal.matrix.view((c * n, c * n), (n, n)).trace()
+            })
+            .fold(0.0, f64::max);
+        if clearest > 0.0 {
+            clearest.sqrt().recip()
+        } else {
+            1.0
+        }
+    });
+    let mut size = least;
+    let mut best = f64::NEG_INFINITY;
+    for turn in 0..TURNS {
+        let c = turn % 2;
+        for k in 0..SIZES {
+            let mut trial = size;
+            trial[c] = 0.1 * least[c] * STEP.powi(k as i32);
+            let parts: Vec<f64> = slices
+                .par_iter()
+                .map(|s| s.posterior(trial).map_or(0.0, |p| p.0))
+                .collect();
+            let evidence: f64 = parts.iter().sum();
+            if evidence > best {
+                (best, size) = (evidence, trial);
+            }
+        }
+    }
+    size
+}
