@@ -59,12 +59,12 @@ pub struct CandidateEvidence {
     pub named: bool,
 }
 
-/// What the report shows beyond [`Diagnosis`].
+/// What the report shows beyond [`Diagnosis`](super::Diagnosis).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Curves {
     /// Name of the rig.
     pub rig: String,
-    /// The diagnosed recordings, predicted window by window over the horizon of [`Gap::horizon`].
+    /// The diagnosed recordings, predicted window by window over the horizon of [`Gap::horizon`](super::Gap::horizon).
     pub runs: Vec<RunCurves>,
     /// Where the gap sits, before and after.
     pub bars: Vec<GapBar>,
