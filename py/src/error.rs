@@ -42,6 +42,12 @@ create_exception!(
 );
 create_exception!(
     furuta,
+    CalibrateError,
+    FurutaError,
+    "Recordings that cannot carry a calibration, or a wish that cannot be fulfilled."
+);
+create_exception!(
+    furuta,
     ControllerError,
     FurutaError,
     "A controller file, or a controller that a rig cannot have."
@@ -76,6 +82,7 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("SignalError", py.get_type::<SignalError>())?;
     m.add("RecordingError", py.get_type::<RecordingError>())?;
     m.add("DiagnoseError", py.get_type::<DiagnoseError>())?;
+    m.add("CalibrateError", py.get_type::<CalibrateError>())?;
     m.add("ControllerError", py.get_type::<ControllerError>())?;
     m.add("DesignError", py.get_type::<DesignError>())?;
     m.add("IdentificationError", py.get_type::<IdentificationError>())?;
@@ -120,4 +127,9 @@ pub(crate) fn diagnose(e: impl std::fmt::Display) -> PyErr {
 /// An error of a frequency response, a fit or a comparison as Python's.
 pub(crate) fn identification(e: impl std::fmt::Display) -> PyErr {
     IdentificationError::new_err(e.to_string())
+}
+
+/// An error of calibration, validation or planning as Python's.
+pub(crate) fn calibrate(e: impl std::fmt::Display) -> PyErr {
+    CalibrateError::new_err(e.to_string())
 }

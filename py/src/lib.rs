@@ -5,6 +5,7 @@
 //! letting go), and copies the answer out: other Python threads run meanwhile.
 
 mod batch;
+mod calibration;
 mod controlled;
 mod controller;
 mod design;
@@ -42,6 +43,13 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<controller::PyController>()?;
     m.add_function(wrap_pyfunction!(controller::controllers, m)?)?;
     m.add_function(wrap_pyfunction!(region::region_of_attraction, m)?)?;
+    m.add_class::<calibration::PyCalibration>()?;
+    m.add_class::<calibration::PyValidation>()?;
+    m.add_class::<calibration::PyPlan>()?;
+    m.add_function(wrap_pyfunction!(calibration::calibrate, m)?)?;
+    m.add_function(wrap_pyfunction!(calibration::validate, m)?)?;
+    m.add_function(wrap_pyfunction!(calibration::plan_experiment, m)?)?;
+    m.add_function(wrap_pyfunction!(calibration::whiteness, m)?)?;
     m.add_class::<diagnosis::PyDiagnosis>()?;
     m.add_function(wrap_pyfunction!(diagnosis::diagnose, m)?)?;
     frequency::register(m)?;
