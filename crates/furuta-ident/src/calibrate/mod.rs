@@ -350,7 +350,8 @@ fn question<'a>(space: &'a Space, options: &Options) -> Result<Question<'a>, Cal
     if !asked {
         order.retain(|&i| {
             let p = &space.parameters[i];
-            p.key != "pendulum.inertia_axial" || p.nominal > 0.0
+            // Nor is gravity what a pendulum's owner wants to know.
+            p.key != "environment.gravity" && (p.key != "pendulum.inertia_axial" || p.nominal > 0.0)
         });
     }
     let mut seen = Vec::new();
