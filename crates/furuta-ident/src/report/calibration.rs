@@ -48,7 +48,7 @@ pub fn calibration(outcome: &Outcome) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}</title>\n<style>\n{STYLE}pre {{ overflow-x: auto; font-size: .82rem; line-height: 1.35; }}\n\
-         svg polyline {{ fill: none; stroke-width: 1.3; }} svg polyline.measured {{ stroke: var(--measured); }} svg polyline.nominal {{ stroke: var(--nominal); stroke-dasharray: 4 3; }} svg polyline.after {{ stroke: var(--after); }}\n</style>\n</head>\n<body>\n<main>\n{body}</main>\n</body>\n</html>\n"
+         svg polyline[class] {{ fill: none; stroke-width: 1.3; }} svg polyline.measured {{ stroke: var(--measured); }} svg polyline.nominal {{ stroke: var(--nominal); stroke-dasharray: 4 3; }} svg polyline.after {{ stroke: var(--after); }}\n</style>\n</head>\n<body>\n<main>\n{body}</main>\n</body>\n</html>\n"
     )
 }
 
