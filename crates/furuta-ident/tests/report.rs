@@ -326,7 +326,7 @@ fn the_page_shows_the_diagnosis() {
         "<td class=\"n unknown\">kept</td>",
         "<b>71 %</b> of the arm's gap in chirp-plus-1.csv",
         "slow arm sweeps",
-        "On the arm a torque in proportion to the arm's angle is missing (-0.00086 N m/rad)",
+        "On the arm a torque in proportion to the arm&#39;s angle is missing (-0.00086 N m/rad)",
         "theta_dot [rad]",
         "Torque missing on the arm, chirp&lt;1&gt;.csv",
         "no samples from 1.6 s to 1.8 s",
