@@ -127,9 +127,9 @@ fn the_host_swings_the_boards_pendulum_up_and_balances_it() {
             answered += 1;
             continue;
         }
-        let earlier = &log.records[k.saturating_sub(20)..k - 1];
+        let mut earlier = log.records[..k].iter();
         assert!(
-            after.u == 0.0 || earlier.iter().any(|r| after.u == told(r)),
+            after.u == 0.0 || earlier.any(|r| after.u == told(r)),
             "t = {}: {} V were never asked for",
             after.t,
             after.u
