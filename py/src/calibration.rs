@@ -425,6 +425,18 @@ pub(crate) fn calibrate(
 /// ------
 /// RecordingError, CalibrateError
 ///     As for `calibrate`.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, furuta
+/// >>> rig = furuta.Rig.load("qube-servo-2")
+/// >>> t = 0.002 * np.arange(3000)
+/// >>> u = 3 * np.sin(2 * t * (1 + t))
+/// >>> x = furuta.simulate(rig, [0, np.pi, 0, 0], u[:-1], 0.002)
+/// >>> theta, alpha = furuta.measure(rig, x).T
+/// >>> judged = furuta.validate({"t": t, "u": u, "theta": theta, "alpha": alpha}, rig)
+/// >>> print(judged.summary().splitlines()[1])  # doctest: +ELLIPSIS
+///   recording-0          theta   99.9 % ...
 #[pyfunction]
 #[pyo3(
     signature = (recordings, rig, *, accept_suspicious=false),
@@ -513,6 +525,13 @@ pub(crate) fn plan_experiment(
 /// -------
 /// dict
 ///     values (lags 1, 2, ...), bound (99 %), outside, ljung_box, p_value.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, furuta
+/// >>> test = furuta.whiteness(list(np.sin(0.1 * np.arange(1000.0))))
+/// >>> test["outside"] > 20 and test["p_value"] < 1e-6
+/// True
 #[pyfunction]
 #[pyo3(signature = (residual, lags=25))]
 pub(crate) fn whiteness(
