@@ -12,6 +12,9 @@ const WIDTH: f64 = 960.0;
 /// Height of one panel, and its room for numbers below.
 const PANEL: f64 = 120.0;
 const BELOW: f64 = 34.0;
+/// Room beside and above the panels.
+const LEFT: f64 = 52.0;
+const TOP: f64 = 30.0;
 /// A curve over time has at most so many points.
 const POINTS: usize = 700;
 
@@ -57,10 +60,33 @@ struct Scale {
 }
 
 impl Scale {
+    /// Torques up to `most` mN m either way over the height of a panel.
+    fn torque(most: f64) -> Self {
+        Self {
+            low: -most,
+            high: most,
+            from: TOP + PANEL,
+            to: TOP,
+        }
+    }
+
     fn at(&self, value: f64) -> f64 {
         let share = (value - self.low) / (self.high - self.low);
         self.from + share.clamp(-0.02, 1.02) * (self.to - self.from)
     }
+}
+
+/// The numbers beside a panel.
+fn ticks(y: &Scale) -> String {
+    let tick = |value: f64| {
+        format!(
+            r#"<text class="soft small" x="{:.1}" y="{:.1}" text-anchor="end">{}</text>"#,
+            LEFT - 6.0,
+            y.at(value) + 4.0,
+            significant(value, 2)
+        )
+    };
+    [y.low, 0.0, y.high].map(tick).concat()
 }
 
 /// The larger of what is in `values` and `least`, in mN m.
@@ -85,32 +111,18 @@ fn panels(axis: Channel, all: &[TorqueByState]) -> String {
         all.extend(band(&t.augmented, &t.augmented_std));
         all
     }));
-    let (left, top) = (52.0, 30.0);
-    let width = (WIDTH - left) / shown.len() as f64;
-    let y = Scale {
-        low: -most,
-        high: most,
-        from: top + PANEL,
-        to: top,
-    };
+    let width = (WIDTH - LEFT) / shown.len() as f64;
+    let y = Scale::torque(most);
     let mut svg = format!(
         r#"<text class="strong" x="0" y="14">Torque missing on the {}</text>"#,
         axis.part()
     );
-    for value in [-most, 0.0, most] {
-        let _ = write!(
-            svg,
-            r#"<text class="soft small" x="{:.1}" y="{:.1}" text-anchor="end">{}</text>"#,
-            left - 6.0,
-            y.at(value) + 4.0,
-            significant(value, 2)
-        );
-    }
+    svg += &ticks(&y);
     for (k, t) in shown.into_iter().enumerate() {
         let (Some(first), Some(last)) = (t.at.first(), t.at.last()) else {
             continue;
         };
-        let from = left + k as f64 * width + 6.0;
+        let from = LEFT + k as f64 * width + 6.0;
         let to = from + width - 18.0;
         let x = Scale {
             low: *first,
@@ -123,10 +135,10 @@ fn panels(axis: Channel, all: &[TorqueByState]) -> String {
             r#"<line class="axis" x1="{from:.1}" x2="{to:.1}" y1="{0:.1}" y2="{0:.1}"/><text class="mono small" x="{1:.1}" y="{2:.1}" text-anchor="middle">{3} [{4}]</text><text class="soft small" x="{from:.1}" y="{5:.1}">{6}</text><text class="soft small" x="{to:.1}" y="{5:.1}" text-anchor="end">{7}</text>"#,
             y.at(0.0),
             0.5 * (from + to),
-            top + PANEL + 30.0,
+            TOP + PANEL + 30.0,
             escape(&t.state),
             escape(&t.unit),
-            top + PANEL + 15.0,
+            TOP + PANEL + 15.0,
             significant(*first, 2),
             significant(*last, 2)
         );
@@ -134,8 +146,8 @@ fn panels(axis: Channel, all: &[TorqueByState]) -> String {
             let zero = x.at(0.0);
             let _ = write!(
                 svg,
-                r#"<line class="grid" x1="{zero:.1}" x2="{zero:.1}" y1="{top}" y2="{:.1}"/>"#,
-                top + PANEL
+                r#"<line class="grid" x1="{zero:.1}" x2="{zero:.1}" y1="{TOP}" y2="{:.1}"/>"#,
+                TOP + PANEL
             );
         }
         for (class, values, deviations) in [
@@ -168,7 +180,7 @@ fn panels(axis: Channel, all: &[TorqueByState]) -> String {
     }
     figure(
         &format!("torque missing on the {}, against each state", axis.part()),
-        [WIDTH, top + PANEL + BELOW],
+        [WIDTH, TOP + PANEL + BELOW],
         &svg,
     )
 }
@@ -184,23 +196,18 @@ fn course(c: usize, axis: Channel, runs: &[TorqueInTime]) -> String {
         return String::new();
     };
     let most = largest(run.recalibrated[c].iter().chain(&run.augmented[c]).copied());
-    let (left, top) = (52.0, 30.0);
     let stride = run.t.len().div_ceil(POINTS);
     let x = Scale {
         low: run.t[0],
         high: run.t[run.t.len() - 1],
-        from: left,
+        from: LEFT,
         to: WIDTH,
     };
-    let y = Scale {
-        low: -most,
-        high: most,
-        from: top + PANEL,
-        to: top,
-    };
+    let y = Scale::torque(most);
     let points = |value: &dyn Fn(usize) -> f64| -> Vec<String> {
         (0..run.t.len())
             .step_by(stride)
+            .filter(|k| value(*k).is_finite())
             .map(|k| format!("{:.1},{:.1}", x.at(run.t[k]), y.at(1e3 * value(k))))
             .collect()
     };
@@ -210,7 +217,7 @@ fn course(c: usize, axis: Channel, runs: &[TorqueInTime]) -> String {
     lower.reverse();
     band.append(&mut lower);
     let mut svg = format!(
-        r#"<text class="strong" x="0" y="14">Torque missing on the {}, {}</text><line class="axis" x1="{left}" x2="{WIDTH}" y1="{zero:.1}" y2="{zero:.1}"/><polygon class="band" points="{}"/>"#,
+        r#"<text class="strong" x="0" y="14">Torque missing on the {}, {}</text><line class="axis" x1="{LEFT}" x2="{WIDTH}" y1="{zero:.1}" y2="{zero:.1}"/><polygon class="band" points="{}"/>"#,
         axis.part(),
         escape(&run.run),
         band.join(" "),
@@ -223,30 +230,22 @@ fn course(c: usize, axis: Channel, runs: &[TorqueInTime]) -> String {
         let _ = write!(
             svg,
             r#"<polyline class="line {class}" points="{}"/>"#,
-            points(&|k| values[k]).join(" ")
+            points(&|k| values.get(k).copied().unwrap_or(f64::NAN)).join(" ")
         );
     }
-    for value in [-most, 0.0, most] {
-        let _ = write!(
-            svg,
-            r#"<text class="soft small" x="{:.1}" y="{:.1}" text-anchor="end">{}</text>"#,
-            left - 6.0,
-            y.at(value) + 4.0,
-            significant(value, 2)
-        );
-    }
+    svg += &ticks(&y);
     for (at, anchor) in [(x.low, "start"), (x.high, "end")] {
         let _ = write!(
             svg,
             r#"<text class="soft small" x="{:.1}" y="{:.1}" text-anchor="{anchor}">{} s</text>"#,
             x.at(at),
-            top + PANEL + 16.0,
+            TOP + PANEL + 16.0,
             significant(at, 2)
         );
     }
     figure(
         &format!("torque missing on the {}, over time", axis.part()),
-        [WIDTH, top + PANEL + 22.0],
+        [WIDTH, TOP + PANEL + 22.0],
         &svg,
     )
 }

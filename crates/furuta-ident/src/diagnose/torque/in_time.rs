@@ -80,27 +80,21 @@ impl Slices {
     }
 }
 
-/// The torques missing in every run, before and after the effects.
+/// The most likely torques of one window.
+struct Course {
+    window: usize,
+    t: Vec<f64>,
+    torque: [Vec<f64>; 2],
+    std: [Vec<f64>; 2],
+}
+
+/// The torques missing in every run, before and after the effects. Where a window says nothing about the model with them, that is `NaN`.
 pub(in super::super) fn in_time(
     problem: &Problem<'_>,
     before: &Heard,
     after: &Heard,
 ) -> Vec<TorqueInTime> {
-    let (left, right) = rayon::join(|| courses(problem, before), || courses(problem, after));
-    left.into_iter()
-        .zip(right)
-        .map(|(before, after)| TorqueInTime {
-            augmented: after.recalibrated,
-            augmented_std: after.recalibrated_std,
-            ..before
-        })
-        .collect()
-}
-
-fn courses(problem: &Problem<'_>, heard: &Heard) -> Vec<TorqueInTime> {
-    let slices: Vec<Slices> = heard.echoes.par_iter().map(Slices::of).collect();
-    let size = likely(&slices);
-    let known: Vec<_> = slices.par_iter().map(|s| s.posterior(size)).collect();
+    let (before, after) = rayon::join(|| courses(before), || courses(after));
     let mut runs: Vec<TorqueInTime> = problem
         .data
         .runs
@@ -110,19 +104,44 @@ fn courses(problem: &Problem<'_>, heard: &Heard) -> Vec<TorqueInTime> {
             ..TorqueInTime::default()
         })
         .collect();
-    for ((echo, slices), known) in heard.echoes.iter().zip(&slices).zip(known) {
-        let Some((_, mean, covariance)) = known else {
-            continue;
-        };
-        let out = &mut runs[problem.windows[echo.window].run];
-        let n = slices.t.len();
-        out.t.extend(&slices.t);
+    for course in before {
+        let out = &mut runs[problem.windows[course.window].run];
+        // Both are in the order of the windows.
+        let later = after
+            .binary_search_by_key(&course.window, |c| c.window)
+            .ok()
+            .map(|i| &after[i])
+            .filter(|c| c.t.len() == course.t.len());
+        let unknown = vec![f64::NAN; course.t.len()];
         for c in 0..2 {
-            out.recalibrated[c].extend(mean.rows(c * n, n).iter());
-            out.recalibrated_std[c].extend((c * n..(c + 1) * n).map(|i| covariance[(i, i)].sqrt()));
+            out.recalibrated[c].extend(&course.torque[c]);
+            out.recalibrated_std[c].extend(&course.std[c]);
+            out.augmented[c].extend(later.map_or(&unknown, |l| &l.torque[c]));
+            out.augmented_std[c].extend(later.map_or(&unknown, |l| &l.std[c]));
         }
+        out.t.extend(course.t);
     }
     runs
+}
+
+fn courses(heard: &Heard) -> Vec<Course> {
+    let slices: Vec<Slices> = heard.echoes.par_iter().map(Slices::of).collect();
+    let size = likely(&slices);
+    (heard.echoes.par_iter().zip(slices))
+        .filter_map(|(echo, slices)| {
+            let (_, mean, covariance) = slices.posterior(size)?;
+            let n = slices.t.len();
+            let of = |value: &dyn Fn(usize) -> f64| {
+                [0, n].map(|first| (first..first + n).map(value).collect())
+            };
+            Some(Course {
+                window: echo.window,
+                torque: of(&|i| mean[i]),
+                std: of(&|i| covariance[(i, i)].sqrt()),
+                t: slices.t,
+            })
+        })
+        .collect()
 }
 
 /// The sizes of the two axes' torques under which the residuals are the most likely.
