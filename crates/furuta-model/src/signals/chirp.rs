@@ -6,6 +6,11 @@ use core::fmt;
 
 /// How the frequency changes.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Sweep {
     /// By the same number of hertz each second: equal energy in every hertz.
     #[default]
@@ -110,6 +115,15 @@ impl Chirp {
         }
     }
 }
+
+#[cfg(feature = "std")]
+as_table!(Chirp {
+    amplitude: f64,
+    from: f64,
+    to: f64,
+    duration: f64,
+    sweep: Sweep
+});
 
 impl fmt::Display for Chirp {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

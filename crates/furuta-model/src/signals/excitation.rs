@@ -120,6 +120,46 @@ fn half_cosine(x: f64) -> f64 {
     0.5 - 0.5 * sin_cos_turns(0.5 * x).1
 }
 
+/// JSON has no infinity: no limit is none.
+#[cfg(feature = "std")]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
+    signal: Signal,
+    duration: f64,
+    fade_in: f64,
+    fade_out: f64,
+    limit: Option<f64>,
+}
+
+#[cfg(feature = "std")]
+impl serde::Serialize for Excitation {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let table = Table {
+            signal: self.signal.clone(),
+            duration: self.duration,
+            fade_in: self.fade_in,
+            fade_out: self.fade_out,
+            limit: self.limit.is_finite().then_some(self.limit),
+        };
+        table.serialize(serializer)
+    }
+}
+
+#[cfg(feature = "std")]
+impl<'de> serde::Deserialize<'de> for Excitation {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let t = Table::deserialize(deserializer)?;
+        Self::new(t.signal, t.duration)
+            .and_then(|plain| plain.faded(t.fade_in, t.fade_out))
+            .and_then(|soft| {
+                t.limit
+                    .map_or(Ok(soft.clone()), |limit| soft.limited(limit))
+            })
+            .map_err(serde::de::Error::custom)
+    }
+}
+
 /// In words, with units.
 impl fmt::Display for Excitation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

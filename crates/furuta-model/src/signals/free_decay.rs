@@ -9,6 +9,7 @@ use core::fmt;
 /// assert_eq!(FreeDecay.volts(1.0), 0.0);
 /// ```
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "std", derive(serde::Serialize, serde::Deserialize))]
 pub struct FreeDecay;
 
 impl FreeDecay {

@@ -25,6 +25,10 @@
 //! # Ok::<(), furuta_model::signals::SignalError>(())
 //! ```
 
+#[cfg(feature = "std")]
+#[macro_use]
+mod table;
+
 mod chirp;
 #[cfg(feature = "std")]
 mod crest;
@@ -58,6 +62,11 @@ use core::fmt;
 // A multisine carries its lines; there is no allocator to put them elsewhere, and a run holds one signal.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(tag = "kind", rename_all = "kebab-case")
+)]
 pub enum Signal {
     /// No command.
     FreeDecay(FreeDecay),

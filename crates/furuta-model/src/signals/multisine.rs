@@ -15,6 +15,11 @@ const MAX_HARMONIC: u32 = 2048;
 
 /// One sine: `cos(2 pi harmonic f0 t + phase)`.
 #[derive(Copy, Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "std",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Line {
     /// Multiple of the fundamental frequency.
     pub harmonic: u32,
@@ -246,6 +251,57 @@ fn spaced(first: u32, last: u32, count: usize) -> impl Iterator<Item = u32> {
         next = k + 1;
         k
     })
+}
+
+/// With its lines, whose phases may have been optimised, and not with the arguments that once gave them.
+#[cfg(feature = "std")]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
+    rms: f64,
+    fundamental: f64,
+    lines: Vec<Line>,
+}
+
+#[cfg(feature = "std")]
+impl serde::Serialize for Multisine {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let table = Table {
+            rms: self.rms,
+            fundamental: self.fundamental,
+            lines: self.lines.to_vec(),
+        };
+        table.serialize(serializer)
+    }
+}
+
+#[cfg(feature = "std")]
+impl<'de> serde::Deserialize<'de> for Multisine {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        use serde::de::Error;
+        let t = Table::deserialize(deserializer)?;
+        let harmonics = || t.lines.iter().map(|line| line.harmonic);
+        let rising = harmonics().zip(harmonics().skip(1)).all(|(a, b)| a < b);
+        let sound = harmonics().all(|k| (1..=MAX_HARMONIC).contains(&k))
+            && t.lines.iter().all(|line| line.phase.is_finite());
+        if !(rising && sound) || t.lines.is_empty() {
+            return Err(D::Error::custom(
+                "multisine: its lines must be of rising harmonics from 1 to 2048, with finite phases",
+            ));
+        }
+        let checked = || -> Result<Self, SignalError> {
+            let mut lines = lines(harmonics())?;
+            for (to, from) in lines.iter_mut().zip(&t.lines) {
+                to.phase = from.phase;
+            }
+            Ok(Self {
+                rms: size(Self::NAME, "rms", t.rms)?,
+                fundamental: frequency(Self::NAME, "fundamental", t.fundamental, SLOWEST)?,
+                lines,
+            })
+        };
+        checked().map_err(D::Error::custom)
+    }
 }
 
 impl fmt::Display for Multisine {

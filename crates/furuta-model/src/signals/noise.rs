@@ -155,6 +155,14 @@ impl Rotor {
     }
 }
 
+#[cfg(feature = "std")]
+as_table!(Noise {
+    rms: f64,
+    low: f64,
+    high: f64,
+    seed: u64
+});
+
 impl fmt::Display for Noise {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [low, high, rms] = [self.low, self.high, self.rms].map(shown);

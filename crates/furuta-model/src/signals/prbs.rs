@@ -156,6 +156,45 @@ const fn polynomial(exponents: &[u32]) -> u32 {
     sum
 }
 
+/// Where the sequence begins is the seed, modulo its length.
+#[cfg(feature = "std")]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
+    amplitude: f64,
+    order: u32,
+    clock: f64,
+    seed: u64,
+}
+
+#[cfg(feature = "std")]
+impl serde::Serialize for Prbs {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self {
+            amplitude,
+            order,
+            clock,
+            start,
+        } = *self;
+        let seed = u64::from(start);
+        Table {
+            amplitude,
+            order,
+            clock,
+            seed,
+        }
+        .serialize(serializer)
+    }
+}
+
+#[cfg(feature = "std")]
+impl<'de> serde::Deserialize<'de> for Prbs {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let t = Table::deserialize(deserializer)?;
+        Self::new(t.amplitude, t.order, t.clock, t.seed).map_err(serde::de::Error::custom)
+    }
+}
+
 impl fmt::Display for Prbs {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (amplitude, clock) = (shown(self.amplitude), shown(self.clock));

@@ -45,6 +45,13 @@ impl Ramp {
     }
 }
 
+#[cfg(feature = "std")]
+as_table!(Ramp {
+    from: f64,
+    to: f64,
+    duration: f64
+});
+
 impl fmt::Display for Ramp {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [from, to, duration] = [self.from, self.to, self.duration].map(shown);

@@ -46,6 +46,12 @@ impl Step {
     }
 }
 
+#[cfg(feature = "std")]
+as_table!(Step {
+    amplitude: f64,
+    start: f64
+});
+
 impl fmt::Display for Step {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "step of {} V", shown(self.amplitude))?;

@@ -56,6 +56,12 @@ impl Steps {
     }
 }
 
+#[cfg(feature = "std")]
+as_table!(Steps {
+    amplitude: f64,
+    hold: f64
+});
+
 impl fmt::Display for Steps {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (amplitude, hold) = (shown(self.amplitude), shown(self.hold));
