@@ -149,7 +149,7 @@ typedef struct {
 } furuta_receiver;
 
 typedef struct {
-    uint16_t version; /* of FURUTA_QUERY: the host's. Answer it whatever it is: the hello tells the host yours */
+    uint16_t version; /* of FURUTA_QUERY: the host's. Answer it whatever it is: the hello tells the host yours. Not FURUTA_VERSION: motor off, obey no command until it is */
     uint32_t seq;     /* of FURUTA_COMMAND */
     float volts;      /* of FURUTA_COMMAND: may be NaN or infinite, see isfinite() */
 } furuta_received;

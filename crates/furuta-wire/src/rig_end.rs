@@ -44,6 +44,8 @@ pub struct RigEnd {
     hello: Hello,
     decoder: Decoder,
     queried: bool,
+    /// The last query was of another version of the protocol.
+    foreign: bool,
     fresh: Option<f32>,
     refused: bool,
     answered: bool,
@@ -63,6 +65,7 @@ impl RigEnd {
             hello,
             decoder: Decoder::new(),
             queried: false,
+            foreign: false,
             fresh: None,
             refused: false,
             answered: false,
@@ -80,16 +83,31 @@ impl RigEnd {
         &self.hello
     }
 
-    /// Takes a byte from the host.
+    /// Takes a byte from the host. A host whose query is of another version of the protocol is told this rig's, in a hello, and nothing that
+    /// it commands is obeyed: the motor is off until a query of this version.
     pub fn receive(&mut self, byte: u8) {
         match self.decoder.push(byte) {
             Some(Ok(Message::Command(command))) => {
                 // seq belongs to the sample before the current one at the latest; commands are not reordered on a
                 // wire, so the newest is the last.
                 self.answered |= command.seq == self.seq.wrapping_sub(1);
-                self.command(command.volts);
+                if self.foreign {
+                    self.refused = true;
+                } else {
+                    self.command(command.volts);
+                }
             }
-            Some(Ok(Message::Query(_)) | Err(FrameError::Version { .. })) => self.queried = true,
+            Some(Ok(Message::Query(_))) => {
+                self.queried = true;
+                self.foreign = false;
+            }
+            Some(Err(FrameError::Version { .. })) => {
+                // The hello tells the host why. What it means by a command is not known.
+                self.queried = true;
+                self.foreign = true;
+                self.fresh = None;
+                self.commanded = false;
+            }
             _ => {}
         }
     }
