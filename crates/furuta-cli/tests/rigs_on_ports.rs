@@ -125,6 +125,37 @@ fn a_cable_pulled_mid_run_is_one_line_and_the_log_is_kept() {
     );
 }
 
+/// A rig file of another rig: nothing is commanded, unless the user knows better.
+#[test]
+fn a_wrong_rig_on_the_port_is_refused_unless_told_otherwise() {
+    let folder = Folder::new("ports-wrong");
+    let log = folder.path("run.mcap");
+    let rig = EmulatedProcess::start(&["--rig", "shahzad2022-srv02"]);
+    let run = |more: &[&str]| {
+        let args = ["run", "--port", &rig.port, "--rig", "fong2014-emecs"];
+        furuta(&args)
+            .args(["--task", "zero", "--duration", "0.2"])
+            .args(more)
+            .arg("--log")
+            .arg(&log)
+            .output()
+            .expect("runs")
+    };
+    let line = failure(&run(&[]));
+    for part in [
+        "not the one of the rig file",
+        "name = shahzad2022-srv02, its rig file fong2014-emecs",
+        "--any-rig",
+    ] {
+        assert!(line.contains(part), "{line}");
+    }
+    assert!(!log.exists());
+    let output = run(&["--any-rig"]);
+    assert!(output.status.success(), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("warning: the rig says name"), "{said}");
+}
+
 /// A swing-up that the model says cannot be is tried, and the user told before and after.
 #[test]
 fn a_swing_up_that_cannot_succeed_is_explained() {

@@ -15,9 +15,10 @@ use furuta_wire::{Hello, Message, Sample, Status};
 
 use crate::delay::DelayMeter;
 use crate::link::Link;
-use crate::pilot::{Decision, Measurement, Pilot};
+use crate::pilot::{Measurement, Pilot};
 use crate::recorder::RecordSender;
 use crate::transport::{Transport, TransportError};
+use crate::verdict::verdict;
 
 /// Changes of mode that a summary can hold; later ones are only counted.
 const MODE_CHANGES: usize = 64;
@@ -340,8 +341,12 @@ impl<P: Pilot> Run<'_, P> {
             held: f64::from(sample.volts),
         };
         let decision = self.pilot.process(&mut self.state, &measurement);
-        let fault = self.fault(sample, &measurement, &decision);
-        let volts = if fault.is_some() { 0.0 } else { decision.volts };
+        let (volts, fault) = verdict(
+            &self.settings.limits,
+            sample.status,
+            &measurement,
+            &decision,
+        );
         motor.seq = sample.seq;
         let sent = motor.link.command(sample.seq, volts as f32);
 
@@ -431,47 +436,5 @@ impl<P: Pilot> Run<'_, P> {
             // A full list keeps its first entries.
             let _ = s.modes.try_push(ModeChange { t, mode });
         }
-    }
-
-    fn fault(&self, sample: &Sample, m: &Measurement, d: &Decision) -> Option<RunError> {
-        let t = m.t;
-        let numbers = [
-            ("arm speed", d.theta_dot),
-            ("pendulum speed", d.alpha_dot),
-            ("command", d.volts),
-        ];
-        for (quantity, value) in numbers {
-            if !value.is_finite() {
-                return Some(RunError::NotFinite { quantity, t });
-            }
-        }
-        let Limits {
-            arm_angle,
-            arm_speed,
-            pendulum_speed,
-        } = self.settings.limits;
-        let limited = [
-            ("arm angle", m.theta, arm_angle, "rad"),
-            ("arm speed", d.theta_dot, arm_speed, "rad/s"),
-            ("pendulum speed", d.alpha_dot, pendulum_speed, "rad/s"),
-        ];
-        for (quantity, value, limit, unit) in limited {
-            if let Some(limit) = limit.filter(|limit| value.abs() > *limit) {
-                return Some(RunError::Limit {
-                    quantity,
-                    value,
-                    limit,
-                    unit,
-                    t,
-                });
-            }
-        }
-        if let Some(fault) = d.fault {
-            return Some(RunError::Fault { fault, t });
-        }
-        sample
-            .status
-            .contains(Status::LIMIT)
-            .then_some(RunError::RigLimit { t })
     }
 }

@@ -9,23 +9,34 @@
 //! | [`pilot`] | what decides about the motor: open-loop tests, swing-up and balance |
 //! | [`recorder`] | the log's writer, in a thread of its own |
 //! | [`session`] | one run from port to log |
+//! | [`identity`] | whether the rig on the port is the one of the rig file |
+//! | [`provenance`] | what a log says about its run: all that it takes to do it again |
+//! | [`replay`] | a log through its own pilot again, compared bit for bit |
 
 pub mod control_loop;
 mod delay;
 pub mod emulate;
+pub mod identity;
 pub mod link;
 pub mod pilot;
+pub mod provenance;
 pub mod recorder;
+pub mod replay;
 pub mod session;
 pub mod transport;
+mod verdict;
 
 pub use control_loop::{End, LoopSettings, ModeChange, RunError, Summary, run};
 pub use emulate::{EmulatedRig, Emulation, EmulationError, Pace, PtyError, PtyRig};
 pub use furuta_model::signals::Excitation;
+pub use identity::{Mismatch, WrongRig};
 pub use link::{Link, LinkError};
-pub use pilot::{Decision, Measurement, OpenLoop, Pilot, Reference, SwingUpBalance, rehearse};
+pub use pilot::{
+    Decision, Measurement, OpenLoop, Pilot, Reference, SwingUpBalance, Task, rehearse,
+};
 pub use recorder::{RecordSender, Recorded, Recorder};
-pub use session::{Mismatch, Session, SessionError};
+pub use replay::{Replay, ReplayError, ReplayOptions, replay};
+pub use session::{Session, SessionError};
 pub use transport::{
     EmulatedTransport, FaultRates, FaultyTransport, SerialTransport, Transport, TransportError,
 };

@@ -8,6 +8,7 @@ use furuta_model::Rig;
 use furuta_wire::Hello;
 
 use crate::control_loop::{LoopSettings, Summary, run};
+use crate::identity::{self, Mismatch, WrongRig, mismatches};
 use crate::link::{Link, LinkError};
 use crate::pilot::Pilot;
 use crate::recorder::{RecordSender, Recorded, Recorder};
@@ -38,18 +39,6 @@ pub enum SessionError {
     /// The system starts no thread for the log.
     #[error("cannot start the log's thread: {0}")]
     Thread(#[source] std::io::Error),
-}
-
-/// Something the rig says of itself is not what its rig file says.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("the rig says {quantity} = {rig}, its rig file {file}: see that it is the right file")]
-pub struct Mismatch {
-    /// What differs.
-    pub quantity: &'static str,
-    /// What the rig says.
-    pub rig: String,
-    /// What the file says.
-    pub file: String,
 }
 
 /// A rig on a port, connected.
@@ -94,43 +83,15 @@ impl<T: Transport> Session<T> {
     /// Where the rig and the rig file disagree. A controller designed for another rig may do harm.
     #[must_use]
     pub fn mismatches(&self, rig: &Rig) -> Vec<Mismatch> {
-        let h = &self.hello;
-        let mut found = Vec::new();
-        if !rig.name.starts_with(h.rig.as_str()) {
-            found.push(Mismatch {
-                quantity: "name",
-                rig: h.rig.to_string(),
-                file: rig.name.clone(),
-            });
-        }
-        let numbers = [
-            (
-                "arm_counts_per_rev",
-                h.arm_counts_per_rev,
-                rig.sensors.arm_counts_per_rev,
-            ),
-            (
-                "pendulum_counts_per_rev",
-                h.pendulum_counts_per_rev,
-                rig.sensors.pendulum_counts_per_rev,
-            ),
-            (
-                "command_limit",
-                f64::from(h.command_limit),
-                rig.params.motor.command_limit,
-            ),
-        ];
-        for (quantity, said, file) in numbers {
-            // The command limit comes as an f32.
-            if (said - file).abs() > 1e-6 * file.abs() {
-                found.push(Mismatch {
-                    quantity,
-                    rig: said.to_string(),
-                    file: file.to_string(),
-                });
-            }
-        }
-        found
+        mismatches(&self.hello, rig)
+    }
+
+    /// Refuses a rig that is not the one of the rig file.
+    ///
+    /// # Errors
+    /// [`WrongRig`], with all that differs.
+    pub fn check(&self, rig: &Rig) -> Result<(), WrongRig> {
+        identity::check(&self.hello, rig)
     }
 
     /// Runs the loop and, if a path is given, logs it there. However the run ends, the log is ended properly.

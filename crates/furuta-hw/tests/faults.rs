@@ -412,7 +412,7 @@ fn a_full_disk_costs_the_log_and_not_the_run() {
 }
 
 #[test]
-fn a_wrong_rig_on_the_port_is_named() {
+fn a_wrong_rig_on_the_port_is_refused() {
     let qube = Rig::builtin("qube-servo-2").expect("built in");
     let other = EmulatedRig::new(&qube, &Emulation::default()).expect("valid");
     let mut line = EmulatedTransport::new(emulated());
@@ -423,11 +423,29 @@ fn a_wrong_rig_on_the_port_is_named() {
         mismatches.iter().any(|m| m.quantity == "name"),
         "{mismatches:?}"
     );
-    assert!(
-        mismatches[0]
-            .to_string()
-            .contains("see that it is the right file")
-    );
+    // Refused, unless told otherwise; with all that differs, and what to do.
+    assert_eq!(session.check(&srv02()), Ok(()));
+    let refused = session.check(&qube).expect_err("another rig");
+    assert_eq!(refused.mismatches, mismatches);
+    let says = refused.to_string();
+    for part in [
+        "name = shahzad2022-srv02, its rig file qube-servo-2",
+        "command_limit = ",
+        "give the file of this rig",
+        "--any-rig",
+    ] {
+        assert!(says.contains(part), "{says}");
+    }
+    // A repaired rig's file is still this rig's; one with other encoders is not, whatever its name.
+    let mut repaired = Rig {
+        name: "shahzad2022-srv02 (repaired)".into(),
+        ..srv02()
+    };
+    assert_eq!(session.check(&repaired), Ok(()));
+    repaired.sensors.arm_counts_per_rev *= -1.0;
+    let refused = session.check(&repaired).expect_err("other encoders");
+    assert_eq!(refused.mismatches.len(), 1);
+    assert_eq!(refused.mismatches[0].quantity, "arm_counts_per_rev");
     // Exchanged between two runs: the second does not begin.
     let (summary, _) = session
         .run(&pilot(), &settings(0.2), None)

@@ -6,22 +6,22 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use furuta_ctrl::ControllerFile;
 use furuta_hw::emulate::hidden_effect;
 use furuta_hw::{
     EmulatedRig, Emulation, End, Excitation, LoopSettings, OpenLoop, Pace, Pilot, PtyRig,
-    Reference, SerialTransport, Session, Summary, SwingUpBalance,
+    Reference, SerialTransport, Session, Summary, SwingUpBalance, Task, provenance,
 };
 use furuta_ident::diagnose::result::Diagnosis;
 use furuta_ident::diagnose::{Outcome, Request};
 use furuta_ident::recording::Recording;
 use furuta_ident::report;
-use furuta_log::{Mode, Record};
+use furuta_log::{Metadata, Mode, Record};
 use furuta_model::signals::{Harmonics, Multisine, Phases, Signal, Steps};
 use furuta_model::{Effect, Rig};
 use serde_json::json;
 
 use super::diagnose::search;
-use super::run::metadata;
 use super::signal::RESTARTS;
 use crate::failure::Failure;
 use crate::interrupt;
@@ -215,8 +215,13 @@ impl Bench<'_> {
     ) -> Result<PathBuf, Failure> {
         self.begin(&format!("{seconds:.0} s of {signal}"));
         let excitation = Excitation::new(signal, seconds)?;
-        let pilot = OpenLoop::new(sheet, self.session.period(), excitation);
-        let (path, summary) = self.fly(&pilot, pilot.describe(), sheet, (name, seconds))?;
+        let pilot = OpenLoop::new(sheet, self.session.period(), excitation.clone());
+        let task = Task::Excite {
+            excitation: Box::new(excitation),
+        };
+        let hello = self.session.hello();
+        let said = provenance::metadata(sheet, None, &task, pilot.describe(), hello);
+        let (path, summary) = self.fly(&pilot, &said, sheet, (name, seconds))?;
         self.say(&format!(" -> {}\n   {}", path.display(), counted(&summary)));
         Ok(path)
     }
@@ -229,7 +234,10 @@ impl Bench<'_> {
         };
         let pilot = SwingUpBalance::design(rig, self.session.period(), reference)?;
         self.begin(&format!("{BALANCE:.0} s, {reference}"));
-        let (path, summary) = self.fly(&pilot, pilot.describe(), rig, (name, BALANCE))?;
+        let (file, task) = (ControllerFile::default(), Task::Balance { reference });
+        let hello = self.session.hello();
+        let said = provenance::metadata(rig, Some(&file), &task, pilot.describe(), hello);
+        let (path, summary) = self.fly(&pilot, &said, rig, (name, BALANCE))?;
         let balanced = Balanced::of(&furuta_log::read(&path)?.records);
         self.say(&format!(
             " -> {}\n   {}\n   {balanced}",
@@ -251,7 +259,7 @@ impl Bench<'_> {
     fn fly<P: Pilot>(
         &mut self,
         pilot: &P,
-        controller: String,
+        said: &Metadata,
         rig: &Rig,
         (name, seconds): (&str, f64),
     ) -> Result<(PathBuf, Summary), Failure> {
@@ -262,8 +270,7 @@ impl Bench<'_> {
             silence: LoopSettings::SILENCE,
             stop: Some(interrupt::flag()),
         };
-        let metadata = metadata(rig, controller, &self.session);
-        let flown = self.session.run(pilot, &settings, Some((&path, &metadata)));
+        let flown = self.session.run(pilot, &settings, Some((&path, said)));
         if !flown
             .as_ref()
             .is_ok_and(|(summary, _)| matches!(summary.end, End::Finished))

@@ -9,6 +9,7 @@ mod effects;
 mod emulate;
 mod foresight;
 mod identify;
+mod replay;
 mod rigs;
 mod run;
 mod signal;
@@ -33,6 +34,7 @@ pub(crate) enum Command {
     Emulate(emulate::Args),
     Run(run::Args),
     Convert(convert::Args),
+    Replay(replay::Args),
     Study(study::Args),
 }
 
@@ -51,6 +53,7 @@ impl Command {
             Self::Emulate(args) => emulate::run(args)?,
             Self::Run(args) => run::run(args)?,
             Self::Convert(args) => convert::run(args)?,
+            Self::Replay(args) => replay::run(args)?,
             Self::Study(args) => study::run(args)?,
         }
         Ok(ExitCode::SUCCESS)

@@ -8,9 +8,8 @@ use clap::builder::PossibleValue;
 use furuta_ctrl::ControllerFile;
 use furuta_hw::{
     EmulatedRig, Emulation, End, LoopSettings, OpenLoop, Pace, PtyRig, Recorded, Reference,
-    SerialTransport, Session, Summary, SwingUpBalance,
+    SerialTransport, Session, Summary, SwingUpBalance, Task as LoggedTask, provenance,
 };
-use furuta_log::Metadata;
 use furuta_model::Rig;
 use serde_json::json;
 
@@ -34,6 +33,9 @@ pub(crate) struct Args {
     /// Rig that the controller is designed for: built-in rig or rig file. An emulated rig's own if not given.
     #[arg(long, value_name = "RIG", required_unless_present = "emulated")]
     rig: Option<String>,
+    /// Run a rig that is not the one of the rig file all the same.
+    #[arg(long)]
+    any_rig: bool,
     /// Controller file; the standard control system of the rig if not given.
     #[arg(long, value_name = "FILE.toml")]
     controller: Option<PathBuf>,
@@ -146,8 +148,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         .or(args.port.as_deref())
         .unwrap_or_default();
     let mut session = Session::open(port, args.baud)?;
-    for mismatch in session.mismatches(&rig) {
-        eprintln!("warning: {mismatch}");
+    // An emulated rig is the one that was asked for, and nothing of it can break.
+    if args.any_rig || emulated.is_some() {
+        for mismatch in session.mismatches(&rig) {
+            eprintln!("warning: {mismatch}");
+        }
+    } else {
+        session.check(&rig)?;
     }
     if !args.json {
         eprintln!(
@@ -175,8 +182,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
                     eprintln!("{note}");
                 }
             }
-            let pilot = OpenLoop::new(&rig, session.period(), excitation);
-            let metadata = metadata(&rig, pilot.describe(), &session);
+            let pilot = OpenLoop::new(&rig, session.period(), excitation.clone());
+            let words = pilot.describe();
+            let task = LoggedTask::Excite {
+                excitation: Box::new(excitation),
+            };
+            let metadata = provenance::metadata(&rig, None, &task, words, session.hello());
             session.run(
                 &pilot,
                 &settings,
@@ -192,9 +203,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             if let Some(warning) = foresight.as_ref().and_then(Foresight::warning) {
                 eprintln!("note: {warning}");
             }
-            let mut metadata = metadata(&rig, pilot.describe(), &session);
-            let text = file.to_toml();
-            metadata.extra.insert("controller_file".to_owned(), text);
+            let (words, task) = (pilot.describe(), LoggedTask::Balance { reference });
+            let metadata = provenance::metadata(&rig, Some(&file), &task, words, session.hello());
             session.run(
                 &pilot,
                 &settings,
@@ -266,24 +276,6 @@ fn foresee(rig: &Rig, period_us: u32, pilot: &SwingUpBalance) -> Option<Foresigh
     };
     let emulated = EmulatedRig::new(rig, &emulation).ok()?;
     Some(Foresight::of(rig, emulated, pilot))
-}
-
-pub(crate) fn metadata(
-    rig: &Rig,
-    controller: String,
-    session: &Session<SerialTransport>,
-) -> Metadata {
-    Metadata {
-        rig: rig.name.clone(),
-        rig_file: rig.to_toml(),
-        controller,
-        software: concat!("furuta ", env!("CARGO_PKG_VERSION")).to_owned(),
-        extra: [(
-            "period_us".to_owned(),
-            session.hello().period_us.to_string(),
-        )]
-        .into(),
-    }
 }
 
 fn kept(recorded: &Recorded, path: &std::path::Path) -> String {

@@ -134,6 +134,12 @@ impl EmulatedRig {
         })
     }
 
+    /// What the rig says of itself.
+    #[must_use]
+    pub fn settings(&self) -> &Hello {
+        self.end.settings()
+    }
+
     /// Sampling period (us).
     #[must_use]
     pub fn period_us(&self) -> u32 {
@@ -321,6 +327,26 @@ mod tests {
             Some("qube-servo-2".to_owned())
         );
         assert_eq!(rig.hello(), None);
+    }
+
+    #[test]
+    fn a_host_of_another_version_is_told_and_not_obeyed() {
+        let mut rig = rig(Default::default());
+        let query = |version| Message::Query(Query { version });
+        command(&mut rig, 2.0);
+        assert_eq!(rig.tick().volts, 2.0);
+        say(&mut rig, query(PROTOCOL_VERSION + 1));
+        for _ in 0..3 {
+            command(&mut rig, 2.0);
+            let sample = rig.tick();
+            assert_eq!(sample.volts, 0.0, "off at once");
+            assert!(sample.status.contains(Status::REFUSED | Status::WATCHDOG));
+        }
+        assert_eq!(rig.hello().map(|h| h.version), Some(PROTOCOL_VERSION));
+        // Another host, of this version.
+        say(&mut rig, query(PROTOCOL_VERSION));
+        command(&mut rig, 2.0);
+        assert_eq!((rig.tick().volts, rig.tick().status), (2.0, Status::HELD));
     }
 
     /// Encoder counts of two seconds under steps to either side.

@@ -4,6 +4,7 @@ mod open_loop;
 mod reference;
 mod rehearsal;
 mod swing_up_balance;
+mod task;
 
 use furuta_ctrl::supervisor::Fault;
 use furuta_log::Mode;
@@ -12,6 +13,7 @@ pub use open_loop::{OpenLoop, OpenLoopState};
 pub use reference::Reference;
 pub use rehearsal::rehearse;
 pub use swing_up_balance::{SwingUpBalance, SwingUpBalanceState};
+pub use task::{Task, TaskError};
 
 /// What the loop knows at a sample.
 #[derive(Copy, Clone, Debug, PartialEq)]

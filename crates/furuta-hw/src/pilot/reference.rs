@@ -1,10 +1,13 @@
 //! Where the arm is to be while the pendulum is balanced.
 
-use furuta_model::signals::Noise;
 use std::fmt;
 
+use furuta_model::signals::Noise;
+use serde::{Deserialize, Serialize};
+
 /// Arm angle asked for, over time.
-#[derive(Copy, Clone, Debug, PartialEq)]
+#[derive(Copy, Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Reference {
     /// Always the same (rad).
     Constant(f64),

@@ -1,0 +1,104 @@
+//! Whether the rig on the port is the one that the rig file describes. A controller designed for another rig may do harm.
+
+use std::fmt::Write as _;
+
+use furuta_model::Rig;
+use furuta_wire::Hello;
+
+/// Something the rig says of itself is not what its rig file says.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("the rig says {quantity} = {rig}, its rig file {file}")]
+pub struct Mismatch {
+    /// What differs: `name`, or a key of the rig file.
+    pub quantity: &'static str,
+    /// What the rig says.
+    pub rig: String,
+    /// What the file says.
+    pub file: String,
+}
+
+/// The rig on the port is not the one of the rig file.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the rig on this port is not the one of the rig file: {}; give the file of this rig, or --any-rig to run it all the same",
+    listed(.mismatches)
+)]
+pub struct WrongRig {
+    /// Everything that differs; never empty.
+    pub mismatches: Vec<Mismatch>,
+}
+
+fn listed(mismatches: &[Mismatch]) -> String {
+    let mut text = String::new();
+    for (i, mismatch) in mismatches.iter().enumerate() {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{}{mismatch}", if i == 0 { "" } else { "; " });
+    }
+    text
+}
+
+/// Where the rig and the rig file disagree.
+///
+/// What tells one rig from another is compared: the name (a rig file's may go on, as that of a repaired one does, since a rig has 32 bytes for
+/// it), the counts of both encoders, and the largest voltage. The limits of angle and speed are not: each side keeps its own, and whichever
+/// is reached first switches the motor off.
+///
+/// ```
+/// use furuta_hw::{EmulatedRig, Emulation, identity::mismatches};
+/// let [one, other] = ["qube-servo-2", "fong2014-emecs"].map(|name| furuta_model::Rig::builtin(name).expect("built in"));
+/// let hello = *EmulatedRig::new(&one, &Emulation::default())?.settings();
+/// assert_eq!(mismatches(&hello, &one), []);
+/// assert_eq!(mismatches(&hello, &other)[0].to_string(), "the rig says name = qube-servo-2, its rig file fong2014-emecs");
+/// # Ok::<(), furuta_hw::EmulationError>(())
+/// ```
+#[must_use]
+pub fn mismatches(hello: &Hello, rig: &Rig) -> Vec<Mismatch> {
+    let mut found = Vec::new();
+    if !rig.name.starts_with(hello.rig.as_str()) {
+        found.push(Mismatch {
+            quantity: "name",
+            rig: hello.rig.to_string(),
+            file: rig.name.clone(),
+        });
+    }
+    let numbers = [
+        (
+            "arm_counts_per_rev",
+            hello.arm_counts_per_rev,
+            rig.sensors.arm_counts_per_rev,
+        ),
+        (
+            "pendulum_counts_per_rev",
+            hello.pendulum_counts_per_rev,
+            rig.sensors.pendulum_counts_per_rev,
+        ),
+        (
+            "command_limit",
+            f64::from(hello.command_limit),
+            rig.params.motor.command_limit,
+        ),
+    ];
+    for (quantity, said, file) in numbers {
+        // The command limit comes as an f32. What is no number is no match either.
+        let equal = (said - file).abs() <= 1e-6 * file.abs();
+        if !equal {
+            found.push(Mismatch {
+                quantity,
+                rig: said.to_string(),
+                file: file.to_string(),
+            });
+        }
+    }
+    found
+}
+
+/// Refuses a rig that is not the one of the rig file.
+///
+/// # Errors
+/// [`WrongRig`], with all that differs.
+pub fn check(hello: &Hello, rig: &Rig) -> Result<(), WrongRig> {
+    match mismatches(hello, rig) {
+        found if found.is_empty() => Ok(()),
+        mismatches => Err(WrongRig { mismatches }),
+    }
+}
