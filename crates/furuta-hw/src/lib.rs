@@ -11,7 +11,7 @@
 //! | [`session`] | one run from port to log |
 //! | [`identity`] | whether the rig on the port is the one of the rig file |
 //! | [`provenance`] | what a log says about its run: all that it takes to do it again |
-//! | [`replay`] | a log through its own pilot again, compared bit for bit |
+//! | [`mod@replay`] | a log through its own pilot again, compared bit for bit |
 
 pub mod control_loop;
 mod delay;

@@ -430,7 +430,7 @@ fn a_wrong_rig_on_the_port_is_refused() {
     let says = refused.to_string();
     for part in [
         "name = shahzad2022-srv02, its rig file qube-servo-2",
-        "command_limit = ",
+        "pendulum_counts_per_rev = 4096, its rig file 2048",
         "give the file of this rig",
         "--any-rig",
     ] {

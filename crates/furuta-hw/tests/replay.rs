@@ -419,7 +419,7 @@ fn a_flipped_bit_is_found_at_its_sample() {
     };
     let columns =
         prop::sample::select(vec![Theta, Alpha, U, T, Command, ThetaDot, AlphaDot, Asked]);
-    proptest!(runner, |(index in 1_usize..998, bit in 0_u32..64, column in columns)| {
+    proptest!(runner, |(index in 1_usize..1000, bit in 0_u32..64, column in columns)| {
         let mut log = log.clone();
         let record = &mut log.records[index];
         let number = match column {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use furuta_ctrl::ControllerFile;
 use furuta_hw::replay::{Finding, Hole};
 use furuta_hw::{Replay, ReplayOptions, replay};
-use furuta_log::{Log, Mode};
+use furuta_log::{Log, LogError, Mode};
 use furuta_model::Rig;
 use serde_json::{Value, json};
 
@@ -42,7 +42,10 @@ pub(crate) struct Args {
 /// Runs the command. Fails where the log's own controller does not give what is logged.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let name = args.log.display();
-    let log = furuta_log::read(&args.log).map_err(|e| Failure::new(format!("{name}: {e}")))?;
+    let log = furuta_log::read(&args.log).map_err(|e| match e {
+        LogError::Open { .. } => Failure::from(e), // names the file itself
+        other => Failure::new(format!("{name}: {other}")),
+    })?;
     let options = ReplayOptions {
         controller: args
             .controller

@@ -60,7 +60,7 @@ impl<'a> Evidence<'a> {
         let before = index.checked_sub(1).and_then(|k| records.get(k));
         let found = self
             .angle(record)
-            .or_else(|| time(index, records))
+            .or_else(|| self.time(index, records))
             .or_else(|| before.and_then(|before| number(record, before)))
             .or_else(|| self.voltage(record, before.is_none()));
         #[allow(clippy::cast_possible_truncation)] // as it went over the wire
@@ -112,29 +112,44 @@ impl<'a> Evidence<'a> {
 
 type Found = (&'static str, f64, &'static str);
 
-/// The rig counts microseconds, and they go forward. Of two times in the wrong order, the one that does not fit its other neighbour is
-/// the one that was changed.
-fn time(index: usize, records: &[Record]) -> Option<Found> {
-    let t = |k: usize| records.get(k).map(|record| record.t);
-    let here = t(index)?;
-    let whole = (here * 1e6).round();
-    // A time is a difference of whole microseconds times 1e-6, as the loop computes it.
-    if !same(whole * 1e-6, here) {
-        return Some(("t", here, "is no whole number of microseconds"));
+impl Evidence<'_> {
+    /// The rig counts microseconds from the first sample, and its ticks come by the period: late by a part of it where the board is busy, but
+    /// never a whole period beside both neighbours.
+    fn time(&self, index: usize, records: &[Record]) -> Option<Found> {
+        let here = records.get(index)?;
+        let found = |why| Some(("t", here.t, why));
+        // As the loop computes it.
+        if !here.t.is_finite() || !same((here.t * 1e6).round() * 1e-6, here.t) {
+            return found("is no whole number of microseconds");
+        }
+        let Some(before) = index.checked_sub(1).and_then(|k| records.get(k)) else {
+            // Later is a hole, which is told otherwise.
+            let sound = here.t > 0.0 || same(here.t, 0.0);
+            return if sound {
+                None
+            } else {
+                found("is before the run")
+            };
+        };
+        let period = f64::from(self.hello.period_us) * 1e-6;
+        // By how much the second comes later than its number says (s).
+        let late = |a: &Record, b: &Record| {
+            b.t - a.t - period * f64::from(b.seq.wrapping_sub(a.seq).cast_signed())
+        };
+        let Some(after) = records.get(index + 1) else {
+            return if here.t > before.t {
+                None
+            } else {
+                found("is not after the one before it")
+            };
+        };
+        let (arrives, leaves) = (late(before, here), late(here, after));
+        let beside = arrives.abs() >= period && leaves.abs() >= period;
+        if beside && arrives.signum() != leaves.signum() {
+            return found("does not fit those before and after it");
+        }
+        None
     }
-    let late = t(index + 1).is_some_and(|after| after <= here)
-        && t(index + 1)
-            .zip(index.checked_sub(1).and_then(t))
-            .is_none_or(|(after, before)| before < after);
-    let early = index
-        .checked_sub(1)
-        .and_then(t)
-        .is_some_and(|before| here <= before)
-        && index
-            .checked_sub(2)
-            .and_then(t)
-            .is_none_or(|before| here <= before);
-    (late || early).then_some(("t", here, "does not lie between those before and after it"))
 }
 
 /// Numbers rise by one, and by one more for every sample lost.
