@@ -402,7 +402,7 @@ enum Column {
 
 use Column::{Alpha, AlphaDot, Command, Reference as Asked, T, Theta, ThetaDot, U};
 
-/// Any single bit of any measurement, time, voltage, command or estimate: found at its sample.
+/// Any single bit of any measurement, time, voltage, command or estimate: found at its sample. (Whether the very last tick came late, nothing after it tells.)
 #[test]
 fn a_flipped_bit_is_found_at_its_sample() {
     let (_, log) = balance(&srv02(), "", STEPS, false, "bits");
@@ -419,7 +419,7 @@ fn a_flipped_bit_is_found_at_its_sample() {
     };
     let columns =
         prop::sample::select(vec![Theta, Alpha, U, T, Command, ThetaDot, AlphaDot, Asked]);
-    proptest!(runner, |(index in 1_usize..1000, bit in 0_u32..64, column in columns)| {
+    proptest!(runner, |(index in 1_usize..999, bit in 0_u32..64, column in columns)| {
         let mut log = log.clone();
         let record = &mut log.records[index];
         let number = match column {
