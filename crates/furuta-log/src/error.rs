@@ -55,6 +55,14 @@ pub enum LogError {
         /// What JSON says.
         cause: serde_json::Error,
     },
+    /// The record of the loop's times makes no sense.
+    #[error("{name} in the log's record {record} is not of this version: {cause}", record = crate::timing::RECORD_NAME)]
+    BadTiming {
+        /// Its part.
+        name: &'static str,
+        /// What JSON says.
+        cause: serde_json::Error,
+    },
 }
 
 /// `McapError::Io` hides the system's words, and these are what the reader needs ("No space left on device").

@@ -1,6 +1,7 @@
 //! The log of a run: an MCAP file with one JSON message per sample on the topic [`TOPIC`], its JSON schema beside it,
 //! so that Foxglove, PlotJuggler and the official MCAP readers open it without plug-ins; and the rig file, the
-//! controller, the units and the software version in a metadata record.
+//! controller, the units and the software version in a metadata record; at the end, in another, how punctual the loop was
+//! ([`Timing`]).
 //!
 //! A chunk is closed and flushed for every 100 ms of samples: a run that is killed leaves a file that is readable up
 //! to its last tenth of a second. [`read`] reads such a file too and says where it ends ([`Notice`]).
@@ -28,17 +29,21 @@
 //! # Ok::<(), furuta_log::LogError>(())
 //! ```
 mod error;
+mod histogram;
 mod metadata;
 mod read;
 mod record;
 mod schema;
+mod timing;
 mod write;
 
 pub use error::LogError;
+pub use histogram::{Bucket, Histogram};
 pub use metadata::Metadata;
 pub use read::{Log, Notice, read, read_from};
 pub use record::{Mode, Record};
 pub use schema::{FIELDS, Field};
+pub use timing::{Quantiles, Timing, TimingSummary};
 pub use write::LogWriter;
 
 /// Topic of the samples.

@@ -20,6 +20,9 @@ pub struct Metadata {
 /// Name of the MCAP metadata record.
 pub(crate) const RECORD_NAME: &str = "furuta";
 
+/// Name of the record that says what the system granted the loop.
+pub(crate) const REAL_TIME_RECORD: &str = "furuta.real_time";
+
 const RIG: &str = "rig";
 const RIG_FILE: &str = "rig_file";
 const CONTROLLER: &str = "controller";

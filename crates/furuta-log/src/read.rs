@@ -1,5 +1,6 @@
 //! Reading a log, whole or not.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -7,7 +8,7 @@ use std::path::Path;
 use mcap::records::Record as McapRecord;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use crate::{LogError, Metadata, Record, TOPIC, metadata};
+use crate::{LogError, Metadata, Record, TOPIC, Timing, metadata, timing};
 
 /// No record or chunk of ours comes near this; a damaged length field must not make us ask for more memory.
 const RECORD_LIMIT: usize = 64 << 20;
@@ -19,6 +20,10 @@ pub struct Log {
     pub metadata: Option<Metadata>,
     /// The samples, in the order of the file.
     pub records: Vec<Record>,
+    /// What the system granted the loop (priority, locked memory), or refused, by name; empty where the log does not say.
+    pub real_time: BTreeMap<String, String>,
+    /// How punctual the loop was; `None` where the log does not say, as that of a run that was killed.
+    pub timing: Option<Box<Timing>>,
     /// Set where the file ends early or is damaged: the records are then those before that place.
     pub notice: Option<Notice>,
 }
@@ -69,7 +74,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Log, LogError> {
 /// Reads a log, whole or not. A chunk counts only if it is whole and its checksum is right.
 ///
 /// # Errors
-/// [`LogError::Empty`], [`LogError::NotMcap`], [`LogError::NoTopic`] and [`LogError::BadRecord`] where the input is no
+/// [`LogError::Empty`], [`LogError::NotMcap`], [`LogError::NoTopic`], [`LogError::BadRecord`] and [`LogError::BadTiming`] where the input is no
 /// log of ours; [`LogError::Read`] where the system cannot read it. A log cut off or damaged is no error: it comes
 /// with a [`Notice`].
 pub fn read_from(mut input: impl Read) -> Result<Log, LogError> {
@@ -137,6 +142,12 @@ fn take(record: McapRecord<'_>, log: &mut Log, topics: &mut Topics) -> Result<()
     match record {
         McapRecord::Metadata(m) if m.name == metadata::RECORD_NAME => {
             log.metadata = Some(Metadata::from_map(m.metadata));
+        }
+        McapRecord::Metadata(m) if m.name == metadata::REAL_TIME_RECORD => {
+            log.real_time = m.metadata;
+        }
+        McapRecord::Metadata(m) if m.name == timing::RECORD_NAME => {
+            log.timing = Some(Box::new(Timing::from_map(&m.metadata)?));
         }
         McapRecord::Channel(channel) if channel.topic == TOPIC => topics.ours = Some(channel.id),
         // The summary at the end repeats the channels.

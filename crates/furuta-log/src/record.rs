@@ -59,11 +59,19 @@ pub enum Mode {
     SwingUp,
     /// Holding the pendulum upright.
     Balance,
+    /// Braking the arm after a limit, before the motor is switched off.
+    Brake,
 }
 
 impl Mode {
     /// Every mode, in the order of a run.
-    pub const ALL: [Self; 4] = [Self::Off, Self::Excite, Self::SwingUp, Self::Balance];
+    pub const ALL: [Self; 5] = [
+        Self::Off,
+        Self::Excite,
+        Self::SwingUp,
+        Self::Balance,
+        Self::Brake,
+    ];
 
     /// The mode's name in the log.
     #[must_use]
@@ -73,6 +81,7 @@ impl Mode {
             Self::Excite => "excite",
             Self::SwingUp => "swing-up",
             Self::Balance => "balance",
+            Self::Brake => "brake",
         }
     }
 }

@@ -9,7 +9,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};
 
-use crate::{LogError, Metadata, Record, TOPIC, metadata, schema};
+use crate::{LogError, Metadata, Record, TOPIC, Timing, metadata, schema, timing};
 
 /// A killed run loses at most this much (s); a microsecond less, so that rounding of t adds no sample to a chunk.
 const CHUNK_SECONDS: f64 = 0.1 - 1e-6;
@@ -21,6 +21,7 @@ pub struct LogWriter<W: Write + Seek> {
     started_ns: u64,
     chunk_start: f64,
     written: u64,
+    kept: u64,
     json: Vec<u8>,
 }
 
@@ -74,6 +75,7 @@ impl<W: Write + Seek> LogWriter<W> {
             started_ns: u64::try_from(since_epoch.as_nanos()).unwrap_or(u64::MAX / 2),
             chunk_start: 0.0,
             written: 0,
+            kept: 0,
             json: Vec::with_capacity(512),
         })
     }
@@ -85,6 +87,7 @@ impl<W: Write + Seek> LogWriter<W> {
     pub fn write(&mut self, record: &Record) -> Result<(), LogError> {
         if record.t - self.chunk_start >= CHUNK_SECONDS {
             self.mcap.flush().map_err(LogError::Write)?;
+            self.kept = self.written;
             self.chunk_start = record.t;
         }
         self.json.clear();
@@ -108,6 +111,44 @@ impl<W: Write + Seek> LogWriter<W> {
     #[must_use]
     pub fn written(&self) -> u64 {
         self.written
+    }
+
+    /// Number of records handed to the system: what remains where writing fails.
+    #[must_use]
+    pub fn kept(&self) -> u64 {
+        self.kept
+    }
+
+    /// Says what the system granted the run's loop (priority, locked memory), by name; flushed, as the metadata at the beginning.
+    ///
+    /// # Errors
+    /// [`LogError::Write`].
+    pub fn write_real_time(&mut self, granted: &BTreeMap<String, String>) -> Result<(), LogError> {
+        self.mcap
+            .write_metadata(&mcap::records::Metadata {
+                name: metadata::REAL_TIME_RECORD.to_owned(),
+                metadata: granted.clone(),
+            })
+            .and_then(|()| self.mcap.flush())
+            .map_err(LogError::Write)?;
+        self.kept = self.written;
+        Ok(())
+    }
+
+    /// Says how punctual the run's loop was: after its last record.
+    ///
+    /// # Errors
+    /// [`LogError::Write`].
+    pub fn write_timing(&mut self, timing: &Timing) -> Result<(), LogError> {
+        // The records before it are then whole, whatever becomes of this one.
+        self.mcap.flush().map_err(LogError::Write)?;
+        self.kept = self.written;
+        self.mcap
+            .write_metadata(&mcap::records::Metadata {
+                name: timing::RECORD_NAME.to_owned(),
+                metadata: timing.to_map()?,
+            })
+            .map_err(LogError::Write)
     }
 
     /// Writes the index and ends the log.

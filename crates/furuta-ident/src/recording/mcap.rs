@@ -42,6 +42,7 @@ pub(super) fn parse(
         metadata,
         records,
         notice,
+        ..  // what says how the loop ran is not part of a recording
     } = log;
     let notice = notice.map(|notice| NoticeKind::CutOff {
         what: notice.to_string(),
