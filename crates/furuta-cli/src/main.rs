@@ -2,9 +2,11 @@
 
 mod bode;
 mod commands;
+mod cyclictest;
 mod failure;
 mod interrupt;
 mod print;
+mod real_time;
 
 use std::process::ExitCode;
 

@@ -9,13 +9,14 @@ use std::time::{Duration, Instant};
 
 use arrayvec::ArrayVec;
 use furuta_ctrl::supervisor::Fault;
-use furuta_log::{Mode, Record};
+use furuta_log::{Mode, Record, Timing};
 use furuta_model::Limits;
 use furuta_wire::{Hello, Message, Sample, Status};
 
 use crate::delay::DelayMeter;
 use crate::link::Link;
 use crate::pilot::{Measurement, Pilot};
+use crate::real_time::{Granted, RealTime};
 use crate::recorder::RecordSender;
 use crate::transport::{Transport, TransportError};
 use crate::verdict::verdict;
@@ -38,12 +39,18 @@ pub struct LoopSettings<'a> {
     pub silence: Duration,
     /// Set from elsewhere, for example on Ctrl-C, to end the run.
     pub stop: Option<&'a AtomicBool>,
+    /// How often the way to the rig and back is timed, by a query after a command; never where not given.
+    pub probe: Option<Duration>,
+    /// What [`crate::Session::run`] asks of the system.
+    pub real_time: RealTime,
 }
 
 impl LoopSettings<'_> {
     /// Silence after which a rig counts as dead where nothing else is said: long against any hiccup of an operating
     /// system, since the rig's own watchdog has long switched the motor off by then.
     pub const SILENCE: Duration = Duration::from_millis(500);
+    /// How often the way there and back is timed where nothing else is said: a query and its answer are 80 bytes at most, once in 50 periods of 2 ms.
+    pub const PROBE: Duration = Duration::from_millis(100);
 }
 
 /// Why a run ended before its time.
@@ -167,22 +174,20 @@ pub struct Summary {
     pub watchdog: u64,
     /// Frames that were not valid.
     pub bad_frames: u64,
-    /// Records lost because the log's writer did not keep up.
+    /// Records that are not in the log: its writer did not keep up, or gave up.
     pub unlogged: u64,
     /// First changes of mode, in order.
     pub modes: ArrayVec<ModeChange, MODE_CHANGES>,
     /// Number of changes of mode, the first mode included.
     pub mode_changes: u64,
-    /// Longest time from a sample's arrival to its answer's departure (s).
-    pub compute_max: f64,
-    /// Mean of the same (s).
-    pub compute_mean: f64,
-    /// Longest delay of a sample against the promptest one (s).
-    pub delay_max: f64,
+    /// How punctual the loop was.
+    pub timing: Timing,
+    /// What the system granted.
+    pub granted: Granted,
 }
 
 impl Summary {
-    fn new() -> Self {
+    fn new(period_ns: u64) -> Self {
         Self {
             end: End::Finished,
             seconds: 0.0,
@@ -195,9 +200,8 @@ impl Summary {
             unlogged: 0,
             modes: ArrayVec::new(),
             mode_changes: 0,
-            compute_max: 0.0,
-            compute_mean: 0.0,
-            delay_max: 0.0,
+            timing: Timing::new(period_ns),
+            granted: Granted::default(),
         }
     }
 
@@ -239,7 +243,7 @@ pub fn run<T: Transport, P: Pilot>(
     let bad_frames_before = link.bad_frames();
     let mut motor = MotorOff { link, seq: 0 };
     let mut run = Run {
-        summary: Summary::new(),
+        summary: Summary::new(u64::from(hello.period_us) * 1000),
         hello,
         settings,
         pilot,
@@ -250,6 +254,9 @@ pub fn run<T: Transport, P: Pilot>(
         last_t_us: 0,
         last_seq: None,
         lost_before: 0,
+        probed: None,
+        // Not at once: an answer to the connection's own queries may still be on its way.
+        probe_due: Instant::now() + settings.probe.unwrap_or_default(),
     };
     let end = run.until_the_end(&mut motor, records);
     let mut summary = run.summary;
@@ -272,6 +279,9 @@ struct Run<'a, P: Pilot> {
     last_t_us: u64,
     last_seq: Option<u32>,
     lost_before: u32,
+    /// When the query left that has not been answered yet.
+    probed: Option<Instant>,
+    probe_due: Instant,
 }
 
 impl<P: Pilot> Run<'_, P> {
@@ -294,8 +304,13 @@ impl<P: Pilot> Run<'_, P> {
                     samples: self.summary.samples,
                 });
             };
-            let Message::Sample(sample) = message else {
-                continue;
+            let sample = match message {
+                Message::Sample(sample) => sample,
+                Message::Hello(_) => {
+                    self.probe_answered(arrived);
+                    continue;
+                }
+                _ => continue,
             };
             heard = arrived;
             match self.answer(&sample, arrived, motor, records) {
@@ -373,7 +388,30 @@ impl<P: Pilot> Run<'_, P> {
         });
         match fault {
             Some(fault) => Err(fault),
-            None => Ok(sent?),
+            None => Ok(sent.and_then(|()| self.probe(motor))?),
+        }
+    }
+
+    /// Asks the rig who it is, now and then: it answers at once, so this tells how long the way there and back takes. After the command, so that it delays none.
+    fn probe<T: Transport>(&mut self, motor: &mut MotorOff<'_, T>) -> Result<(), TransportError> {
+        let Some(every) = self.settings.probe else {
+            return Ok(());
+        };
+        let now = Instant::now();
+        // An unanswered query was lost by then.
+        if now < self.probe_due {
+            return Ok(());
+        }
+        self.probe_due = now + every;
+        self.probed = Some(now);
+        motor.link.query()
+    }
+
+    fn probe_answered(&mut self, arrived: Instant) {
+        if let Some(left) = self.probed.take() {
+            let ns = arrived.duration_since(left).as_nanos();
+            let times = &mut self.summary.timing.round_trip;
+            times.record(u64::try_from(ns).unwrap_or(u64::MAX));
         }
     }
 
@@ -428,9 +466,7 @@ impl<P: Pilot> Run<'_, P> {
             s.watchdog += u64::from(sample.status.contains(Status::WATCHDOG));
         }
         s.late += u64::from(delay > f64::from(self.hello.period_us) * 1e-6);
-        s.delay_max = s.delay_max.max(delay);
-        s.compute_max = s.compute_max.max(compute);
-        s.compute_mean += (compute - s.compute_mean) / s.samples as f64;
+        s.timing.sample(delay, compute);
         if s.modes.last().is_none_or(|last| last.mode != mode) {
             s.mode_changes += 1;
             // A full list keeps its first entries.

@@ -7,6 +7,7 @@
 //! | [`emulate`] | an emulated rig behind a pseudo-terminal |
 //! | [`control_loop`] | the loop: sample in, command out, record into a ring |
 //! | [`pilot`] | what decides about the motor: open-loop tests, swing-up and balance |
+//! | [`real_time`] | priority, locked memory, wake-ups on time |
 //! | [`recorder`] | the log's writer, in a thread of its own |
 //! | [`session`] | one run from port to log |
 //! | [`identity`] | whether the rig on the port is the one of the rig file |
@@ -20,6 +21,7 @@ pub mod identity;
 pub mod link;
 pub mod pilot;
 pub mod provenance;
+pub mod real_time;
 pub mod recorder;
 pub mod replay;
 pub mod session;
@@ -34,6 +36,7 @@ pub use link::{Link, LinkError};
 pub use pilot::{
     Decision, Measurement, OpenLoop, Pilot, Reference, SwingUpBalance, Task, rehearse,
 };
+pub use real_time::{Granted, Held, Measure, Metronome, RealTime, WakeUp, measure_wake_up};
 pub use recorder::{RecordSender, Recorded, Recorder};
 pub use replay::{Replay, ReplayError, ReplayOptions, replay};
 pub use session::{Session, SessionError};

@@ -162,6 +162,32 @@ impl<T: Transport> Link<T> {
         self.send(&Message::Command(Command { seq, volts }))
     }
 
+    /// Asks the rig who it is, without waiting for the answer.
+    ///
+    /// # Errors
+    /// [`TransportError`].
+    pub fn query(&mut self) -> Result<(), TransportError> {
+        self.send(&Message::Query(Query {
+            version: PROTOCOL_VERSION,
+        }))
+    }
+
+    /// How long a query and its answer take, there and back; `None` where none comes within `timeout`. Samples that come meanwhile are
+    /// thrown away: not for use while something moves.
+    ///
+    /// # Errors
+    /// [`TransportError`].
+    pub fn round_trip(&mut self, timeout: Duration) -> Result<Option<Duration>, TransportError> {
+        let left = Instant::now();
+        self.query()?;
+        while let Some(message) = self.receive(left + timeout)? {
+            if let Message::Hello(_) = message {
+                return Ok(Some(left.elapsed()));
+            }
+        }
+        Ok(None)
+    }
+
     /// Frames received so far that were not valid.
     #[must_use]
     pub fn bad_frames(&self) -> u64 {

@@ -36,8 +36,8 @@ pub enum SessionError {
         /// Name now.
         is: String,
     },
-    /// The system starts no thread for the log.
-    #[error("cannot start the log's thread: {0}")]
+    /// The system starts no thread for the loop or the log.
+    #[error("cannot start a thread: {0}")]
     Thread(#[source] std::io::Error),
 }
 
@@ -94,26 +94,24 @@ impl<T: Transport> Session<T> {
         identity::check(&self.hello, rig)
     }
 
-    /// Runs the loop and, if a path is given, logs it there. However the run ends, the log is ended properly.
+    /// Runs the loop, in a thread of its own with what [`LoopSettings::real_time`] asks for, and, if a path is given, logs it there. However the
+    /// run ends, the log is ended properly.
     ///
     /// # Errors
     /// [`SessionError`], before the run begins: the rig no longer answers, or the log cannot be written. What goes
     /// wrong in the run is in the summary.
-    pub fn run<P: Pilot>(
+    pub fn run<P: Pilot + Sync>(
         &mut self,
         pilot: &P,
         settings: &LoopSettings<'_>,
         log: Option<(&Path, &Metadata)>,
-    ) -> Result<(Summary, Option<Recorded>), SessionError> {
+    ) -> Result<(Summary, Option<Recorded>), SessionError>
+    where
+        T: Send,
+    {
         // What arrived since the last run is old by now; and the rig may have been exchanged meanwhile.
-        let hello = self.link.ask(HELLO_TIMEOUT)?;
-        if hello != self.hello {
-            return Err(SessionError::AnotherRig {
-                was: self.hello.rig.to_string(),
-                is: hello.rig.to_string(),
-            });
-        }
-        let (mut sender, recorder) = match log {
+        ask_again(&mut self.link, &self.hello)?;
+        let (sender, recorder) = match log {
             None => (RecordSender::nowhere(), None),
             Some((path, metadata)) => {
                 let (sender, recorder) = Recorder::start(LogWriter::create(path, metadata)?)
@@ -121,10 +119,59 @@ impl<T: Transport> Session<T> {
                 (sender, Some(recorder))
             }
         };
-        let summary = run(&mut self.link, &self.hello, pilot, settings, &mut sender);
-        drop(sender); // ends the log
-        Ok((summary, recorder.map(Recorder::finish)))
+        let mut summary = self.in_a_thread(pilot, settings, sender)?;
+        let recorded = recorder.map(Recorder::finish);
+        if let Some(recorded) = &recorded {
+            // What was in the ring when the writer gave up is lost as well.
+            summary.unlogged = summary.samples.saturating_sub(recorded.records);
+        }
+        Ok((summary, recorded))
     }
+
+    /// The loop in a thread of its own: priority and processor end with it, and no other thread inherits them. Ends the log.
+    fn in_a_thread<P: Pilot + Sync>(
+        &mut self,
+        pilot: &P,
+        settings: &LoopSettings<'_>,
+        mut sender: RecordSender,
+    ) -> Result<Summary, SessionError>
+    where
+        T: Send,
+    {
+        let (link, hello) = (&mut self.link, &self.hello);
+        let body = move || {
+            let (granted, _held) = settings.real_time.enter();
+            sender.granted(&granted);
+            // Locking memory takes a while, in which samples have become old.
+            ask_again(link, hello)?;
+            let mut summary = run(link, hello, pilot, settings, &mut sender);
+            sender.end(&summary.timing);
+            summary.granted = granted;
+            Ok(summary)
+        };
+        std::thread::scope(|scope| {
+            let thread = std::thread::Builder::new()
+                .name("control-loop".to_owned())
+                .spawn_scoped(scope, body)
+                .map_err(SessionError::Thread)?;
+            // A pilot's panic goes on here, after the motor is off.
+            thread
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        })
+    }
+}
+
+/// Throws away what arrived before; the rig must be the one that was there.
+fn ask_again<T: Transport>(link: &mut Link<T>, was: &Hello) -> Result<(), SessionError> {
+    let hello = link.ask(HELLO_TIMEOUT)?;
+    if hello != *was {
+        return Err(SessionError::AnotherRig {
+            was: was.rig.to_string(),
+            is: hello.rig.to_string(),
+        });
+    }
+    Ok(())
 }
 
 impl From<TransportError> for SessionError {

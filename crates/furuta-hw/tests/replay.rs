@@ -8,8 +8,8 @@ use furuta_ctrl::ControllerFile;
 use furuta_hw::replay::Finding;
 use furuta_hw::{
     EmulatedRig, EmulatedTransport, Emulation, End, Excitation, FaultRates, FaultyTransport,
-    LoopSettings, OpenLoop, Pilot, Reference, Replay, ReplayError, ReplayOptions, Session,
-    SwingUpBalance, Task, provenance, replay,
+    LoopSettings, OpenLoop, Pilot, RealTime, Reference, Replay, ReplayError, ReplayOptions,
+    Session, SwingUpBalance, Task, provenance, replay,
 };
 use furuta_log::{Log, LogWriter, Metadata, Mode};
 use furuta_model::signals::{Chirp, Noise, Sweep};
@@ -49,7 +49,7 @@ impl Drop for TempLog {
 }
 
 /// A run over a line with faults; the pendulum is pushed over twice where `push` is set.
-fn fly<P: Pilot>(
+fn fly<P: Pilot + Sync>(
     rig: &Rig,
     seconds: f64,
     push: bool,
@@ -66,6 +66,8 @@ fn fly<P: Pilot>(
         limits: rig.limits,
         silence: Duration::from_secs(5),
         stop: None,
+        probe: None,
+        real_time: RealTime::default(),
     };
     let (summary, recorded) = session
         .run(&pilot, &settings, Some((path, &said)))

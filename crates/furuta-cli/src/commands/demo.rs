@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use furuta_ctrl::ControllerFile;
 use furuta_hw::emulate::hidden_effect;
 use furuta_hw::{
-    EmulatedRig, Emulation, End, Excitation, LoopSettings, OpenLoop, Pace, Pilot, PtyRig,
+    EmulatedRig, Emulation, End, Excitation, LoopSettings, OpenLoop, Pace, Pilot, PtyRig, RealTime,
     Reference, SerialTransport, Session, Summary, SwingUpBalance, Task, provenance,
 };
 use furuta_ident::diagnose::result::Diagnosis;
@@ -256,7 +256,7 @@ impl Bench<'_> {
         }
     }
 
-    fn fly<P: Pilot>(
+    fn fly<P: Pilot + Sync>(
         &mut self,
         pilot: &P,
         said: &Metadata,
@@ -269,6 +269,8 @@ impl Bench<'_> {
             limits: rig.limits,
             silence: LoopSettings::SILENCE,
             stop: Some(interrupt::flag()),
+            probe: Some(LoopSettings::PROBE),
+            real_time: RealTime::default(),
         };
         let flown = self.session.run(pilot, &settings, Some((&path, said)));
         if !flown
@@ -296,7 +298,7 @@ fn counted(s: &Summary) -> String {
         s.samples,
         s.lost,
         s.held,
-        1e6 * s.compute_mean
+        s.timing.compute.mean().unwrap_or_default() / 1e3
     )
 }
 

@@ -9,6 +9,7 @@ mod effects;
 mod emulate;
 mod foresight;
 mod identify;
+mod latency;
 mod replay;
 mod rigs;
 mod run;
@@ -33,6 +34,7 @@ pub(crate) enum Command {
     Diagnose(diagnose::Args),
     Emulate(emulate::Args),
     Run(run::Args),
+    Latency(latency::Args),
     Convert(convert::Args),
     Replay(replay::Args),
     Study(study::Args),
@@ -52,6 +54,7 @@ impl Command {
             Self::Diagnose(args) => return diagnose::run(args),
             Self::Emulate(args) => emulate::run(args)?,
             Self::Run(args) => run::run(args)?,
+            Self::Latency(args) => latency::run(args)?,
             Self::Convert(args) => convert::run(args)?,
             Self::Replay(args) => replay::run(args)?,
             Self::Study(args) => study::run(args)?,

@@ -18,6 +18,7 @@ use super::foresight::Foresight;
 use super::signal::{Built, Kind, SignalArgs};
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::real_time::{RealTimeArgs, times};
 
 /// Swing a pendulum up and balance it, or drive it with a test signal, and log the run.
 #[derive(clap::Args, Debug)]
@@ -60,6 +61,8 @@ pub(crate) struct Args {
     /// Bits per second of the serial port.
     #[arg(long, default_value_t = SerialTransport::BAUD)]
     baud: u32,
+    #[command(flatten)]
+    real_time: RealTimeArgs,
     /// Print JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -169,6 +172,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         limits: rig.limits,
         silence: LoopSettings::SILENCE,
         stop: Some(interrupt::flag()),
+        probe: Some(LoopSettings::PROBE),
+        real_time: args.real_time.asked(),
     };
     let mut foresight = None;
     let (summary, recorded) = match args.task {
@@ -299,15 +304,6 @@ fn text(s: &Summary, emulated: bool) -> String {
             s.watchdog
         ));
     }
-    let mut answers = format!(
-        "answer after {:.0} us (longest {:.0} us)",
-        1e6 * s.compute_mean,
-        1e6 * s.compute_max
-    );
-    if !emulated {
-        answers += &format!("; samples late by at most {:.2} ms", 1e3 * s.delay_max);
-    }
-    lines.push(answers);
     let shown = s
         .modes
         .iter()
@@ -320,6 +316,14 @@ fn text(s: &Summary, emulated: bool) -> String {
     } else {
         format!("modes: {shown}")
     });
+    lines.push(format!("real time: {}", s.granted));
+    lines.push(times(&s.timing));
+    if emulated {
+        lines.push(
+            "the emulated rig shares this machine: its own lateness is in wake-up and round trip"
+                .to_owned(),
+        );
+    }
     lines.join("\n")
 }
 
@@ -340,8 +344,8 @@ fn report(
         "watchdog": s.watchdog,
         "bad_frames": s.bad_frames,
         "not_logged": s.unlogged,
-        "compute": { "mean": s.compute_mean, "max": s.compute_max, "unit": "s" },
-        "delay_max": { "value": s.delay_max, "unit": "s" },
+        "timing": s.timing.summary(),
+        "real_time": s.granted,
         "modes": s.modes.iter().map(|m| json!({ "t": m.t, "mode": m.mode.name() })).collect::<Vec<_>>(),
         "mode_changes": s.mode_changes,
         "explanation": explanation,

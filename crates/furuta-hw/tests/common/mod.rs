@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use furuta_hw::{
     Decision, EmulatedRig, Emulation, Link, LoopSettings, Measurement, Pace, Pilot, PtyRig,
-    SerialTransport,
+    RealTime, SerialTransport,
 };
 use furuta_log::Mode;
 use furuta_model::{Limits, Rig};
@@ -32,6 +32,8 @@ pub(crate) fn settings(seconds: f64) -> LoopSettings<'static> {
         limits: Limits::default(),
         silence: Duration::from_secs(5), // generous: other work shares the machine
         stop: None,
+        probe: None,
+        real_time: RealTime::default(),
     }
 }
 
