@@ -18,6 +18,7 @@ mod linear;
 mod matrix;
 mod recording;
 mod region;
+mod replay;
 mod rig;
 mod signals;
 mod simulate;
@@ -52,6 +53,8 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(calibration::whiteness, m)?)?;
     m.add_class::<diagnosis::PyDiagnosis>()?;
     m.add_function(wrap_pyfunction!(diagnosis::diagnose, m)?)?;
+    m.add_class::<replay::PyReplay>()?;
+    m.add_function(wrap_pyfunction!(replay::replay, m)?)?;
     frequency::register(m)?;
     Ok(())
 }
