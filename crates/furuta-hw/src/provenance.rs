@@ -11,11 +11,14 @@
 //! | `period_us` | the rig's sampling period (us) |
 //! | `software` | program and version that wrote the log |
 //! | `protocol` | version of the protocol |
+//! | [`STARTED`] | time of day (ns since 1970, UTC) |
 //! | `host` | the host's name, operating system and processor |
 //! | [`FORMAT`] | version of what these keys hold, 2; logs of furuta without it cannot be replayed |
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use furuta_ctrl::ControllerFile;
-use furuta_log::Metadata;
+use furuta_log::{Metadata, STARTED};
 use furuta_model::Rig;
 use furuta_wire::{Hello, PROTOCOL_VERSION};
 
@@ -53,6 +56,7 @@ pub fn metadata(
         ("protocol", PROTOCOL_VERSION.to_string()),
         ("effects", effects.join(",")),
         ("host", host()),
+        (STARTED, now_ns().to_string()),
     ];
     extra.extend(controller.map(|file| (CONTROLLER_FILE, file.to_toml())));
     Metadata {
@@ -65,6 +69,11 @@ pub fn metadata(
             .map(|(key, value)| (key.to_owned(), value))
             .collect(),
     }
+}
+
+fn now_ns() -> u128 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    now.unwrap_or_default().as_nanos()
 }
 
 /// `bench-3, linux, x86_64`; without the name where the system does not tell it as Linux does.

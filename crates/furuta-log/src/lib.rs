@@ -28,18 +28,21 @@
 //! assert!(!log.records.is_empty() && log.notice.is_some());
 //! # Ok::<(), furuta_log::LogError>(())
 //! ```
+mod csv;
 mod error;
 mod histogram;
 mod metadata;
+mod number;
 mod read;
 mod record;
 mod schema;
 mod timing;
 mod write;
 
+pub use csv::{CsvError, is_csv, read_csv, write_csv};
 pub use error::LogError;
 pub use histogram::{Bucket, Histogram};
-pub use metadata::Metadata;
+pub use metadata::{Metadata, STARTED};
 pub use read::{Log, Notice, read, read_from};
 pub use record::{Mode, Record};
 pub use schema::{FIELDS, Field};

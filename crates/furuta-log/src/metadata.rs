@@ -17,6 +17,9 @@ pub struct Metadata {
     pub extra: BTreeMap<String, String>,
 }
 
+/// Key of [`Metadata::extra`] with the time of day at the start of the run (ns since 1970, UTC). A log without it begins when it is written.
+pub const STARTED: &str = "started_ns";
+
 /// Name of the MCAP metadata record.
 pub(crate) const RECORD_NAME: &str = "furuta";
 
@@ -30,6 +33,27 @@ const SOFTWARE: &str = "software";
 const UNITS: &str = "units";
 
 impl Metadata {
+    /// Everything but the extra, by its key.
+    pub(crate) fn own(&self) -> [(&'static str, &str); 4] {
+        [
+            (RIG, &self.rig),
+            (CONTROLLER, &self.controller),
+            (SOFTWARE, &self.software),
+            (RIG_FILE, &self.rig_file),
+        ]
+    }
+
+    /// The value of a key, empty where it was not there.
+    pub(crate) fn entry(&mut self, key: &str) -> &mut String {
+        match key {
+            RIG => &mut self.rig,
+            CONTROLLER => &mut self.controller,
+            SOFTWARE => &mut self.software,
+            RIG_FILE => &mut self.rig_file,
+            _ => self.extra.entry(key.to_owned()).or_default(),
+        }
+    }
+
     pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
         let mut map = self.extra.clone();
         map.insert(RIG.into(), self.rig.clone());

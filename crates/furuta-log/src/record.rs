@@ -1,34 +1,36 @@
 //! One sample of a run.
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
+
+use crate::number;
 
 /// One sample of a run, as logged. SI units, radians; `alpha` is measured from upright. JSON has no NaN: it is written
-/// as null and read back as NaN.
+/// as null and read back as NaN; infinities are the strings `"Infinity"` and `"-Infinity"`.
 #[derive(Copy, Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// The rig's clock since the first sample of the run (s).
-    #[serde(deserialize_with = "number")]
+    #[serde(with = "number")]
     pub t: f64,
     /// Motor voltage held by the rig from this sample to the next (V).
-    #[serde(deserialize_with = "number")]
+    #[serde(with = "number")]
     pub u: f64,
     /// Arm angle, measured (rad).
-    #[serde(deserialize_with = "number")]
+    #[serde(with = "number")]
     pub theta: f64,
     /// Pendulum angle from upright, measured, not wrapped (rad).
-    #[serde(deserialize_with = "number")]
+    #[serde(with = "number")]
     pub alpha: f64,
     /// Arm speed, estimated (rad/s).
-    #[serde(deserialize_with = "number")]
+    #[serde(with = "number")]
     pub theta_dot: f64,
     /// Pendulum speed, estimated (rad/s).
-    #[serde(deserialize_with = "number")]
+    #[serde(with = "number")]
     pub alpha_dot: f64,
     /// Arm angle asked for (rad).
-    #[serde(deserialize_with = "number")]
+    #[serde(with = "number")]
     pub reference: f64,
     /// Motor voltage the host answered this sample with (V); acts from the next sample on.
-    #[serde(deserialize_with = "number")]
+    #[serde(with = "number")]
     pub command: f64,
     /// What the host was doing.
     pub mode: Mode,
@@ -39,10 +41,10 @@ pub struct Record {
     /// Samples lost on the line just before this one.
     pub lost: u32,
     /// How much later this sample arrived than the promptest one of the run, rig's clock against host's (s).
-    #[serde(deserialize_with = "number")]
+    #[serde(with = "number")]
     pub delay: f64,
     /// Host's time from the sample's arrival to the command's departure (s).
-    #[serde(deserialize_with = "number")]
+    #[serde(with = "number")]
     pub compute: f64,
 }
 
@@ -90,8 +92,4 @@ impl std::fmt::Display for Mode {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name())
     }
-}
-
-fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }

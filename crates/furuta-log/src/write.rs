@@ -9,7 +9,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};
 
-use crate::{LogError, Metadata, Record, TOPIC, Timing, metadata, schema, timing};
+use crate::{LogError, Metadata, Record, STARTED, TOPIC, Timing, metadata, schema, timing};
 
 /// A killed run loses at most this much (s); a microsecond less, so that rounding of t adds no sample to a chunk.
 const CHUNK_SECONDS: f64 = 0.1 - 1e-6;
@@ -66,13 +66,15 @@ impl<W: Write + Seek> LogWriter<W> {
             .add_channel(schema, TOPIC, "json", &BTreeMap::new())
             .map_err(LogError::Write)?;
         mcap.flush().map_err(LogError::Write)?;
-        let since_epoch = SystemTime::now()
-            .duration_since(UNIX_EPOCH)
-            .unwrap_or_default();
+        let since_epoch = || {
+            let now = SystemTime::now().duration_since(UNIX_EPOCH);
+            u64::try_from(now.unwrap_or_default().as_nanos()).unwrap_or(u64::MAX / 2)
+        };
+        let started = metadata.extra.get(STARTED).and_then(|ns| ns.parse().ok());
         Ok(Self {
             mcap,
             channel,
-            started_ns: u64::try_from(since_epoch.as_nanos()).unwrap_or(u64::MAX / 2),
+            started_ns: started.unwrap_or_else(since_epoch),
             chunk_start: 0.0,
             written: 0,
             kept: 0,
