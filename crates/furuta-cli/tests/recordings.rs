@@ -32,11 +32,65 @@ fn there_and_back_gives_the_same_file() {
         "{text}"
     );
     assert!(convert(&mcap, &again, &[]).status.success());
-    // Once through our own writer, the order of the columns is settled.
-    assert!(convert(&csv, &first, &[]).status.success());
     let read = |path: &Path| std::fs::read_to_string(path).expect("written");
-    assert_eq!(read(&again), read(&first));
-    assert!(read(&again).starts_with("# bench 2\nt,u,theta,alpha,current,lamp\n"));
+    assert_eq!(read(&again), read(&csv), "every byte, whoever wrote it");
+    // Through our own writer, the order of the columns is the usual one.
+    assert!(convert(&csv, &first, &[]).status.success());
+    assert!(read(&first).starts_with("# bench 2\nt,u,theta,alpha,current,lamp\n"));
+    // So it is where the file beside the samples was written for others: somebody has changed one of them.
+    let other = furuta_ident::recording::Recording::load(&first).expect("sound");
+    let mut changed = other.clone();
+    changed.u[7] += 1.0;
+    let text = std::fs::read(&csv).expect("written");
+    changed
+        .write_mcap_keeping(&mcap, Some(&text))
+        .expect("written");
+    assert!(convert(&mcap, &again, &[]).status.success());
+    assert_ne!(read(&again), read(&csv));
+    let back = furuta_ident::recording::Recording::load(&again).expect("sound");
+    assert_eq!(back.u, changed.u);
+}
+
+/// A run's log: every bit of every sample, and all that it says of its run.
+#[test]
+fn a_run_is_converted_there_and_back_bit_for_bit() {
+    let folder = Folder::new("recordings-run");
+    let [log, csv, back, csv_again] =
+        ["run.mcap", "run.csv", "back.mcap", "again.csv"].map(|name| folder.path(name));
+    let run = furuta(&["run", "--emulated", "shahzad2022-srv02", "--duration", "3"])
+        .arg("--log")
+        .arg(&log)
+        .output()
+        .expect("runs");
+    assert!(run.status.success(), "{run:?}");
+    for (from, to) in [(&log, &csv), (&csv, &back), (&back, &csv_again)] {
+        let output = convert(from, to, &[]);
+        assert!(output.status.success(), "{output:?}");
+    }
+    let bytes = |path: &Path| std::fs::read(path).expect("written");
+    assert_eq!(bytes(&csv), bytes(&csv_again));
+    let [first, second] = [&log, &back].map(|path| furuta_log::read(path).expect("a log"));
+    assert!(first.records.len() > 1400);
+    assert_eq!(second, first);
+    // So much so that it can be replayed; and the CSV is a recording like any other.
+    let replayed = furuta(&["replay"]).arg(&back).output().expect("runs");
+    assert!(replayed.status.success(), "{replayed:?}");
+    let recording = furuta_ident::recording::Recording::load(&csv).expect("a recording");
+    assert_eq!(recording.len(), first.records.len());
+    assert!(
+        recording
+            .rig
+            .is_some_and(|rig| rig.contains("shahzad2022-srv02"))
+    );
+
+    // A row that an editor has spoilt is named.
+    let text = String::from_utf8(bytes(&csv)).expect("text");
+    let spoilt = folder.file("spoilt.csv", text.replacen(",swing-up,", ",sleep,", 1));
+    let line = failure(&convert(&spoilt, &back, &[]));
+    assert!(
+        line.contains("spoilt.csv: row ") && line.contains("`sleep`"),
+        "{line}"
+    );
 }
 
 #[test]

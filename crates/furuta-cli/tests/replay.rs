@@ -70,13 +70,8 @@ fn a_run_is_replayed_and_what_was_changed_is_named() {
     let mut changed = furuta_log::read(&log).expect("a log");
     let record = &mut changed.records[700];
     record.command = f64::from_bits(record.command.to_bits() ^ 1);
-    let metadata = changed.metadata.expect("metadata");
-    let mut writer =
-        furuta_log::LogWriter::create(&folder.path("changed.mcap"), &metadata).expect("a file");
-    for record in &changed.records {
-        writer.write(record).expect("written");
-    }
-    writer.finish().expect("written");
+    let file = std::fs::File::create(folder.path("changed.mcap")).expect("a file");
+    changed.write_to(file).expect("written");
     let line = failure(&replay(&folder.path("changed.mcap"), &[]));
     for part in ["changed.mcap", "sample 700", "command", "1 ULP apart"] {
         assert!(line.contains(part), "{line}");

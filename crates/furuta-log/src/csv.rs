@@ -14,15 +14,19 @@
 //! A value of one line is `key: value`, a text of lines `key| line` for each (`rig|` is the rig file), anything else `key: "..."`, a string of JSON.
 //! NaN is an empty field, infinities are `inf` and `-inf`.
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use crate::{FIELDS, Log, Metadata, Mode, Record};
+use crate::{FIELDS, Log, Metadata, Mode, Record, Timing};
 
 /// First line of such a file.
 const MARK: &str = "# furuta log 1";
 const RIG_FILE: &str = "rig_file";
 /// What the rig file's lines begin with, as in every CSV recording that carries one.
 const RIG_LINES: &str = "rig";
+/// What the system granted the loop, and how punctual it was; the run's own keys of these names are written in quotes.
+const REAL_TIME: &str = "real_time";
+const TIMING: &str = "timing";
 
 /// A CSV file that begins as a log does, and does not go on as one.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -47,7 +51,7 @@ pub fn is_csv(bytes: &[u8]) -> bool {
 /// ```
 /// use furuta_log::{Log, Metadata, Record, is_csv, read_csv, write_csv};
 /// let record = Record { t: 0.002, u: -0.0, theta: 1.0 / 3.0, theta_dot: f64::NEG_INFINITY, ..Record::default() };
-/// let log = Log { metadata: Some(Metadata::default()), records: vec![record], notice: None };
+/// let log = Log { metadata: Some(Metadata::default()), records: vec![record], ..Log::default() };
 /// let mut csv = Vec::new();
 /// write_csv(&log, &mut csv)?;
 /// assert!(is_csv(&csv));
@@ -67,6 +71,13 @@ pub fn write_csv(log: &Log, mut out: impl Write) -> io::Result<()> {
         for (key, value) in own.chain(extra) {
             comment(&mut out, key, value)?;
         }
+    }
+    if !log.real_time.is_empty() {
+        note(&mut out, REAL_TIME, &log.real_time)?;
+    }
+    if let Some(timing) = &log.timing {
+        let map = timing.to_map().map_err(io::Error::other)?;
+        note(&mut out, TIMING, &map)?;
     }
     writeln!(out, "{}", header())?;
     for r in &log.records {
@@ -92,6 +103,11 @@ pub fn write_csv(log: &Log, mut out: impl Write) -> io::Result<()> {
     out.flush()
 }
 
+/// What the loop says of itself, as JSON.
+fn note(out: &mut impl Write, key: &str, map: &BTreeMap<String, String>) -> io::Result<()> {
+    writeln!(out, "# {key}: {}", serde_json::to_string(map)?)
+}
+
 fn header() -> String {
     FIELDS.map(|field| field.name).join(",")
 }
@@ -107,7 +123,8 @@ fn number(out: &mut impl Write, value: f64) -> io::Result<()> {
 
 fn comment(out: &mut impl Write, key: &str, value: &str) -> io::Result<()> {
     let json = |text: &str| serde_json::Value::from(text).to_string();
-    let plain_key = !key.is_empty() && key.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+    let plain_key = !["", REAL_TIME, TIMING].contains(&key)
+        && key.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
     let lines = value
         .strip_suffix('\n')
         .filter(|_| plain_key && key != RIG_LINES && !value.contains('\r'));
@@ -143,8 +160,7 @@ pub fn read_csv(bytes: &[u8]) -> Result<Log, CsvError> {
         let row = 1 + before.iter().filter(|&&b| b == b'\n').count();
         error(row, "is not text in UTF-8".to_owned())
     })?;
-    let mut metadata: Option<Metadata> = None;
-    let mut records = Vec::new();
+    let mut log = Log::default();
     let mut has_header = false;
     for (i, line) in text.split('\n').enumerate().skip(1) {
         let row = i + 1;
@@ -153,7 +169,7 @@ pub fn read_csv(bytes: &[u8]) -> Result<Log, CsvError> {
             continue;
         }
         if let Some(comment) = line.strip_prefix("# ") {
-            take(metadata.get_or_insert_default(), comment).map_err(|e| error(row, e))?;
+            take(&mut log, comment).map_err(|e| error(row, e))?;
         } else if !has_header {
             if line != header() {
                 let problem = format!("the columns of a log are {}", header());
@@ -161,22 +177,32 @@ pub fn read_csv(bytes: &[u8]) -> Result<Log, CsvError> {
             }
             has_header = true;
         } else {
-            records.push(record(line).map_err(|e| error(row, e))?);
+            log.records.push(record(line).map_err(|e| error(row, e))?);
         }
     }
     if !has_header {
         let row = text.split('\n').count();
         return Err(error(row, "the file ends before its header".to_owned()));
     }
-    Ok(Log {
-        metadata,
-        records,
-        notice: None,
-    })
+    Ok(log)
 }
 
-/// A comment into the metadata.
-fn take(metadata: &mut Metadata, comment: &str) -> Result<(), String> {
+/// A comment into what the log says of its run.
+fn take(log: &mut Log, comment: &str) -> Result<(), String> {
+    let map = |key: &str| {
+        let text = comment.strip_prefix(key)?.strip_prefix(": ")?;
+        Some(serde_json::from_str(text).map_err(|e| format!("{key}: {e}")))
+    };
+    if let Some(map) = map(REAL_TIME) {
+        log.real_time = map?;
+        return Ok(());
+    }
+    if let Some(map) = map(TIMING) {
+        let timing = Timing::from_map(&map?).map_err(|e| e.to_string())?;
+        log.timing = Some(Box::new(timing));
+        return Ok(());
+    }
+    let metadata: &mut Metadata = log.metadata.get_or_insert_default();
     let problem = || format!("`# {comment}` is neither `# key: value` nor `# key| line`");
     let is_json = comment.starts_with('"');
     if !is_json

@@ -9,7 +9,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};
 
-use crate::{LogError, Metadata, Record, STARTED, TOPIC, Timing, metadata, schema, timing};
+use crate::{Log, LogError, Metadata, Record, STARTED, TOPIC, Timing, metadata, schema, timing};
 
 /// A killed run loses at most this much (s); a microsecond less, so that rounding of t adds no sample to a chunk.
 const CHUNK_SECONDS: f64 = 0.1 - 1e-6;
@@ -23,6 +23,37 @@ pub struct LogWriter<W: Write + Seek> {
     written: u64,
     kept: u64,
     json: Vec<u8>,
+}
+
+impl Log {
+    /// Writes a whole log again, as the run that it is of wrote it; its notice is not kept.
+    ///
+    /// ```
+    /// use furuta_log::{Log, Metadata, Record, read_from};
+    /// use std::io::Cursor;
+    /// let records = vec![Record { t: 0.002, u: 1.5, ..Record::default() }];
+    /// let log = Log { metadata: Some(Metadata::default()), records, ..Log::default() };
+    /// let bytes = log.write_to(Cursor::new(Vec::new()))?.into_inner();
+    /// assert_eq!(read_from(&bytes[..])?, log);
+    /// # Ok::<(), furuta_log::LogError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`LogError::Write`].
+    pub fn write_to<W: Write + Seek>(&self, writer: W) -> Result<W, LogError> {
+        let metadata = self.metadata.clone().unwrap_or_default();
+        let mut log = LogWriter::new(writer, &metadata)?;
+        if !self.real_time.is_empty() {
+            log.write_real_time(&self.real_time)?;
+        }
+        for record in &self.records {
+            log.write(record)?;
+        }
+        if let Some(timing) = &self.timing {
+            log.write_timing(timing)?;
+        }
+        log.finish()
+    }
 }
 
 impl LogWriter<BufWriter<File>> {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use furuta_log::{
-    FIELDS, Log, LogWriter, Metadata, Mode, Record, is_csv, read_csv, read_from, write_csv,
+    FIELDS, Log, Metadata, Mode, Record, Timing, is_csv, read_csv, read_from, write_csv,
 };
 use proptest::prelude::*;
 
@@ -15,12 +15,8 @@ fn csv(log: &Log) -> Vec<u8> {
 }
 
 fn mcap(log: &Log) -> Vec<u8> {
-    let metadata = log.metadata.clone().unwrap_or_default();
-    let mut writer = LogWriter::new(Cursor::new(Vec::new()), &metadata).expect("memory");
-    for record in &log.records {
-        writer.write(record).expect("memory");
-    }
-    writer.finish().expect("memory").into_inner()
+    let bytes = log.write_to(Cursor::new(Vec::new())).expect("memory");
+    bytes.into_inner()
 }
 
 /// Every number of a record by its bits; one NaN for all of them, since neither file tells them apart.
@@ -43,6 +39,8 @@ fn bits(r: &Record) -> ([u64; 10], Mode, u32, u8, u32) {
 
 fn same(a: &Log, b: &Log) {
     assert_eq!(a.metadata, b.metadata);
+    assert_eq!(a.real_time, b.real_time);
+    assert_eq!(a.timing, b.timing);
     let all = |log: &Log| log.records.iter().map(bits).collect::<Vec<_>>();
     assert_eq!(all(a), all(b));
 }
@@ -110,11 +108,32 @@ fn metadata() -> impl Strategy<Value = Metadata> {
     )
 }
 
+/// How the loop ran, which a log says at its end.
+fn timing() -> impl Strategy<Value = Option<Box<Timing>>> {
+    prop::option::of(prop::collection::vec((0.0..0.1_f64, 0.0..0.01_f64), 0..20)).prop_map(
+        |times| {
+            times.map(|times| {
+                let mut timing = Timing::new(2_000_000);
+                for (wake_up, compute) in times {
+                    timing.sample(wake_up, compute);
+                }
+                Box::new(timing)
+            })
+        },
+    )
+}
+
 fn log() -> impl Strategy<Value = Log> {
-    (metadata(), prop::collection::vec(record(), 1..40)).prop_map(|(metadata, records)| Log {
-        metadata: Some(metadata),
-        records,
-        ..Log::default()
+    let real_time = prop::collection::btree_map("[a-z_]{1,8}", text(), 0..3);
+    let records = prop::collection::vec(record(), 1..40);
+    (metadata(), records, real_time, timing()).prop_map(|(metadata, records, real_time, timing)| {
+        Log {
+            metadata: Some(metadata),
+            records,
+            real_time,
+            timing,
+            ..Log::default()
+        }
     })
 }
 

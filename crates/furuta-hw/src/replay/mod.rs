@@ -7,7 +7,7 @@
 //!
 //! ```
 //! use furuta_hw::{
-//!     EmulatedRig, EmulatedTransport, Emulation, LoopSettings, Recorder, Reference, ReplayOptions, Session, SwingUpBalance, Task, provenance,
+//!     EmulatedRig, EmulatedTransport, Emulation, LoopSettings, RealTime, Reference, ReplayOptions, Session, SwingUpBalance, Task, provenance,
 //!     replay,
 //! };
 //! use furuta_ctrl::ControllerFile;
@@ -18,7 +18,9 @@
 //! let mut session = Session::connect(EmulatedTransport::new(emulated))?;
 //! let (file, reference) = (ControllerFile::default(), Reference::Constant(0.0));
 //! let pilot = SwingUpBalance::from_config(&file.config, &rig, session.period(), reference)?;
-//! let settings = LoopSettings { duration: Duration::from_secs(2), limits: rig.limits, silence: LoopSettings::SILENCE, stop: None };
+//! let settings = LoopSettings {
+//!     duration: Duration::from_secs(2), limits: rig.limits, silence: LoopSettings::SILENCE, stop: None, probe: None, real_time: RealTime::default(),
+//! };
 //! let said = provenance::metadata(&rig, Some(&file), &Task::Balance { reference }, pilot.describe(), session.hello());
 //! let path = std::env::temp_dir().join(format!("furuta-replay-{}.mcap", std::process::id()));
 //! session.run(&pilot, &settings, Some((&path, &said)))?;

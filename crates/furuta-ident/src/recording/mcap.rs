@@ -13,7 +13,7 @@ use ::mcap::{Compression, McapError, MessageStream, WriteOptions};
 use furuta_log::{FIELDS, Log, Record};
 use serde_json::{Map, Value, json};
 
-use super::{Column, NoticeKind, Recording, RecordingError, Table, Values};
+use super::{Column, NoticeKind, Recording, RecordingError, Table, Values, source};
 
 /// Metadata that lists the columns of a converted recording, as a JSON array.
 const COLUMNS: &str = "columns";
@@ -191,11 +191,24 @@ impl Recording {
     /// [`RecordingError::Io`] where the file cannot be written, [`RecordingError::NotLoggable`] where a further column has the name of a
     /// field of the log and holds something else.
     pub fn write_mcap(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
+        self.write_mcap_keeping(path, None)
+    }
+
+    /// As [`Self::write_mcap`], with the CSV file that the recording was read from kept whole as an attachment: see
+    /// [`kept_source`](super::kept_source).
+    ///
+    /// # Errors
+    /// As [`Self::write_mcap`].
+    pub fn write_mcap_keeping(
+        &self,
+        path: impl AsRef<Path>,
+        source: Option<&[u8]>,
+    ) -> Result<(), RecordingError> {
         let path = path.as_ref();
         self.fits_the_log()?;
         let write = || {
             let mut file = io::BufWriter::new(std::fs::File::create(path)?);
-            self.to_mcap(&mut file)?;
+            self.to_mcap(&mut file, source)?;
             file.flush()
         };
         write().map_err(|source| RecordingError::Io {
@@ -204,7 +217,7 @@ impl Recording {
         })
     }
 
-    fn to_mcap(&self, out: impl Write + Seek) -> io::Result<()> {
+    fn to_mcap(&self, out: impl Write + Seek, source: Option<&[u8]>) -> io::Result<()> {
         let mut writer = WriteOptions::new()
             .profile("")
             .library(concat!("furuta-ident ", env!("CARGO_PKG_VERSION")))
@@ -241,6 +254,9 @@ impl Recording {
             writer
                 .write_to_known_channel(&header, message.as_bytes())
                 .map_err(as_io)?;
+        }
+        if let Some(source) = source {
+            writer.attach(&source::attachment(source)).map_err(as_io)?;
         }
         writer.finish().map_err(as_io)?;
         Ok(())

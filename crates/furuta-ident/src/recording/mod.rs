@@ -13,6 +13,7 @@ mod error;
 mod mcap;
 mod notice;
 mod regression;
+mod source;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -22,6 +23,7 @@ pub use against_rig::against_rig;
 pub use checks::{GAP_FACTOR, IRREGULAR_SHARE, JITTER_TOLERATED, MIN_SEGMENT};
 pub use error::RecordingError;
 pub use notice::{Notice, NoticeKind};
+pub use source::kept_source;
 
 /// One run of a rig, evenly sampled but for the gaps between its segments.
 #[derive(Clone, Debug, PartialEq)]
