@@ -44,7 +44,7 @@ use pyo3::prelude::*;
 /// numpy.ndarray, shape (N,)
 ///     Only with `controller`: the command that acts from row k to row k + 1, V.
 /// list of str, N entries
-///     Only with `controller`: its mode: "swing-up", "balance" or "fault", from which on the motor is off.
+///     Only with `controller`: its mode: "swing-up", "balance", "braking" after a limit, or "fault", from which on the motor is off.
 /// numpy.ndarray, shape (N + 1, 2)
 ///     Only with `encoders`: measured [theta, alpha] in rad, rounded to counts, effects of the sensors included.
 ///

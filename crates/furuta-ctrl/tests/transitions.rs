@@ -6,23 +6,25 @@ use furuta_ctrl::{Config, Limits, Site};
 use furuta_model::Rig;
 use std::fmt::Write as _;
 
-const MODES: [Mode; 5] = [
+const MODES: [Mode; 6] = [
     Mode::Idle,
     Mode::SwingUp,
     Mode::Balance,
     Mode::Stopping,
+    Mode::Braking,
     Mode::Fault,
 ];
 const HANGING: f64 = std::f64::consts::PI;
 
 /// What may happen, in the table's words.
-const EVENTS: [&str; 9] = [
+const EVENTS: [&str; 10] = [
     "start asked for",
     "stop asked for",
     "reset asked for",
     "the pendulum can be caught",
     "the pendulum falls",
     "both axes at rest for half a second",
+    "the arm has stopped",
     "the arm beyond its limit",
     "an axis beyond its speed limit",
     "a measured angle not finite",
@@ -36,7 +38,7 @@ impl Bench {
             .0
             .update(state, &Measurement::new(theta, alpha, 0.0), 0.0);
         assert_eq!(out.mode, state.mode());
-        assert!(matches!(out.mode, Mode::SwingUp | Mode::Balance) || out.u == 0.0);
+        assert!(matches!(out.mode, Mode::SwingUp | Mode::Balance | Mode::Braking) || out.u == 0.0);
         out.u
     }
 
@@ -58,6 +60,17 @@ impl Bench {
             }
             Mode::Fault => {
                 self.sample(&mut state, f64::NAN, 0.0);
+            }
+            Mode::Braking => {
+                assert!(state.request(Request::Start));
+                // The arm runs at 1 rad/s into its limit of 2 rad.
+                for k in 0.. {
+                    self.sample(&mut state, 0.002 * f64::from(k), HANGING);
+                    if state.mode() == Mode::Braking {
+                        return (state, HANGING);
+                    }
+                    assert!(k < 1100, "beyond its limit");
+                }
             }
         }
         for _ in 0..3 {
@@ -93,6 +106,12 @@ impl Bench {
             "both axes at rest for half a second" => {
                 for _ in 0..300 {
                     self.sample(&mut state, 0.0, alpha);
+                }
+            }
+            "the arm has stopped" => {
+                let theta = if mode == Mode::Braking { 2.0 } else { 0.0 };
+                for _ in 0..60 {
+                    self.sample(&mut state, theta, alpha);
                 }
             }
             "the arm beyond its limit" => {

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use arrayvec::ArrayVec;
-use furuta_ctrl::supervisor::Fault;
+use furuta_ctrl::supervisor::{Brake, Fault};
 use furuta_log::{Mode, Record, Timing};
 use furuta_model::Limits;
 use furuta_wire::{Hello, Message, Sample, Status};
@@ -19,7 +19,7 @@ use crate::pilot::{Measurement, Pilot};
 use crate::real_time::{Granted, RealTime};
 use crate::recorder::RecordSender;
 use crate::transport::{Transport, TransportError};
-use crate::verdict::verdict;
+use crate::verdict::{Judge, Verdict};
 
 /// Changes of mode that a summary can hold; later ones are only counted.
 const MODE_CHANGES: usize = 64;
@@ -35,6 +35,8 @@ pub struct LoopSettings<'a> {
     pub duration: Duration,
     /// The run ends where one of these is exceeded.
     pub limits: Limits,
+    /// How the arm is stopped there; [`Brake::none`] only cuts the motor off. A replay takes it to be [`Brake::new`] of the rig file.
+    pub brake: Brake<f64>,
     /// The run ends where no sample comes for so long.
     pub silence: Duration,
     /// Set from elsewhere, for example on Ctrl-C, to end the run.
@@ -257,6 +259,7 @@ pub fn run<T: Transport, P: Pilot>(
         probed: None,
         // Not at once: an answer to the connection's own queries may still be on its way.
         probe_due: Instant::now() + settings.probe.unwrap_or_default(),
+        judge: Judge::new(settings.limits, settings.brake),
     };
     let end = run.until_the_end(&mut motor, records);
     let mut summary = run.summary;
@@ -282,6 +285,7 @@ struct Run<'a, P: Pilot> {
     /// When the query left that has not been answered yet.
     probed: Option<Instant>,
     probe_due: Instant,
+    judge: Judge,
 }
 
 impl<P: Pilot> Run<'_, P> {
@@ -316,6 +320,9 @@ impl<P: Pilot> Run<'_, P> {
             match self.answer(&sample, arrived, motor, records) {
                 Ok(()) => {}
                 Err(error) => return End::Failed(error),
+            }
+            if self.judge.is_stopping() {
+                continue; // not for long
             }
             if self.summary.seconds >= self.settings.duration.as_secs_f64() {
                 return End::Finished;
@@ -356,12 +363,8 @@ impl<P: Pilot> Run<'_, P> {
             held: f64::from(sample.volts),
         };
         let decision = self.pilot.process(&mut self.state, &measurement);
-        let (volts, fault) = verdict(
-            &self.settings.limits,
-            sample.status,
-            &measurement,
-            &decision,
-        );
+        let Verdict { volts, mode, end } =
+            self.judge.verdict(sample.status, &measurement, &decision);
         motor.seq = sample.seq;
         let sent = motor.link.command(sample.seq, volts as f32);
 
@@ -369,7 +372,7 @@ impl<P: Pilot> Run<'_, P> {
         let delay = self
             .delay
             .delay(arrived.duration_since(self.begin).as_secs_f64(), t);
-        self.count(sample, t, decision.mode, compute, delay);
+        self.count(sample, t, mode, compute, delay);
         records.send(Record {
             t,
             u: measurement.held,
@@ -379,15 +382,15 @@ impl<P: Pilot> Run<'_, P> {
             alpha_dot: decision.alpha_dot,
             reference: decision.reference,
             command: volts,
-            mode: decision.mode,
+            mode,
             seq: sample.seq,
             status: sample.status.bits(),
             lost: self.lost_before,
             delay,
             compute,
         });
-        match fault {
-            Some(fault) => Err(fault),
+        match end {
+            Some(error) => Err(error),
             None => Ok(sent.and_then(|()| self.probe(motor))?),
         }
     }

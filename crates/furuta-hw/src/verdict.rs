@@ -1,36 +1,100 @@
-//! What the motor gets of a pilot's decision: all of it, or nothing where something is wrong. The loop asks at every sample; a replay asks the same.
+//! What the motor gets of a pilot's decision: all of it, nothing where something is wrong, or what brakes the arm where a limit is hit. The loop asks at every
+//! sample; a replay asks the same.
 
-use furuta_model::Limits;
+use furuta_ctrl::supervisor::{Brake, Braking, Fault};
+use furuta_log::Mode;
+use furuta_model::{Limits, State};
 use furuta_wire::Status;
 
 use crate::control_loop::RunError;
 use crate::pilot::{Decision, Measurement};
 
-/// The voltage to answer with (V), and the fault that ends the run here if it is 0 for one.
-pub(crate) fn verdict(
-    limits: &Limits,
-    status: Status,
-    m: &Measurement,
-    d: &Decision,
-) -> (f64, Option<RunError>) {
-    match fault(limits, status, m, d) {
-        Some(fault) => (0.0, Some(fault)),
-        None => (d.volts, None),
+/// What the motor gets at a sample.
+pub(crate) struct Verdict {
+    /// The voltage to answer with (V).
+    pub(crate) volts: f64,
+    /// What is being done: the pilot's doing, or braking.
+    pub(crate) mode: Mode,
+    /// What ends the run here; the voltage is then 0.
+    pub(crate) end: Option<RunError>,
+}
+
+/// Verdicts on a run, sample by sample.
+pub(crate) struct Judge {
+    limits: Limits,
+    brake: Brake<f64>,
+    /// The limit that was hit, while the arm is braked.
+    stopping: Option<(RunError, Braking<f64>)>,
+}
+
+impl Judge {
+    pub(crate) fn new(limits: Limits, brake: Brake<f64>) -> Self {
+        Self {
+            limits,
+            brake,
+            stopping: None,
+        }
+    }
+
+    /// Whether the arm is being braked: the run then ends with that and with nothing else, within a quarter of a second.
+    pub(crate) fn is_stopping(&self) -> bool {
+        self.stopping.is_some()
+    }
+
+    pub(crate) fn verdict(&mut self, status: Status, m: &Measurement, d: &Decision) -> Verdict {
+        let off = |mode, error| Verdict {
+            volts: 0.0,
+            mode,
+            end: Some(error),
+        };
+        let unknown = not_finite(m, d);
+        let (error, mut braking) = match (self.stopping.take(), unknown) {
+            (Some((error, _)), Some(_)) => return off(Mode::Brake, error),
+            (Some(stopping), None) => stopping,
+            (None, Some(error)) => return off(d.mode, error),
+            (None, None) => match fault(&self.limits, status, m, d) {
+                None => {
+                    return Verdict {
+                        volts: d.volts,
+                        mode: d.mode,
+                        end: None,
+                    };
+                }
+                Some(
+                    error @ RunError::Fault {
+                        fault: Fault::NotANumber,
+                        ..
+                    },
+                ) => return off(d.mode, error),
+                Some(error) => (error, self.brake.begin(d.theta_dot)),
+            },
+        };
+        let x = State::new(m.theta, m.alpha, d.theta_dot, d.alpha_dot);
+        let volts = self.brake.update(&mut braking, &x, m.periods);
+        if braking.is_over() {
+            return off(Mode::Brake, error);
+        }
+        self.stopping = Some((error, braking));
+        Verdict {
+            volts,
+            mode: Mode::Brake,
+            end: None,
+        }
     }
 }
 
-fn fault(limits: &Limits, status: Status, m: &Measurement, d: &Decision) -> Option<RunError> {
-    let t = m.t;
+fn not_finite(m: &Measurement, d: &Decision) -> Option<RunError> {
     let numbers = [
         ("arm speed", d.theta_dot),
         ("pendulum speed", d.alpha_dot),
         ("command", d.volts),
     ];
-    for (quantity, value) in numbers {
-        if !value.is_finite() {
-            return Some(RunError::NotFinite { quantity, t });
-        }
-    }
+    let bad = numbers.into_iter().find(|(_, value)| !value.is_finite());
+    bad.map(|(quantity, _)| RunError::NotFinite { quantity, t: m.t })
+}
+
+fn fault(limits: &Limits, status: Status, m: &Measurement, d: &Decision) -> Option<RunError> {
+    let t = m.t;
     let Limits {
         arm_angle,
         arm_speed,

@@ -14,8 +14,8 @@ use furuta_hw::{
     SessionError, Summary, SwingUpBalance, Transport, TransportError, run,
 };
 use furuta_log::{LogError, LogWriter, Metadata, Mode};
-use furuta_model::{Limits, Rig};
-use furuta_wire::{Hello, Status};
+use furuta_model::Rig;
+use furuta_wire::Hello;
 
 fn srv02() -> Rig {
     Rig::builtin("shahzad2022-srv02").expect("built in")
@@ -472,67 +472,6 @@ fn a_wrong_rig_on_the_port_is_refused() {
         }
         other => panic!("{other:?}"),
     }
-}
-
-/// Full voltage into the limit: the host's limit and the rig's own both take the motor off the voltage, which brakes it.
-#[test]
-fn a_limit_hit_at_speed_stops_the_motor() {
-    struct Full;
-    impl Pilot for Full {
-        type State = ();
-        fn start(&self) {}
-        fn process(&self, (): &mut (), m: &Measurement) -> furuta_hw::Decision {
-            common::Constant(5.0).process(&mut (), m)
-        }
-    }
-    let limits = Limits {
-        arm_angle: Some(1.0),
-        ..Limits::default()
-    };
-    let drive = |of_host: Limits, of_rig: Limits| {
-        let rig = Rig {
-            limits: of_rig,
-            ..srv02()
-        };
-        let rig = EmulatedRig::new(&rig, &Emulation::default()).expect("valid");
-        let mut line = EmulatedTransport::new(rig);
-        let (mut link, hello) = link(&mut line);
-        let settings = furuta_hw::LoopSettings {
-            limits: of_host,
-            ..settings(60.0)
-        };
-        let summary = run(
-            &mut link,
-            &hello,
-            &Full,
-            &settings,
-            &mut RecordSender::nowhere(),
-        );
-        let at_limit = line.rig().state();
-        // The host is silent from now on.
-        let ticks: Vec<_> = (0..500).map(|_| line.rig().tick()).collect();
-        assert!(ticks[1..].iter().all(|s| s.volts == 0.0));
-        let over = ticks.iter().any(|s| s.status.contains(Status::LIMIT));
-        let counts = hello.arm_counts_per_rev;
-        let furthest = ticks.iter().map(|s| s.theta.theta(counts).abs());
-        (summary, at_limit, furthest.fold(0.0, f64::max), over)
-    };
-    let (summary, at_limit, furthest, _) = drive(limits, Limits::default());
-    let error = summary.error().expect("the limit").to_string();
-    assert!(
-        error.starts_with("arm angle is 1.0") && error.contains("motor off"),
-        "{error}"
-    );
-    assert!(at_limit.theta_dot > 2.0, "at speed: {at_limit:?}");
-    // At 0 V the motor brakes; what pushes on is the pendulum.
-    println!("{at_limit:?}, then as far as {furthest} rad");
-    assert!(furthest < 2.0, "{furthest}");
-    let (summary, _, furthest_by_rig, over) = drive(Limits::default(), limits);
-    assert!(
-        matches!(summary.error(), Some(RunError::RigLimit { .. })),
-        "{summary:?}"
-    );
-    assert!(over && furthest_by_rig < 2.0, "{furthest_by_rig}");
 }
 
 /// Half an hour of the rig's time, balancing, with every fault of the line and every record kept.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use furuta_ctrl::ControllerFile;
+use furuta_ctrl::supervisor::Brake;
 use furuta_hw::replay::Finding;
 use furuta_hw::{
     EmulatedRig, EmulatedTransport, Emulation, End, Excitation, FaultRates, FaultyTransport,
@@ -64,6 +65,11 @@ fn fly<P: Pilot + Sync>(
     let settings = LoopSettings {
         duration: Duration::from_secs_f64(seconds),
         limits: rig.limits,
+        brake: Brake::new(
+            &rig.params,
+            rig.params.motor.command_limit,
+            session.period(),
+        ),
         silence: Duration::from_secs(5),
         stop: None,
         probe: None,

@@ -8,11 +8,15 @@ use crate::{
     ArmCounts, Decoder, FrameError, Hello, Message, PendulumCounts, RigLimits, Sample, Status,
 };
 
+/// Beyond a limit a command that brakes the arm is obeyed for so long, us; then the motor is off whatever is said.
+const BRAKING_US: u32 = 250_000;
+
 /// Speeds for the limits are taken over this many periods, since a single count per period is already fast.
 const SPEED_WINDOW: usize = 10;
 
 /// The rig's end of the wire: takes the host's bytes, decides at each tick what the motor gets. Holds the watchdog, the
-/// command limit and the limits of angle and speed that the hello announces. No I/O, no clock.
+/// command limit and the limits of angle and speed that the hello announces: beyond one of these the motor gets nothing but what brakes the arm
+/// on its way out, for a quarter of a second at most. No I/O, no clock.
 ///
 /// ```
 /// use furuta_wire::{ArmCounts, Command, Hello, MAX_FRAME, Message, PendulumCounts, RigEnd, RigLimits, RigName, Status, encode};
@@ -55,6 +59,16 @@ pub struct RigEnd {
     seq: u32,
     /// Counts at the last ticks, the oldest first.
     recent: ArrayVec<[i32; 2], SPEED_WINDOW>,
+    /// Ticks in a row beyond a limit.
+    beyond: u32,
+}
+
+/// What the encoders say of the limits.
+struct Motion {
+    beyond: bool,
+    /// The arm, rad and rad/s.
+    theta: f32,
+    theta_dot: f32,
 }
 
 impl RigEnd {
@@ -74,6 +88,7 @@ impl RigEnd {
             commanded: false,
             seq: 0,
             recent: ArrayVec::new(),
+            beyond: 0,
         }
     }
 
@@ -179,14 +194,30 @@ impl RigEnd {
             self.held = 0.0;
             status = status | Status::WATCHDOG;
         }
-        if self.beyond_limits(counts) {
-            self.held = 0.0;
+        let motion = self.motion(counts);
+        if motion.beyond {
             status = status | Status::LIMIT;
+            self.beyond = self.beyond.saturating_add(1);
+            if !self.brakes(&motion) {
+                self.held = 0.0;
+            }
+        } else {
+            self.beyond = 0;
         }
         (self.held, status)
     }
 
-    fn beyond_limits(&mut self, counts: [i32; 2]) -> bool {
+    /// Whether the voltage held does nothing beyond a limit but to stop the arm on its way out, and has not done so for too long.
+    fn brakes(&self, motion: &Motion) -> bool {
+        let longest = BRAKING_US.checked_div(self.hello.period_us).unwrap_or(0);
+        let against = self.held * motion.theta_dot < 0.0;
+        let limit = self.hello.limits.arm_angle;
+        let outside = limit.is_some_and(|limit| motion.theta.abs() > limit);
+        let outwards = motion.theta * motion.theta_dot > 0.0;
+        self.beyond <= longest && against && (outwards || !outside)
+    }
+
+    fn motion(&mut self, counts: [i32; 2]) -> Motion {
         #[allow(clippy::cast_possible_truncation)] // counts per turn have few digits
         let per_count = [
             TAU / self.hello.arm_counts_per_rev as f32,
@@ -210,8 +241,13 @@ impl RigEnd {
         // There is room: a full window has lost its oldest just now.
         let _ = self.recent.try_push(counts);
         let beyond = |value: f32, limit: Option<f32>| limit.is_some_and(|l| value.abs() > l);
-        beyond(angle(0, counts[0]), arm_angle)
-            || beyond(speeds[0], arm_speed)
-            || beyond(speeds[1], pendulum_speed)
+        let theta = angle(0, counts[0]);
+        Motion {
+            beyond: beyond(theta, arm_angle)
+                || beyond(speeds[0], arm_speed)
+                || beyond(speeds[1], pendulum_speed),
+            theta,
+            theta_dot: speeds[0],
+        }
     }
 }

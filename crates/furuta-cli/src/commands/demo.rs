@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use furuta_ctrl::ControllerFile;
+use furuta_ctrl::supervisor::Brake;
 use furuta_hw::emulate::hidden_effect;
 use furuta_hw::{
     EmulatedRig, Emulation, End, Excitation, LoopSettings, OpenLoop, Pace, Pilot, PtyRig, RealTime,
@@ -267,6 +268,11 @@ impl Bench<'_> {
         let settings = LoopSettings {
             duration: Duration::from_secs_f64(seconds),
             limits: rig.limits,
+            brake: Brake::new(
+                &rig.params,
+                rig.params.motor.command_limit,
+                self.session.period(),
+            ),
             silence: LoopSettings::SILENCE,
             stop: Some(interrupt::flag()),
             probe: Some(LoopSettings::PROBE),

@@ -7,7 +7,10 @@
 //! | balance | the pendulum is further than [`Thresholds::release_angle`] from upright, or beyond [`Thresholds::doubt_angle`] falling, and the model says that it will not be saved; or the arm could not be stopped within its limit any more | swing-up | the balance controller's |
 //! | swing-up, balance | [`Request::Stop`] | stopping | |
 //! | stopping | both axes at rest for half a second | idle | 0 |
-//! | any | an angle or speed beyond its limit, or not a number | fault | 0 |
+//! | swing-up, balance | an angle or speed beyond its limit | braking | 0 from the next sample on, then against the arm's speed: [`Brake`] |
+//! | braking | the arm has stopped, or a quarter of a second is over | fault | |
+//! | idle, stopping | an angle or speed beyond its limit | fault | 0 |
+//! | any | a measurement that is not a number | fault | 0 |
 //! | fault | [`Request::Reset`], measurements being sound again | idle | 0 while in fault |
 //!
 //! Started with the pendulum held upright, the catch succeeds at once: there is no separate mode for it.
@@ -19,8 +22,10 @@
 //!
 //! The same as a table of modes and events, tried and compared by a test: `docs/controllers.md`.
 
+mod brake;
 mod catch;
 
+pub use brake::{Brake, Braking};
 pub use catch::Catch;
 
 use crate::compensation::{Compensation, Situation};
@@ -54,18 +59,21 @@ pub enum Mode {
     Balance,
     /// The motor is off until everything rests.
     Stopping,
+    /// A limit was passed: the arm is braked, for a quarter of a second at most, and then the motor is off. See [`Brake`].
+    Braking,
     /// A limit was passed or a measurement was no number; the motor is off until [`Request::Reset`].
     Fault,
 }
 
 impl Mode {
-    /// Its name in logs: `idle`, `swing-up`, `balance`, `stopping`, `fault`.
+    /// Its name in logs: `idle`, `swing-up`, `balance`, `stopping`, `braking`, `fault`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Idle => "idle",
             Self::SwingUp => "swing-up",
             Self::Balance => "balance",
             Self::Stopping => "stopping",
+            Self::Braking => "braking",
             Self::Fault => "fault",
         }
     }
@@ -254,6 +262,8 @@ pub struct Supervisor<T: Real> {
     pub compensation: Compensation<T>,
     /// Limits and thresholds.
     pub thresholds: Thresholds<T>,
+    /// How the arm is stopped where a limit is passed.
+    pub brake: Brake<T>,
     /// Sample period, s.
     h: T,
 }
@@ -278,6 +288,8 @@ pub struct SupervisorState<T: Real> {
     catch_jump: Option<T>,
     /// For how long both axes have been at rest, s.
     resting: T,
+    /// While in [`Mode::Braking`].
+    braking: Braking<T>,
 }
 
 /// One sample's answer.
@@ -337,6 +349,7 @@ impl<T: Real> Supervisor<T> {
             catch,
             compensation: Compensation::design(&config.compensate, site)?,
             thresholds: thresholds(&config.supervisor, site),
+            brake: Brake::new(site.params, site.command_limit, site.period),
             h: T::from_f64(site.period),
         })
     }
@@ -355,12 +368,13 @@ impl<T: Real> Supervisor<T> {
             since_test: u32::MAX,
             catch_jump: None,
             resting: T::ZERO,
+            braking: Brake::none().begin(T::ZERO),
         }
     }
 
     /// The command for one sample; the arm is to go to `target` (rad) once the pendulum is up.
     ///
-    /// Always a finite number within the command limit; 0 in the modes idle, stopping and fault.
+    /// Always a finite number within the command limit; 0 in the modes idle, stopping and fault; against the arm's speed in braking.
     pub fn update(
         &self,
         state: &mut SupervisorState<T>,
@@ -372,11 +386,8 @@ impl<T: Real> Supervisor<T> {
             ahead,
             disturbance,
         } = self.estimator.update(&mut state.estimator, measurement);
-        if state.mode != Mode::Fault
-            && let Some(fault) = self.violation(&now)
-        {
-            state.mode = Mode::Fault;
-            state.fault = Some(fault);
+        if let Some(fault) = self.violation(&now) {
+            self.find(state, fault, &now);
         }
         let periods = T::from_f64(f64::from(measurement.periods));
         let target = if is_finite(target) { target } else { T::ZERO };
@@ -407,8 +418,18 @@ impl<T: Real> Supervisor<T> {
                 };
                 self.compensation.command(u, &situation)
             }
+            Mode::Braking => {
+                let u = self
+                    .brake
+                    .update(&mut state.braking, &now, measurement.periods);
+                if state.braking.is_over() {
+                    state.mode = Mode::Fault;
+                }
+                u
+            }
             Mode::Idle | Mode::Stopping | Mode::Fault => T::ZERO,
         };
+        let mode = state.mode;
         state.u = command(u, self.thresholds.command_limit);
         Output {
             u: state.u,
@@ -504,6 +525,21 @@ impl<T: Real> Supervisor<T> {
                     .holds(x, state.arm_reference)
     }
 
+    /// A limit passed while the motor drives: it brakes first. Where the motor is off already, or nothing is known, it is off.
+    fn find(&self, state: &mut SupervisorState<T>, fault: Fault, now: &State<T>) {
+        let known = fault != Fault::NotANumber;
+        match state.mode {
+            Mode::Fault => return,
+            Mode::Braking if known => return,
+            Mode::SwingUp | Mode::Balance if known => {
+                state.mode = Mode::Braking;
+                state.braking = self.brake.begin(now.theta_dot);
+            }
+            _ => state.mode = Mode::Fault,
+        }
+        state.fault = Some(fault);
+    }
+
     fn enter(&self, state: &mut SupervisorState<T>, mode: Mode, x: &State<T>) {
         state.mode = mode;
         match mode {
@@ -517,7 +553,7 @@ impl<T: Real> Supervisor<T> {
                 state.catch_jump = None;
                 state.swing_up = self.swing_up.again(&state.swing_up);
             }
-            Mode::Idle | Mode::Stopping | Mode::Fault => {}
+            Mode::Idle | Mode::Stopping | Mode::Braking | Mode::Fault => {}
         }
     }
 
@@ -604,7 +640,7 @@ impl<T: Real> SupervisorState<T> {
         self.mode
     }
 
-    /// Why the motor was switched off, while in [`Mode::Fault`].
+    /// Why the motor was switched off, while in [`Mode::Braking`] and [`Mode::Fault`].
     pub fn fault(&self) -> Option<Fault> {
         self.fault
     }

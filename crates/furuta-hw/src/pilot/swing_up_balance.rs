@@ -91,6 +91,7 @@ impl Pilot for SwingUpBalance {
             mode: match out.mode {
                 Doing::SwingUp => Mode::SwingUp,
                 Doing::Balance => Mode::Balance,
+                Doing::Braking => Mode::Brake,
                 Doing::Idle | Doing::Stopping | Doing::Fault => Mode::Off,
             },
             fault: state.supervisor.fault(),

@@ -11,6 +11,7 @@
 //!     replay,
 //! };
 //! use furuta_ctrl::ControllerFile;
+//! use furuta_ctrl::supervisor::Brake;
 //! use std::time::Duration;
 //!
 //! let rig = furuta_model::Rig::builtin("shahzad2022-srv02").ok_or("no such rig")?;
@@ -19,7 +20,13 @@
 //! let (file, reference) = (ControllerFile::default(), Reference::Constant(0.0));
 //! let pilot = SwingUpBalance::from_config(&file.config, &rig, session.period(), reference)?;
 //! let settings = LoopSettings {
-//!     duration: Duration::from_secs(2), limits: rig.limits, silence: LoopSettings::SILENCE, stop: None, probe: None, real_time: RealTime::default(),
+//!     duration: Duration::from_secs(2),
+//!     limits: rig.limits,
+//!     brake: Brake::new(&rig.params, rig.params.motor.command_limit, session.period()),
+//!     silence: LoopSettings::SILENCE,
+//!     stop: None,
+//!     probe: None,
+//!     real_time: RealTime::default(),
 //! };
 //! let said = provenance::metadata(&rig, Some(&file), &Task::Balance { reference }, pilot.describe(), session.hello());
 //! let path = std::env::temp_dir().join(format!("furuta-replay-{}.mcap", std::process::id()));
@@ -44,7 +51,7 @@ mod source;
 
 use furuta_ctrl::ControllerFile;
 use furuta_log::{Log, Mode, Record};
-use furuta_model::{Limits, Rig};
+use furuta_model::Rig;
 use furuta_wire::Status;
 
 pub use difference::{Difference, Quantity, ulps};
@@ -53,7 +60,7 @@ pub use evidence::Impossible;
 
 use crate::control_loop::RunError;
 use crate::pilot::{Measurement, Pilot};
-use crate::verdict::verdict;
+use crate::verdict::Judge;
 use evidence::Evidence;
 use source::{AnyPilot, Source};
 
@@ -173,6 +180,7 @@ fn replay_with<P: Pilot>(pilot: &P, source: &Source, records: &[Record]) -> Repl
     };
     let mut evidence = Evidence::new(&source.hello);
     let mut state = pilot.start();
+    let mut judge = Judge::new(source.limits, source.brake);
     for (index, record) in records.iter().enumerate() {
         let before = index.checked_sub(1).and_then(|k| records.get(k));
         let periods = before.map_or(1, |before| record.seq.wrapping_sub(before.seq));
@@ -182,7 +190,7 @@ fn replay_with<P: Pilot>(pilot: &P, source: &Source, records: &[Record]) -> Repl
                 break;
             }
         }
-        let (answer, fault) = answer(pilot, &mut state, &source.limits, record, periods);
+        let (answer, fault) = answer(pilot, &mut state, &mut judge, record, periods);
         if let Some(fault) = fault {
             replay.fault.get_or_insert((index, fault));
         }
@@ -195,7 +203,7 @@ fn replay_with<P: Pilot>(pilot: &P, source: &Source, records: &[Record]) -> Repl
 fn answer<P: Pilot>(
     pilot: &P,
     state: &mut P::State,
-    limits: &Limits,
+    judge: &mut Judge,
     record: &Record,
     periods: u32,
 ) -> (Replayed, Option<RunError>) {
@@ -208,15 +216,15 @@ fn answer<P: Pilot>(
     };
     let decision = pilot.process(state, &measurement);
     let status = Status::from_bits(record.status);
-    let (command, fault) = verdict(limits, status, &measurement, &decision);
+    let verdict = judge.verdict(status, &measurement, &decision);
     let replayed = Replayed {
-        command,
+        command: verdict.volts,
         theta_dot: decision.theta_dot,
         alpha_dot: decision.alpha_dot,
         reference: decision.reference,
-        mode: decision.mode,
+        mode: verdict.mode,
     };
-    (replayed, fault)
+    (replayed, verdict.end)
 }
 
 /// A rig counts from its power-on and the log from the run's first sample: only the time tells whether that is here.

@@ -1,5 +1,6 @@
 //! From what a log says of itself to the pilot that made it.
 
+use furuta_ctrl::supervisor::Brake;
 use furuta_ctrl::{Config, ControllerFile};
 use furuta_log::{Log, Metadata};
 use furuta_model::{Limits, Rig};
@@ -17,6 +18,7 @@ const PERIODS: std::ops::RangeInclusive<u32> = 100..=1_000_000;
 pub(super) struct Source {
     pub(super) hello: Hello,
     pub(super) limits: Limits,
+    pub(super) brake: Brake<f64>,
     pub(super) pilot: AnyPilot,
     pub(super) same_pilot: bool,
 }
@@ -105,6 +107,7 @@ impl Source {
         };
         Ok(Self {
             limits: rig.limits,
+            brake: Brake::new(&rig.params, rig.params.motor.command_limit, period),
             same_pilot: same_controller && *rig == own_rig,
             hello,
             pilot,

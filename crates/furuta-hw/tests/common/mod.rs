@@ -3,6 +3,7 @@
 
 use std::time::Duration;
 
+use furuta_ctrl::supervisor::Brake;
 use furuta_hw::{
     Decision, EmulatedRig, Emulation, Link, LoopSettings, Measurement, Pace, Pilot, PtyRig,
     RealTime, SerialTransport,
@@ -30,6 +31,7 @@ pub(crate) fn settings(seconds: f64) -> LoopSettings<'static> {
     LoopSettings {
         duration: Duration::from_secs_f64(seconds),
         limits: Limits::default(),
+        brake: Brake::none(),
         silence: Duration::from_secs(5), // generous: other work shares the machine
         stop: None,
         probe: None,

@@ -30,7 +30,9 @@ fn main() -> ! {
                     pilot.request(match pilot.mode() {
                         Mode::Idle => Request::Start,
                         Mode::Fault => Request::Reset,
-                        Mode::SwingUp | Mode::Balance | Mode::Stopping => Request::Stop,
+                        Mode::SwingUp | Mode::Balance | Mode::Stopping | Mode::Braking => {
+                            Request::Stop
+                        }
                     });
                 }
             }
