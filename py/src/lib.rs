@@ -22,6 +22,7 @@ mod replay;
 mod rig;
 mod signals;
 mod simulate;
+mod timing;
 
 use pyo3::prelude::*;
 
@@ -55,6 +56,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(diagnosis::diagnose, m)?)?;
     m.add_class::<replay::PyReplay>()?;
     m.add_function(wrap_pyfunction!(replay::replay, m)?)?;
+    m.add_function(wrap_pyfunction!(timing::timing, m)?)?;
     frequency::register(m)?;
     Ok(())
 }

@@ -57,6 +57,28 @@ def test_what_the_log_says_of_itself(log):
     assert (units["t"], units["u"], units["theta"], units["alpha_dot"]) == ("s", "V", "rad", "rad/s")
 
 
+def test_how_punctual_the_loop_was(log, samples, tmp_path):
+    timing = furuta.timing(log)
+    computed = [sample["compute"] for sample in samples]
+    assert timing["period"] == 0.002 and timing["real_time"]
+    compute = timing["compute"]
+    assert compute["count"] == len(samples) == timing["total"]["count"]
+    assert compute["max"] == pytest.approx(max(computed), abs=1e-9)
+    assert compute["mean"] == pytest.approx(np.mean(computed), abs=1e-9)
+    # A bucket is 1/32 wide.
+    assert np.sort(computed)[int(0.5 * len(computed))] == pytest.approx(compute["p50"], rel=0.04, abs=1e-7)
+    low, high, counts = compute["buckets"].T
+    assert counts.sum() == len(samples) and (low <= high).all() and (np.diff(low) > 0).all()
+    late = np.array([sample["delay"] for sample in samples]) + computed
+    assert timing["overruns"] == (late > 0.002).sum()
+    assert timing["round_trip"]["count"] > 0
+    cut = tmp_path / "cut.mcap"
+    whole = log.read_bytes()
+    cut.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(furuta.RecordingError, match="how punctual"):
+        furuta.timing(cut)
+
+
 def test_the_model_repeats_the_run(samples):
     """Logged commands, simulated, give the logged angles: times, signs, units and the holding of u are what the log says they are."""
     rig = furuta.Rig.load("qube-servo-2")

@@ -61,6 +61,7 @@ __all__ = [
     "simulate_batch",
     "spectra",
     "steady_motion",
+    "timing",
     "validate",
     "whiteness",
     "zero_order_hold",
@@ -710,3 +711,4 @@ def replay(
 ) -> Replay: ...
 
 def whiteness(residual: Sequence[float], lags: int = 25) -> dict[str, Any]: ...
+def timing(path: str | os.PathLike[str]) -> dict[str, Any]: ...
