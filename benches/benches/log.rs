@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use furuta_ctrl::ControllerFile;
+use furuta_ctrl::supervisor::Brake;
 use furuta_hw::{
     EmulatedRig, EmulatedTransport, Emulation, LoopSettings, RealTime, Reference, ReplayOptions,
     Session, SwingUpBalance, Task, provenance, replay,
@@ -32,6 +33,11 @@ fn minute(controller: &str) -> Log {
     let settings = LoopSettings {
         duration: MINUTE,
         limits: rig.limits,
+        brake: Brake::new(
+            &rig.params,
+            rig.params.motor.command_limit,
+            session.period(),
+        ),
         silence: LoopSettings::SILENCE,
         stop: None,
         probe: None,
