@@ -381,6 +381,27 @@ fn a_jump_that_is_no_turn_is_reported_and_left() {
     assert!((recording.theta[600] - rows[600][2]).abs() < 1e-6);
 }
 
+/// A balanced pendulum's small limit cycle is faster than any pendulum of a bench swings; what swings about 0 as slowly as one is counted from hanging.
+#[test]
+fn a_limit_cycle_about_upright_is_not_taken_for_a_hanging_pendulum() {
+    let swinging = |speed: f64| {
+        let row = |k: i32| {
+            let t = 0.002 * f64::from(k);
+            [
+                t,
+                (3.0 * t).sin(),
+                0.3 * (3.0 * t).sin(),
+                0.03 * (speed * t).sin(),
+            ]
+        };
+        let rows: Vec<_> = (0..4000).map(row).collect();
+        let (_, notices) = read(&csv(&rows)).unwrap();
+        notices.contains(&NoticeKind::HangingSuspected)
+    };
+    assert!(swinging(6.0));
+    assert!(!swinging(28.0));
+}
+
 #[test]
 fn broken_conventions_are_suspected() {
     let suspicion = |change: fn([f64; 4]) -> [f64; 4]| {

@@ -1,6 +1,7 @@
 //! Levenberg-Marquardt on the parameters, with every window's initial state solved for at each trial.
 
-use furuta_model::State;
+use furuta_model::effects::Acts;
+use furuta_model::{Spec, State};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -69,6 +70,10 @@ const PATIENCE: usize = 3;
 const NEAR: f64 = 2.0;
 /// A step that throws more than this share of the windows far off is a bad step: nobody looks after them one by one.
 const THROWN_OFF: f64 = 0.2;
+
+/// A flexible coupling that takes more steps of the integrator a sample than this rings, or creeps, faster than samples follow. It shows no more than a
+/// rigid one, and a fit that has no use for a coupling would make it stiffer and stiffer, and every simulation longer.
+const MOST_STEPS: usize = 24;
 
 impl<'a> Problem<'a> {
     pub(super) fn new(data: &'a Data, nominal: &'a Nominal, windows: Vec<Window>) -> Self {
@@ -149,6 +154,9 @@ impl<'a> Problem<'a> {
             z,
         };
         self.polish(&mut here, 2);
+        if !here.cost.is_finite() {
+            return here;
+        }
         let mut damping = 1e-3;
         let mut r = self.linearise(&here);
         for iteration in 0..effort.iterations {
@@ -203,9 +211,17 @@ impl<'a> Problem<'a> {
         )
     }
 
-    /// Brings every window's initial state to its optimum.
+    /// Brings every window's initial state to its optimum; the cost is infinite where a coupling is stiffer than samples follow.
     fn polish(&self, f: &mut Fit, iterations: usize) {
         let inner = Inner::<4>::new(&f.hypothesis, &f.z, self.nominal);
+        let drives = |e: &&Spec| e.acts.includes(Acts::DRIVE);
+        if f.hypothesis.effects.iter().any(drives)
+            && inner.plain().substeps(self.nominal.period) > MOST_STEPS
+        {
+            f.costs = vec![f64::INFINITY; f.states.len()];
+            f.cost = f64::INFINITY;
+            return;
+        }
         (f.states, f.costs) = self
             .windows
             .par_iter()
@@ -229,6 +245,9 @@ impl<'a> Problem<'a> {
         }
         let moved = trial.states.clone();
         self.polish(&mut trial, 2);
+        if !trial.cost.is_finite() {
+            return trial;
+        }
         // A window that the step threw far off is tried from where it was as well.
         let off: Vec<usize> = (0..moved.len())
             .filter(|&i| trial.costs[i] > 2.0 * here.costs[i] + 20.0 && moved[i] != here.states[i])

@@ -59,6 +59,9 @@ const LONG_DIFFERENCE: f64 = 0.06;
 const SIGNIFICANT: f64 = 12.0;
 /// Slowest pendulum of a bench, squared angular frequency in rad^2/s^2 (1.6 m long).
 const FREQUENCY_SQUARED_AT_LEAST: f64 = 8.0;
+/// Fastest one, rad^2/s^2 (2.5 cm long). Balanced in a small limit cycle, a coarse encoder and the arm's play make every second difference look like a
+/// spring far stiffer than any weight.
+const FREQUENCY_SQUARED_AT_MOST: f64 = 400.0;
 /// Least coupling `m L c / (I + m c^2)` of a rig worth the name.
 const COUPLING_AT_LEAST: f64 = 0.1;
 
@@ -190,7 +193,10 @@ pub(super) fn signs(recording: &Recording) -> Option<NoticeKind> {
         }
     }
     match law?.signs() {
-        [Some(gravity), _] if gravity < 0.0 => Some(NoticeKind::HangingSuspected),
+        [Some(gravity), _] if gravity < 0.0 => {
+            let weight = law.is_some_and(|law| -law.gravity.value <= FREQUENCY_SQUARED_AT_MOST);
+            weight.then_some(NoticeKind::HangingSuspected)
+        }
         [Some(_), Some(coupling)] if coupling < 0.0 => Some(NoticeKind::SignSuspected),
         _ => None,
     }

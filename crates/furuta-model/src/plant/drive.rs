@@ -173,7 +173,8 @@ impl<S: Scalar> Plant<S> {
     }
 
     /// How many steps of the integrator a stretch of `h` seconds takes.
-    pub(super) fn substeps(&self, h: S::Real) -> usize {
+    #[must_use]
+    pub fn substeps(&self, h: S::Real) -> usize {
         if !self.drive.elastic() {
             return 1;
         }
