@@ -94,13 +94,13 @@ def test_a_progress_that_raises_ends_it():
         furuta.simulate_batch(SRV02, starts(20_000), np.zeros(10_000), 1e-3, progress=refuse)
 
 
-def test_ctrl_c_ends_it():
+def test_ctrl_c_ends_it(interruptible):
     threading.Timer(0.2, _thread.interrupt_main).start()
     with pytest.raises(KeyboardInterrupt):
         furuta.simulate_batch(SRV02, starts(20_000), np.zeros(10_000), 1e-3)
 
 
-def test_ctrl_c_ends_a_single_run():
+def test_ctrl_c_ends_a_single_run(interruptible):
     threading.Timer(0.2, _thread.interrupt_main).start()
     with pytest.raises(KeyboardInterrupt):
         furuta.simulate(SRV02, [0, 3, 0, 0], np.zeros(1_000_000), 1e-3, substeps=1000)

@@ -257,7 +257,7 @@ def test_unusable_recordings_are_named(given, error, message):
         furuta.diagnose(given, furuta.Rig.load("qube-servo-2"))
 
 
-def test_ctrl_c(case):
+def test_ctrl_c(case, interruptible):
     """An interrupt ends the search and gives what is known; an error in the callback ends it at once."""
     folder, _, _ = case("arm.coulomb")
     rig, files = furuta.Rig.load(folder / "rig.toml"), sorted(folder.glob("run-*.csv"))
