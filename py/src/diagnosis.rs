@@ -3,7 +3,8 @@
 use crate::error;
 use crate::recording::{Read, read, refuse_suspicion};
 use crate::rig::PyRig;
-use furuta_ident::diagnose::{DiagnoseError, Options, Outcome, Progress, Request};
+use furuta_ident::Insufficient;
+use furuta_ident::diagnose::{Options, Outcome, Progress, Request};
 use furuta_ident::recording::{Recording, against_rig};
 use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
@@ -346,7 +347,7 @@ pub(crate) fn diagnose(
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
     // Where nobody waits for its answer any more, the worker ends by itself: it owns all it needs.
-    let worker = std::thread::spawn(move || -> Result<Outcome, DiagnoseError> {
+    let worker = std::thread::spawn(move || -> Result<Outcome, Insufficient> {
         let request = Request {
             recordings: &recordings,
             rig: &rig,

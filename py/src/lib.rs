@@ -45,13 +45,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<controller::PyController>()?;
     m.add_function(wrap_pyfunction!(controller::controllers, m)?)?;
     m.add_function(wrap_pyfunction!(region::region_of_attraction, m)?)?;
-    m.add_class::<calibration::PyCalibration>()?;
-    m.add_class::<calibration::PyValidation>()?;
-    m.add_class::<calibration::PyPlan>()?;
-    m.add_function(wrap_pyfunction!(calibration::calibrate, m)?)?;
-    m.add_function(wrap_pyfunction!(calibration::validate, m)?)?;
-    m.add_function(wrap_pyfunction!(calibration::plan_experiment, m)?)?;
-    m.add_function(wrap_pyfunction!(calibration::whiteness, m)?)?;
+    calibration::register(m)?;
     m.add_class::<diagnosis::PyDiagnosis>()?;
     m.add_function(wrap_pyfunction!(diagnosis::diagnose, m)?)?;
     m.add_class::<replay::PyReplay>()?;

@@ -121,7 +121,7 @@ def test_a_hidden_spring_is_named(recording):
     best = found.explanations[0]
     assert best["effects"] == ["arm.spring"] and best["evidence"] > 10
     assert abs(best["values"]["arm.spring stiffness"]["value"] / 0.004 - 1) < 0.1
-    assert found.summary().startswith("as given: relative error")
+    assert "as its file has it: relative error" in found.summary()
 
 
 def test_mistakes_are_named(recording):
@@ -184,3 +184,13 @@ def test_upright_under_feedback(tmp_path):
     assert not joint.notices
     plain = furuta.frf(csv, resolution=0.25, band=(0.75, 6))
     assert any("made under feedback" in notice for notice in plain.notices)
+
+
+def test_reports_stand_alone(recording, tmp_path):
+    response = furuta.frf(recording, resolution=0.1, band=(0.3, 15))
+    response.report(tmp_path / "fit.html", furuta.fit_transfer_function(response, 1, 3))
+    furuta.compare(response, furuta.Rig.load("qube-servo-2")).report(tmp_path / "compare.html")
+    for name, words in [("fit", "poles"), ("compare", "parameters alone")]:
+        page = (tmp_path / f"{name}.html").read_text()
+        assert page.startswith("<!doctype html>") and "<polyline" in page and words in page
+        assert "http://" not in page.replace("http://www.w3.org/2000/svg", "") and "https://" not in page

@@ -1,6 +1,5 @@
 //! The `furuta` command: simulate, design, run and diagnose rotary inverted pendulums.
 
-mod bode;
 mod commands;
 mod cyclictest;
 mod failure;

@@ -96,6 +96,13 @@ fn a_rig_is_planned_recorded_calibrated_and_validated() {
         serde_json::from_str(&std::fs::read_to_string(&json).expect("a file")).expect("JSON");
     assert_eq!(answer["schema"], 1);
     assert_eq!(answer["parameters"]["arm.length"]["identifiable"], false);
+    let rms = |which: &str| {
+        let channels = answer["verification"][which]["channels"].as_array();
+        let of = |c: &serde_json::Value| c["rms"].as_f64().expect("a number");
+        channels.expect("channels").iter().map(of).sum::<f64>()
+    };
+    assert!(rms("calibrated") < 0.2 * rms("as_given"));
+    assert!(page.contains("Unseen recordings, rig file calibrated"));
 
     let judged = printed(&[
         "identify", "validate", &second, "--rig", &rig, "--json", "-",

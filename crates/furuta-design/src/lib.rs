@@ -18,19 +18,16 @@
 //! | [`polytope`] | the linear models of a rig whose parameters are known only within a range, enclosed by vertices |
 //! | [`robust`] | one gain for all of them, with a guaranteed cost |
 //! | [`robust_rig`] | that gain for a rig, and how far off its parameters may be at most |
-//! | [`chart`], [`map`] | line charts and maps as SVG |
 #![forbid(unsafe_code)]
 // `!(x > 0)` is how a NaN is made to fail a test.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 pub mod arm_step;
-pub mod chart;
 pub mod closed_loop;
 pub mod estimation;
 pub mod largest_sine;
 pub mod limit_cycle;
 mod lmi;
-pub mod map;
 pub mod mpc;
 pub mod polytope;
 pub mod ramos_velasco;

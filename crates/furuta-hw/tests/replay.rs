@@ -13,7 +13,7 @@ use furuta_hw::{
     Session, SwingUpBalance, Task, provenance, replay,
 };
 use furuta_log::{Log, LogWriter, Metadata, Mode};
-use furuta_model::signals::{Chirp, Noise, Sweep};
+use furuta_model::signals::{Centring, Chirp, Noise, Sweep};
 use furuta_model::{Limits, Rig, State};
 use proptest::prelude::*;
 
@@ -254,10 +254,14 @@ fn a_test_signal_is_replayed() {
         4.0,
         false,
         |period| {
-            let pilot = OpenLoop::new(&rig, period, excitation.clone());
+            let centring = Some(Centring::new(0.4).expect("valid"));
+            let pilot = OpenLoop::new(&rig, period, excitation.clone()).centred(centring);
             let words = pilot.describe();
-            let excitation = Box::new(excitation);
-            (pilot, None, Task::Excite { excitation }, words)
+            let task = Task::Excite {
+                excitation: Box::new(excitation),
+                centring,
+            };
+            (pilot, None, task, words)
         },
         &log.0,
     );

@@ -4,6 +4,9 @@
 pub mod calibrate;
 pub mod diagnose;
 pub mod frequency;
+mod insufficient;
 pub mod recording;
 pub mod report;
 pub mod validate;
+
+pub use insufficient::Insufficient;

@@ -3,10 +3,9 @@
 
 use std::fmt::Write as _;
 
+use furuta_ident::Insufficient;
 use furuta_ident::diagnose::result::{Shape, TorqueInTime};
-use furuta_ident::diagnose::{
-    Channel, DiagnoseError, Diagnosis, Outcome, Request, Verdict, diagnose,
-};
+use furuta_ident::diagnose::{Channel, Diagnosis, Outcome, Request, Verdict, diagnose};
 use furuta_ident::recording::Recording;
 use furuta_model::{Effect, Plant, Rig, Spec, State};
 
@@ -296,9 +295,9 @@ fn what_cannot_be_diagnosed_is_refused() {
         )
         .expect_err("must be refused")
     };
-    assert_eq!(refuse(&[]), DiagnoseError::NoRecordings);
+    assert_eq!(refuse(&[]), Insufficient::NoRecordings);
     let short = record(&rig, &plant, "short.csv", 1.0, 0.0);
-    assert!(matches!(refuse(&[short]), DiagnoseError::TooShort { .. }));
+    assert!(matches!(refuse(&[short]), Insufficient::TooShort { .. }));
     let mut csv = String::from("t,u,theta,alpha\n");
     for k in 0..1000 {
         writeln!(csv, "{},0.0,0.1,3.1415927", f64::from(k) * H).expect("a string takes everything");
@@ -308,7 +307,7 @@ fn what_cannot_be_diagnosed_is_refused() {
         .0;
     let error = refuse(&[still]);
     assert!(
-        matches!(error, DiagnoseError::NothingMoves { .. }),
+        matches!(error, Insufficient::NothingMoves { .. }),
         "{error}"
     );
     assert!(error.to_string().contains("check that the motor was on"));

@@ -10,6 +10,7 @@ use furuta_ident::frequency::{Hold, Transfer, fong2014};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use std::path::PathBuf;
 
 /// What `compare` found.
 ///
@@ -26,6 +27,7 @@ use pyo3::types::{PyDict, PyList};
 pub(crate) struct PyComparison {
     found: Comparison,
     measured: Measured,
+    rig: String,
 }
 
 #[pymethods]
@@ -57,22 +59,25 @@ impl PyComparison {
         Ok(all)
     }
 
-    /// The ranking in words.
+    /// The ranking in words, and what a response cannot tell apart.
     fn summary(&self) -> String {
-        let mut text = format!(
-            "as given: relative error {:.1} %",
-            100.0 * self.found.as_given_error
-        );
-        for e in self.found.explanations.iter().take(8) {
-            text += &format!(
-                "\n  {:46} {:>7.2} %, {} numbers, evidence {:.1}",
-                e.name(),
-                100.0 * e.relative_error,
-                e.parameters,
-                e.evidence
-            );
-        }
-        text
+        engine::text(&self.rig, &self.what(), None, &self.measured, &self.found)
+    }
+
+    /// Writes a report, one HTML page that needs no network: the Bode plot of what was measured, the rig as given, its parameters refitted and the best
+    /// explanation; the ranking.
+    fn report(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let what = self.what();
+        let bode = engine::plot(&self.rig, &what, &self.measured, &self.found)
+            .map_err(error::identification)?;
+        let title = format!("What {what} of {} has and its file has not", self.rig);
+        py.detach(|| {
+            std::fs::write(
+                path,
+                furuta_ident::report::frequency(&title, bode, &self.summary(), &[]),
+            )
+        })?;
+        Ok(())
     }
 
     fn __repr__(&self) -> String {
@@ -85,6 +90,12 @@ impl PyComparison {
 
     fn __str__(&self) -> String {
         self.summary()
+    }
+}
+
+impl PyComparison {
+    fn what(&self) -> String {
+        format!("{} / u", self.measured.output.name())
     }
 }
 
@@ -189,5 +200,9 @@ pub(crate) fn compare(
     let found = py
         .detach(|| engine::compare(&measured, &rig))
         .map_err(error::identification)?;
-    Ok(PyComparison { found, measured })
+    Ok(PyComparison {
+        found,
+        measured,
+        rig: rig.name,
+    })
 }

@@ -5,7 +5,7 @@ use crate::error;
 use crate::matrix::Vector;
 use furuta_ident::frequency::fit::Uncertain;
 use furuta_ident::frequency::orders::sweep;
-use furuta_ident::frequency::transfer::polynomial_text;
+use furuta_ident::frequency::words::fit_text;
 use furuta_ident::frequency::{Delay, Fit, Hold, Request, fit};
 use nalgebra::Complex;
 use numpy::{IntoPyArray, PyArray1};
@@ -30,7 +30,7 @@ type Array<'py, T> = Bound<'py, PyArray1<T>>;
 /// notices : list of str
 #[pyclass(name = "TransferFit", module = "furuta", frozen)]
 pub(crate) struct PyTransferFit {
-    fit: Fit,
+    pub(crate) fit: Fit,
 }
 
 #[pymethods]
@@ -131,34 +131,9 @@ impl PyTransferFit {
             .call_method1("tf", (self.numerator(py), self.denominator(py)))
     }
 
-    /// The function in words, with poles and zeros.
+    /// The function in words: coefficients, poles and zeros with their deviations, how well it fits.
     fn summary(&self) -> String {
-        let g = &self.fit.transfer;
-        let mut text = format!(
-            "G(s) = ({}) / ({})",
-            polynomial_text(&g.numerator, 4),
-            polynomial_text(&g.denominator, 4)
-        );
-        if g.delay != 0.0 {
-            text += &format!(" e^(-{:.4} s)", g.delay);
-        }
-        for (name, roots) in [("pole", &self.fit.poles), ("zero", &self.fit.zeros)] {
-            for r in roots.iter().filter(|r| r.value.im >= 0.0) {
-                text += &format!("\n  {name} {:.4} ± {:.2}", r.value.re, r.std.re);
-                if r.value.im > 0.0 {
-                    text += &format!(", {:.4} ± {:.2} i and its conjugate", r.value.im, r.std.im);
-                }
-            }
-        }
-        text += &format!(
-            "\n  chi2 {:.2}, relative error {:.2} %",
-            self.fit.chi2,
-            100.0 * self.fit.relative_error
-        );
-        for notice in self.notices() {
-            text += &format!("\nnote: {notice}");
-        }
-        text
+        fit_text(&self.fit)
     }
 
     fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

@@ -1,14 +1,18 @@
 //! Frequency responses of recordings.
 
+use super::fit::PyTransferFit;
 use crate::error;
 use crate::matrix::Vector;
 use crate::recording::read;
 use furuta_ident::diagnose::result::significant;
+use furuta_ident::frequency::bode::Bode;
 use furuta_ident::frequency::record::{Columns, Taken};
+use furuta_ident::frequency::words::{fit_text, response_text};
 use furuta_ident::frequency::{Estimator, Frf, Settings, periodic};
 use nalgebra::Complex;
 use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArrayLike1};
 use pyo3::prelude::*;
+use std::path::PathBuf;
 
 type Array<'py, T> = Bound<'py, PyArray1<T>>;
 
@@ -44,6 +48,8 @@ type Array<'py, T> = Bound<'py, PyArray1<T>>;
 pub(crate) struct PyFrf {
     pub(crate) frf: Frf,
     notices: Vec<String>,
+    /// What it is of: `alpha / u`.
+    what: String,
 }
 
 #[pymethods]
@@ -88,6 +94,7 @@ impl PyFrf {
         Ok(Self {
             frf,
             notices: Vec::new(),
+            what: "response".to_owned(),
         })
     }
 
@@ -143,6 +150,7 @@ impl PyFrf {
         Ok(Self {
             frf: self.frf.band(low, high).map_err(error::identification)?,
             notices: self.notices.clone(),
+            what: self.what.clone(),
         })
     }
 
@@ -171,6 +179,42 @@ impl PyFrf {
             text += &format!("\nnote: {notice}");
         }
         text
+    }
+
+    /// Writes a report, one HTML page that needs no network: the Bode plot, what should be known, the numbers.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path
+    /// fit : TransferFit, optional
+    ///     Laid over the response.
+    #[pyo3(signature = (path, fit=None))]
+    fn report(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        fit: Option<PyRef<'_, PyTransferFit>>,
+    ) -> PyResult<()> {
+        let mut bode = Bode::new(&self.what)
+            .measured(&self.frf)
+            .map_err(error::identification)?;
+        let mut text = response_text(&self.what, &self.frf).map_err(error::identification)?;
+        let mut notices = self.notices.clone();
+        if let Some(fit) = fit {
+            let fit = &fit.fit;
+            let curve = self.frf.frequency.iter().map(|f| (*f, fit.response(*f)));
+            bode = bode.model("fit", &curve.collect::<Vec<_>>(), false);
+            text = fit_text(fit) + &text;
+            notices.extend(fit.notices().iter().map(ToString::to_string));
+        }
+        let title = format!("Frequency response {}", self.what);
+        py.detach(|| {
+            std::fs::write(
+                path,
+                furuta_ident::report::frequency(&title, bode, &text, &notices),
+            )
+        })?;
+        Ok(())
     }
 
     /// Draws magnitude, phase and coherence with matplotlib.
@@ -325,5 +369,9 @@ pub(crate) fn frf(
     let (frf, said) =
         measured.map_err(|e: furuta_ident::frequency::FrequencyError| error::identification(e))?;
     notices.extend(said.iter().map(ToString::to_string));
-    Ok(PyFrf { frf, notices })
+    Ok(PyFrf {
+        frf,
+        notices,
+        what: format!("{output} / {input}"),
+    })
 }

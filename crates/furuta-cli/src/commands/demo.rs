@@ -219,6 +219,7 @@ impl Bench<'_> {
         let pilot = OpenLoop::new(sheet, self.session.period(), excitation.clone());
         let task = Task::Excite {
             excitation: Box::new(excitation),
+            centring: None,
         };
         let hello = self.session.hello();
         let said = provenance::metadata(sheet, None, &task, pilot.describe(), hello);

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use furuta_design::chart::{Chart, Line, Panel};
+use furuta_chart::{Chart, Line, Panel};
 use furuta_hw::{
     EmulatedRig, Emulation, Granted, Link, Metronome, Pace, PtyRig, SerialTransport,
     measure_wake_up,

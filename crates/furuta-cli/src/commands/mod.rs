@@ -10,6 +10,7 @@ mod emulate;
 mod foresight;
 mod identify;
 mod latency;
+mod recorded;
 mod replay;
 mod rigs;
 mod run;

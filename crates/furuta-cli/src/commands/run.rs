@@ -184,19 +184,22 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut foresight = None;
     let (summary, recorded) = match args.task {
         Task::Test(kind) => {
-            let limit = rig.params.motor.command_limit;
-            let Built { excitation, notes } =
-                args.signal.build(kind, args.duration, limit, AMPLITUDE)?;
+            let Built {
+                excitation,
+                centring,
+                notes,
+            } = args.signal.build(kind, args.duration, &rig, AMPLITUDE)?;
             excitation.check_sample_period(session.period())?;
             if !args.json {
                 for note in notes {
                     eprintln!("{note}");
                 }
             }
-            let pilot = OpenLoop::new(&rig, session.period(), excitation.clone());
+            let pilot = OpenLoop::new(&rig, session.period(), excitation.clone()).centred(centring);
             let words = pilot.describe();
             let task = LoggedTask::Excite {
                 excitation: Box::new(excitation),
+                centring,
             };
             let metadata = provenance::metadata(&rig, None, &task, words, session.hello());
             session.run(

@@ -1,8 +1,9 @@
 //! Test signals as asked for on a command line: what `furuta simulate` and `furuta run` share.
 
+use furuta_model::Rig;
 use furuta_model::signals::{
-    Chirp, CrestFactors, Excitation, FreeDecay, Harmonics, Multisine, Noise, Phases, Prbs, Ramp,
-    Signal, Step, Steps, Sweep,
+    Centring, Chirp, CrestFactors, Excitation, FreeDecay, Harmonics, Multisine, Noise, Phases,
+    Prbs, Ramp, Signal, Step, Steps, Sweep,
 };
 
 use crate::failure::Failure;
@@ -56,6 +57,10 @@ pub(crate) struct SignalArgs {
     /// Ramp a test signal in and out over so long.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     fade: f64,
+    /// Beside a test signal, pull the arm back to its middle with this time constant, so that a long run does not drift into the stop; the column
+    /// `reference` then holds what `furuta identify frf --reference reference` needs.
+    #[arg(long, alias = "center", value_name = "SECONDS")]
+    centre: Option<f64>,
 }
 
 /// How the chirp's frequency falls.
@@ -77,6 +82,8 @@ pub(crate) const RESTARTS: u32 = 8;
 #[derive(Debug)]
 pub(crate) struct Built {
     pub(crate) excitation: Excitation,
+    /// A pull of the arm towards its middle, if one was asked for.
+    pub(crate) centring: Option<Centring>,
     /// Worth knowing; one line each.
     pub(crate) notes: Vec<String>,
 }
@@ -88,15 +95,16 @@ impl SignalArgs {
         Ok(Noise::new(rms, low, high, self.seed)?)
     }
 
-    /// The signal for a run of `duration` seconds, clipped at the rig's command limit (V). Its amplitude is `part` of that
+    /// The signal for a run of `duration` seconds on this rig, clipped at its command limit. Its amplitude is `part` of that
     /// limit if none was asked for.
     pub(crate) fn build(
         &self,
         kind: Kind,
         duration: f64,
-        limit: f64,
+        rig: &Rig,
         part: f64,
     ) -> Result<Built, Failure> {
+        let limit = rig.params.motor.command_limit;
         let amplitude = self.amplitude.unwrap_or(part * limit);
         if amplitude.is_nan() || amplitude.abs() > limit {
             return Err(Failure::new(format!(
@@ -148,7 +156,15 @@ impl SignalArgs {
         let excitation = Excitation::new(signal, duration)?
             .faded(self.fade, self.fade)?
             .limited(limit)?;
-        Ok(Built { excitation, notes })
+        let centring = self
+            .centre
+            .map(|seconds| Centring::returning(&rig.params.coefficients(), seconds))
+            .transpose()?;
+        Ok(Built {
+            excitation,
+            centring,
+            notes,
+        })
     }
 }
 

@@ -5,15 +5,17 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
+use furuta_chart::{Chart, Line, Panel};
 use furuta_ctrl::controllers::{Controller, StateFeedback};
 use furuta_ctrl::design::balance_weights;
 use furuta_ctrl::supervisor::{Mode, Supervisor};
 use furuta_ctrl::{Site, wrap};
-use furuta_design::chart::{Chart, Line, Panel};
 use furuta_design::closed_loop::{self, ClosedLoop, Sensing};
 use furuta_design::supervised::Supervised;
 use furuta_hw::emulate::hidden_effect;
 use furuta_hw::{Excitation, Reference};
+use furuta_log::Mode as Logged;
+use furuta_model::signals::Centring;
 use furuta_model::{Rig, State};
 use serde_json::json;
 
@@ -116,14 +118,15 @@ const AMPLITUDE: f64 = 0.1;
 
 /// Where the command comes from.
 enum Source {
-    Open(Box<Excitation>),
+    Open(Box<Excitation>, Option<Centring>),
     Feedback(StateFeedback<f64>),
 }
 
 impl Source {
     fn command(&self, t: f64, x: &State<f64>, h: f64) -> f64 {
         match self {
-            Self::Open(signal) => signal.volts(t),
+            Self::Open(signal, None) => signal.volts(t),
+            Self::Open(signal, Some(pull)) => pull.volts(signal.volts(t), x.theta),
             Self::Feedback(c) => {
                 let x = State {
                     alpha: wrap(x.alpha),
@@ -135,10 +138,25 @@ impl Source {
     }
 }
 
+impl Source {
+    /// The test signal in the arm's unit, where a pull stands beside it.
+    fn asked(&self, t: f64) -> Option<(f64, &'static str)> {
+        match self {
+            Self::Open(signal, Some(pull)) => {
+                Some((pull.reference(signal.volts(t)), Logged::Excite.name()))
+            }
+            _ => None,
+        }
+    }
+}
+
 impl std::fmt::Display for Source {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Open(signal) => signal.fmt(f),
+            Self::Open(signal, None) => signal.fmt(f),
+            Self::Open(signal, Some(pull)) => {
+                write!(f, "{signal}; {pull}")
+            }
             Self::Feedback(_) => f.write_str("state feedback (LQR)"),
         }
     }
@@ -149,7 +167,7 @@ impl std::fmt::Display for Source {
 struct Row {
     /// t, u, theta, alpha, theta_dot, alpha_dot.
     numbers: [f64; 6],
-    /// Under a controller: where the arm is asked to be (rad), and the supervisor's mode.
+    /// Under a controller or a pull of the arm: where the arm is asked to be (rad), and the supervisor's mode.
     asked: Option<(f64, &'static str)>,
 }
 
@@ -184,7 +202,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
                 ((*name).to_owned(), json!(values))
             })
             .collect();
-        if args.controller.is_some() {
+        if rows.iter().any(|r| r.asked.is_some()) {
             let (reference, mode): (Vec<_>, Vec<_>) = rows.iter().filter_map(|r| r.asked).unzip();
             columns.insert("reference".to_owned(), json!(reference));
             columns.insert("mode".to_owned(), json!(mode));
@@ -331,13 +349,16 @@ fn simulate(rig: &Rig, args: &Args) -> Result<(String, Vec<Row>), Failure> {
     let limit = rig.params.motor.command_limit;
     let source = match args.input {
         Input::Test(kind) => {
-            let Built { excitation, notes } =
-                args.signal.build(kind, args.duration, limit, AMPLITUDE)?;
+            let Built {
+                excitation,
+                centring,
+                notes,
+            } = args.signal.build(kind, args.duration, rig, AMPLITUDE)?;
             excitation.check_sample_period(h)?;
             for note in notes {
                 eprintln!("{note}");
             }
-            Source::Open(Box::new(excitation))
+            Source::Open(Box::new(excitation), centring)
         }
         Input::Lqr => {
             let gain = regulator(rig, &balance_weights(&rig.params), Some(args.rate))?;
@@ -348,11 +369,11 @@ fn simulate(rig: &Rig, args: &Args) -> Result<(String, Vec<Row>), Failure> {
     let mut rows = Vec::new();
     for k in 0..samples {
         let t = k as f64 * h;
-        let u = source.command(t, &state.x, h);
+        let u = source.command(t, &state.x, h).clamp(-limit, limit);
         let [theta, alpha] = plant.measure(&state);
         rows.push(Row {
             numbers: [t, u, theta, alpha, state.x.theta_dot, state.x.alpha_dot],
-            asked: None,
+            asked: source.asked(t),
         });
         plant.step(&mut state, u, h);
         if !state.x.is_finite() {

@@ -14,7 +14,7 @@ mod swing_up;
 use std::path::Path;
 use std::time::Duration;
 
-use furuta_design::chart::Chart;
+use furuta_chart::Chart;
 use furuta_model::params::RANGES;
 use furuta_model::{Params, Rig};
 use indicatif::{ProgressBar, ProgressStyle};

@@ -3,7 +3,7 @@
 use furuta_ctrl::estimators::{Belief, Estimator, Measurement as Sampled, Observer};
 use furuta_log::Mode;
 use furuta_model::Rig;
-use furuta_model::signals::Excitation;
+use furuta_model::signals::{Centring, Excitation};
 
 use super::{Decision, Measurement, Pilot};
 
@@ -14,6 +14,7 @@ const BANDWIDTH: f64 = 120.0;
 #[derive(Clone, Debug)]
 pub struct OpenLoop {
     excitation: Excitation,
+    centring: Option<Centring>,
     command_limit: f64,
     observer: Observer<f64>,
 }
@@ -25,15 +26,25 @@ impl OpenLoop {
         let observer = Observer::new(rig.plant(), period, BANDWIDTH);
         Self {
             excitation,
+            centring: None,
             command_limit: rig.params.motor.command_limit,
             observer,
         }
     }
 
+    /// The same, with a pull of the arm towards its middle beside the signal, if any. The log's reference is then the signal in the arm's unit.
+    #[must_use]
+    pub fn centred(self, centring: Option<Centring>) -> Self {
+        Self { centring, ..self }
+    }
+
     /// In words, for the log.
     #[must_use]
     pub fn describe(&self) -> String {
-        format!("open loop: {}", self.excitation)
+        match &self.centring {
+            None => format!("open loop: {}", self.excitation),
+            Some(pull) => format!("{}; {pull}", self.excitation),
+        }
     }
 }
 
@@ -52,15 +63,16 @@ impl Pilot for OpenLoop {
             periods: m.periods,
         };
         let x = self.observer.update(&mut state.0, &sampled).now;
-        let volts = self
-            .excitation
-            .volts(m.t)
-            .clamp(-self.command_limit, self.command_limit);
+        let excitation = self.excitation.volts(m.t);
+        let (volts, reference) = match &self.centring {
+            None => (excitation, 0.0),
+            Some(pull) => (pull.volts(excitation, m.theta), pull.reference(excitation)),
+        };
         Decision {
-            volts,
+            volts: volts.clamp(-self.command_limit, self.command_limit),
             theta_dot: x.theta_dot,
             alpha_dot: x.alpha_dot,
-            reference: 0.0,
+            reference,
             mode: Mode::Excite,
             fault: None,
         }

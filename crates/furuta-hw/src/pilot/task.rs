@@ -1,6 +1,6 @@
 //! What a run is asked to do, as its log keeps it.
 
-use furuta_model::signals::Excitation;
+use furuta_model::signals::{Centring, Excitation};
 use serde::{Deserialize, Serialize};
 
 use super::Reference;
@@ -27,6 +27,9 @@ pub enum Task {
     Excite {
         /// Which.
         excitation: Box<Excitation>,
+        /// A pull of the arm beside it, if any.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        centring: Option<Centring>,
     },
 }
 
@@ -81,6 +84,8 @@ mod tests {
 
     #[test]
     fn every_signal_comes_back_bit_for_bit() {
+        let rig = furuta_model::Rig::builtin("qube-servo-2").expect("built in");
+        let pull = Centring::returning(&rig.params.coefficients(), 3.0).expect("valid");
         for signal in signals() {
             let excitation = Excitation::new(signal, 8.1)
                 .and_then(|e| e.faded(0.1, 0.3))
@@ -88,14 +93,17 @@ mod tests {
             for excitation in [excitation.clone(), excitation.limited(0.7).expect("valid")] {
                 let task = Task::Excite {
                     excitation: Box::new(excitation.clone()),
+                    centring: Some(pull),
                 };
                 let text = task.to_json();
-                let Task::Excite { excitation: again } =
-                    Task::from_json(&text).unwrap_or_else(|e| panic!("{text}: {e}"))
+                let Task::Excite {
+                    excitation: again,
+                    centring,
+                } = Task::from_json(&text).unwrap_or_else(|e| panic!("{text}: {e}"))
                 else {
                     panic!("{text}");
                 };
-                assert_eq!(*again, excitation, "{text}");
+                assert_eq!((&*again, centring), (&excitation, Some(pull)), "{text}");
                 for k in 0..4000 {
                     let t = f64::from(k) * 0.002;
                     assert_eq!(again.volts(t).to_bits(), excitation.volts(t).to_bits());
@@ -143,5 +151,18 @@ mod tests {
             assert!(error.contains(says), "{error}");
         }
         assert!(Task::from_json("swing").is_err());
+        let pulled = |gain: &str| {
+            let signal = r#"{"signal":{"kind":"free-decay"},"duration":1.0,"fade_in":0.0,"fade_out":0.0,"limit":null}"#;
+            Task::from_json(&format!(
+                r#"{{"excite":{{"excitation":{signal},"centring":{{"gain":{gain}}}}}}}"#
+            ))
+        };
+        assert!(pulled("0.5").is_ok());
+        assert!(
+            pulled("-0.5")
+                .expect_err("pushes")
+                .to_string()
+                .contains("gain = -0.5")
+        );
     }
 }

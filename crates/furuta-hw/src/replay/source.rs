@@ -99,9 +99,13 @@ impl Source {
         let pilot = match (task, config) {
             (Task::Balance { reference }, Some(file)) => balance(&file.config, reference)?,
             (Task::Balance { .. }, None) => return Err(older(metadata, CONTROLLER_FILE)),
-            (Task::Excite { excitation }, None) => {
-                AnyPilot::Excite(OpenLoop::new(rig, period, *excitation))
-            }
+            (
+                Task::Excite {
+                    excitation,
+                    centring,
+                },
+                None,
+            ) => AnyPilot::Excite(OpenLoop::new(rig, period, *excitation).centred(centring)),
             // What a controller would have done about a test signal: bring the pendulum up, the arm at its middle.
             (Task::Excite { .. }, Some(file)) => balance(&file.config, Reference::Constant(0.0))?,
         };

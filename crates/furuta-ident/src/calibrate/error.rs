@@ -1,38 +1,14 @@
 //! Why recordings cannot carry a calibration.
 
-use crate::diagnose::data::Data;
-use crate::recording::Recording;
-use furuta_model::Rig;
+use crate::insufficient::Insufficient;
 
 /// Why recordings cannot carry a calibration, or a wish cannot be fulfilled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CalibrateError {
-    /// No recording was given.
-    #[error("no recording was given: name at least one CSV file or MCAP log")]
-    NoRecordings,
-    /// All recordings together are shorter than is needed.
-    #[error(
-        "the recordings hold {seconds:.2} s in stretches without a gap; a calibration needs at least {needed} s: record longer, or without missing samples"
-    )]
-    TooShort {
-        /// Seconds there are.
-        seconds: f64,
-        /// Seconds that are needed.
-        needed: f64,
-    },
-    /// Neither angle moves by more than a few counts.
-    #[error(
-        "nothing moves: theta spans {theta:.1} counts and alpha {alpha:.1} in all recordings, at least {needed} are needed; check that the motor was on and the encoders connected, or excite more strongly"
-    )]
-    NothingMoves {
-        /// Span of theta, counts.
-        theta: f64,
-        /// Span of alpha, counts.
-        alpha: f64,
-        /// Counts that are needed.
-        needed: f64,
-    },
+    /// The recordings are too few, too short or too quiet.
+    #[error(transparent)]
+    Insufficient(#[from] Insufficient),
     /// A key that the rig file does not have, or that cannot be fitted.
     #[error("`{key}` cannot be calibrated; of this rig these can: {known}")]
     UnknownParameter {
@@ -75,50 +51,4 @@ pub enum CalibrateError {
         /// Length of a prediction, s.
         horizon: f64,
     },
-}
-
-/// The shortest data that carry a calibration, s.
-const SHORTEST: f64 = 2.0;
-/// The least motion, counts.
-const LEAST_MOTION: f64 = 10.0;
-
-pub(crate) fn check(
-    recordings: &[Recording],
-    rig: &Rig,
-    data: &Data,
-) -> Result<(), CalibrateError> {
-    if recordings.is_empty() {
-        return Err(CalibrateError::NoRecordings);
-    }
-    // Folded, since an empty sum of floats is -0.
-    let seconds = data
-        .runs
-        .iter()
-        .fold(0.0, |s, r| s + r.y.len() as f64 * r.h);
-    if seconds < SHORTEST {
-        return Err(CalibrateError::TooShort {
-            seconds,
-            needed: SHORTEST,
-        });
-    }
-    let resolution = rig.sensors.resolution();
-    let [theta, alpha] = std::array::from_fn(|c| {
-        let span = |y: &[[f64; 2]]| {
-            let (low, high) = y
-                .iter()
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| {
-                    (a.min(y[c]), b.max(y[c]))
-                });
-            (high - low) / resolution[c]
-        };
-        data.runs.iter().map(|r| span(&r.y)).fold(0.0, f64::max)
-    });
-    if theta.max(alpha) < LEAST_MOTION {
-        return Err(CalibrateError::NothingMoves {
-            theta,
-            alpha,
-            needed: LEAST_MOTION,
-        });
-    }
-    Ok(())
 }

@@ -5,6 +5,8 @@
 //! 3. Those that show are fitted by multiple shooting, first over short windows, then over long ones (`fit`), within bounds that keep the rig physical.
 //! 4. Standard deviations do not trust the noise to be white; the cost along a parameter says where they can be trusted (`profile`).
 
+mod combinations;
+mod curves;
 mod error;
 mod fit;
 mod identifiable;
@@ -18,23 +20,23 @@ mod words;
 use std::time::Instant;
 
 use furuta_model::Rig;
-use furuta_model::params::Coefficients;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
+pub(crate) use curves::fit_percent;
 pub use error::CalibrateError;
-pub(crate) use error::check;
 pub use plan::{Experiment, Plan, plan};
-pub use result::Calibration;
+pub use result::{Calibration, Verification};
 
 use crate::diagnose::data::Data;
-use crate::diagnose::result::Channel;
-use crate::diagnose::shooting::MAX_FREE;
+use crate::insufficient;
 use crate::recording::Recording;
-use crate::validate::LatePlant;
-use fit::{Fit, Problem, windows};
+use crate::validate::{LatePlant, validate};
+use combinations::combinations;
+use curves::{channel_fits, curves};
+use fit::{Problem, windows};
 use identifiable::Question;
 use parameters::Space;
-use result::{Calibrated, ChannelFit, Combination, SCHEMA};
+use result::{Calibrated, SCHEMA};
 
 /// Windows from which the fit sets out, s: there are no local minima.
 const SHORT: f64 = 0.25;
@@ -86,6 +88,20 @@ pub struct Outcome {
     pub rig: Rig,
     /// Measured angles and predictions, by stretch.
     pub curves: Vec<Curve>,
+}
+
+impl Outcome {
+    /// Judges rig file (`as_given`) and calibrated rig by recordings that the fit did not see; the answer is [`Calibration::verification`].
+    ///
+    /// # Errors
+    /// As [`validate`].
+    pub fn verify(&mut self, unseen: &[Recording], as_given: &Rig) -> Result<(), CalibrateError> {
+        self.calibration.verification = Some(Verification {
+            as_given: validate(unseen, as_given)?,
+            calibrated: validate(unseen, &self.rig)?,
+        });
+        Ok(())
+    }
 }
 
 /// A stretch of a recording with what was predicted over the windows.
@@ -145,7 +161,7 @@ pub fn calibrate(
 ) -> Result<Outcome, CalibrateError> {
     let begin = Instant::now();
     let data = Data::new(recordings, rig);
-    error::check(recordings, rig, &data)?;
+    insufficient::check(recordings, rig, &data)?;
     check_options(options)?;
     let space = Space::new(rig, options.body_length, asks_transverse(options));
     let question = question(&space, options)?;
@@ -222,6 +238,7 @@ pub fn calibrate(
             .iter()
             .map(|&i| profile::profile(&long, &fitted, &free, covariance.as_ref(), i))
             .collect(),
+        verification: None,
         notices: Vec::new(),
         seconds: 0.0,
     };
@@ -387,157 +404,4 @@ fn correlation(covariance: Option<&DMatrix<f64>>, n: usize) -> Vec<Vec<Option<f6
         r.is_finite().then_some(r)
     };
     (0..n).map(|a| (0..n).map(|b| of(a, b)).collect()).collect()
-}
-
-/// Names, formulas and units of the ratios to the weight's moment.
-const COMBINATIONS: [(&str, &str, &str); 7] = [
-    (
-        "arm inertia",
-        "(arm.inertia + mass·length² + inertia_axial) / (mass·g·com)",
-        "s2",
-    ),
-    (
-        "swing inertia",
-        "(mass·com² + inertia_transverse − inertia_axial) / (mass·g·com)",
-        "s2",
-    ),
-    ("coupling", "arm.length / g", "s2"),
-    (
-        "pendulum inertia",
-        "(pendulum.inertia + mass·com²) / (mass·g·com)",
-        "s2",
-    ),
-    (
-        "drive",
-        "amplifier_gain·torque_constant·gear_ratio·efficiency / resistance / (mass·g·com)",
-        "1/V",
-    ),
-    (
-        "arm damping",
-        "(arm.viscous + back-EMF) / (mass·g·com)",
-        "s",
-    ),
-    ("pendulum damping", "pendulum.viscous / (mass·g·com)", "s"),
-];
-
-/// The seven over the weight.
-fn ratios<S: furuta_model::Scalar>(c: &Coefficients<S>) -> [S; 7] {
-    [
-        c.arm,
-        c.swing,
-        c.coupling,
-        c.pendulum,
-        c.drive,
-        c.arm_damping,
-        c.pendulum_damping,
-    ]
-    .map(|x| x / c.weight)
-}
-
-fn combinations(
-    space: &Space,
-    fitted: &Fit,
-    free: &[usize],
-    covariance: Option<&DMatrix<f64>>,
-) -> Vec<Combination> {
-    let nominal = ratios(&space.coefficients::<1>(&space.nominal(), &[], 0));
-    let found = ratios(&space.coefficients::<{ 4 + MAX_FREE }>(&fitted.values, free, 0));
-    COMBINATIONS
-        .iter()
-        .zip(nominal.iter().zip(&found))
-        .map(|((name, formula, unit), (nominal, found))| {
-            let slope = DVector::from_fn(free.len(), |k, _| found.d[k]);
-            // What is at a bound is held: its slopes count for nothing.
-            let std = covariance.map_or(f64::NAN, |c| {
-                let c = c.map(|x| if x.is_finite() { x } else { 0.0 });
-                (&c * &slope).dot(&slope).max(0.0).sqrt()
-            });
-            Combination {
-                name: (*name).to_owned(),
-                formula: (*formula).to_owned(),
-                nominal: nominal.v,
-                fitted: found.v,
-                std: if std > 0.0 { std } else { f64::NAN },
-                unit: (*unit).to_owned(),
-            }
-        })
-        .collect()
-}
-
-/// Measured angles beside the predictions, window after window.
-fn curves(problem: &Problem<'_>, nominal: &Fit, fitted: &Fit) -> Vec<Curve> {
-    let predicted = [nominal, fitted].map(|f| problem.predictions(f));
-    let data = problem.data;
-    data.runs
-        .iter()
-        .enumerate()
-        .map(|(i, run)| {
-            let measured: [Vec<f64>; 2] =
-                std::array::from_fn(|c| run.y.iter().map(|y| y[c]).collect());
-            let joined = |predictions: &[Vec<[f64; 2]>]| {
-                let mut series = [vec![f64::NAN; run.y.len()], vec![f64::NAN; run.y.len()]];
-                for (w, values) in problem.windows.iter().zip(predictions) {
-                    for (k, value) in values.iter().enumerate().filter(|_| w.run == i) {
-                        for c in 0..2 {
-                            series[c][w.start + 1 + k] = value[c];
-                        }
-                    }
-                }
-                series
-            };
-            Curve {
-                run: run.name.clone(),
-                t: (0..run.y.len())
-                    .map(|k| run.t0 + k as f64 * run.h)
-                    .collect(),
-                u: run.u.clone(),
-                nominal: joined(&predicted[0]),
-                calibrated: joined(&predicted[1]),
-                measured,
-            }
-        })
-        .collect()
-}
-
-/// `100 (1 - |y - ŷ| / |y - mean y|)` over the samples that were predicted.
-pub(crate) fn fit_percent(pairs: &[(f64, f64)]) -> f64 {
-    let n = pairs.len() as f64;
-    let mean = pairs.iter().map(|p| p.0).sum::<f64>() / n;
-    let left: f64 = pairs.iter().map(|(y, p)| (y - p).powi(2)).sum();
-    let spread: f64 = pairs.iter().map(|(y, _)| (y - mean).powi(2)).sum();
-    100.0 * (1.0 - (left / spread).sqrt())
-}
-
-fn channel_fits(recordings: &[Recording], data: &Data, curves: &[Curve]) -> Vec<ChannelFit> {
-    let mut fits = Vec::new();
-    for (r, recording) in recordings.iter().enumerate() {
-        for (c, channel) in Channel::ALL.into_iter().enumerate() {
-            let of = |model: fn(&Curve) -> &[Vec<f64>; 2]| -> Vec<(f64, f64)> {
-                curves
-                    .iter()
-                    .zip(&data.runs)
-                    .filter(|(_, run)| run.recording == r)
-                    .flat_map(|(curve, _)| {
-                        let predicted = model(curve)[c].iter().copied();
-                        curve.measured[c].iter().copied().zip(predicted)
-                    })
-                    .filter(|(_, p)| p.is_finite())
-                    .collect()
-            };
-            let rms = |pairs: &[(f64, f64)]| {
-                let sum: f64 = pairs.iter().map(|(y, p)| (y - p).powi(2)).sum();
-                (sum / pairs.len() as f64).sqrt()
-            };
-            let calibrated = of(|curve| &curve.calibrated);
-            fits.push(ChannelFit {
-                run: recording.name.clone(),
-                channel,
-                nominal: rms(&of(|curve| &curve.nominal)),
-                calibrated: rms(&calibrated),
-                noise_floor: data.noise[c],
-                fit_percent: fit_percent(&calibrated),
-            });
-        }
-    }
-    fits
 }

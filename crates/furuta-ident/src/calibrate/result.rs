@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::diagnose::result::{Channel, null_if_not_finite};
+use crate::validate::Validation;
 
 /// Version of the JSON contract, the field `schema`.
 pub const SCHEMA: u32 = 1;
@@ -154,6 +155,15 @@ pub struct Profile {
     pub interval: [Option<f64>; 2],
 }
 
+/// Rig file and calibrated rig, judged by recordings that the fit did not see.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Verification {
+    /// The rig file as it was.
+    pub as_given: Validation,
+    /// The rig with the fitted values.
+    pub calibrated: Validation,
+}
+
 /// The result of `calibrate`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
@@ -183,6 +193,9 @@ pub struct Calibration {
     /// Cost of the profiles asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub profiles: Vec<Profile>,
+    /// How well both follow recordings that the fit did not see, where there were any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verification: Option<Verification>,
     /// What a person should know.
     pub notices: Vec<String>,
     /// Wall-clock time, s.

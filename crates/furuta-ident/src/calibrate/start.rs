@@ -20,6 +20,7 @@ use clarabel::solver::{
 use furuta_model::params::Coefficients;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
+use super::combinations::base;
 use super::parameters::Space;
 use crate::diagnose::data::{Data, Run};
 use crate::diagnose::fit::bounded_step;
@@ -37,19 +38,6 @@ const LEAST_SAMPLES: usize = 10;
 const PASSES: usize = 3;
 /// A base parameter is at least this share of the rig file's.
 const LEAST: f64 = 0.02;
-
-/// The seven, of coefficients.
-fn base<S: Copy>(c: &Coefficients<S>) -> [S; BASE] {
-    [
-        c.arm,
-        c.swing,
-        c.coupling,
-        c.pendulum,
-        c.drive,
-        c.arm_damping,
-        c.pendulum_damping,
-    ]
-}
 
 /// One integrated equation: `columns · base = right`.
 struct Row {

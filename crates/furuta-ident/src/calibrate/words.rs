@@ -192,6 +192,12 @@ impl Calibration {
         for notice in &self.notices {
             out += &format!("note: {notice}\n");
         }
+        if let Some(v) = &self.verification {
+            for (words, judged) in [("as given", &v.as_given), ("calibrated", &v.calibrated)] {
+                out += &format!("\nUnseen recordings, rig file {words}\n");
+                out += &judged.summary();
+            }
+        }
         out + &format!("\n{:.2} s\n", self.seconds)
     }
 }

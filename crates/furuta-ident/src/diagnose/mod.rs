@@ -11,7 +11,6 @@ mod candidates;
 mod custom;
 pub(crate) mod data;
 mod echo;
-mod error;
 mod evidence;
 mod expression;
 pub(crate) mod fit;
@@ -37,10 +36,10 @@ use std::time::Instant;
 use furuta_model::{Rig, effects};
 
 pub use candidates::candidates;
-pub use error::DiagnoseError;
 pub use parts::Parts;
 pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
 
+use crate::insufficient::{self, Insufficient};
 use crate::recording::Recording;
 use candidates::Trial;
 use data::Data;
@@ -148,11 +147,11 @@ pub struct Outcome {
 /// ```
 ///
 /// # Errors
-/// [`DiagnoseError`] where the recordings cannot carry a diagnosis: none, too short, nothing moves.
+/// [`Insufficient`] where the recordings cannot carry a diagnosis: none, too short, nothing moves.
 pub fn diagnose(
     request: &Request<'_>,
     progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Outcome, DiagnoseError> {
+) -> Result<Outcome, Insufficient> {
     diagnose_with(request, Options::default(), progress)
 }
 
@@ -164,7 +163,7 @@ pub fn diagnose_with(
     request: &Request<'_>,
     options: Options<'_>,
     progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Outcome, DiagnoseError> {
+) -> Result<Outcome, Insufficient> {
     // Workers that wait for others take up further jobs on the same stack.
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(rayon::current_num_threads())
@@ -180,12 +179,12 @@ fn search(
     request: &Request<'_>,
     options: Options<'_>,
     progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Outcome, DiagnoseError> {
+) -> Result<Outcome, Insufficient> {
     let begin = Instant::now();
     let stop = Stop::when(options.stop);
     let mut unfinished: Vec<Part> = Vec::new();
     let data = Data::new(request.recordings, request.rig);
-    error::check(request, &data)?;
+    insufficient::check(request.recordings, request.rig, &data)?;
     let nominal = Nominal::new(request.rig, &data);
     let stage = |stage| {
         progress(Progress {

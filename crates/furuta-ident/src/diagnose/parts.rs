@@ -2,12 +2,12 @@
 
 use furuta_model::{Rig, effects};
 
+use super::SEARCH;
 use super::data::Data;
-use super::error::{self, DiagnoseError};
 use super::fit::{Effort, Fit, Problem};
 use super::hypothesis::Nominal;
 use super::shooting::Inner;
-use super::{Request, SEARCH};
+use crate::insufficient::{self, Insufficient};
 use crate::recording::Recording;
 
 /// Recordings made ready, and the model refitted to them: what a search starts from.
@@ -45,14 +45,9 @@ impl Parts {
     ///
     /// # Errors
     /// As [`super::diagnose`].
-    pub fn new(recordings: &[Recording], rig: &Rig) -> Result<Self, DiagnoseError> {
+    pub fn new(recordings: &[Recording], rig: &Rig) -> Result<Self, Insufficient> {
         let data = Data::new(recordings, rig);
-        let request = Request {
-            recordings,
-            rig,
-            verify: &[],
-        };
-        error::check(&request, &data)?;
+        insufficient::check(recordings, rig, &data)?;
         let nominal = Nominal::new(rig, &data);
         let problem = Problem::new(&data, &nominal, data.windows(SEARCH, |_| true));
         let (_, base) = problem.recalibrated();

@@ -13,6 +13,7 @@
 //! | [`fong2014`] | the experiment of a paper, from noise to transfer function |
 //! | [`mod@compare`] | which effects explain what a measured response has and a rig file has not |
 //! | [`hold`] | the hold before a sampled plant, and the images that sampling folds down |
+//! | [`bode`], [`words`] | responses, fits and comparisons as pictures, tables and words |
 //! | [`record`] | which columns of which recordings, cut at their gaps |
 //!
 //! A response measured at samples is that of the sampled plant, with the hold in front of it: `u` is held from one sample to the next, and
@@ -20,6 +21,7 @@
 //! images from beyond half the sampling rate: [`hold::Hold`].
 
 pub mod bands;
+pub mod bode;
 pub mod compare;
 pub mod error;
 pub mod first_principles;
@@ -36,6 +38,7 @@ pub mod spectra;
 mod start;
 pub mod transfer;
 pub mod window;
+pub mod words;
 
 pub use error::{FrequencyError, FrequencyNotice};
 pub use fit::{Delay, Fit, FitError, FitNotice, Request, fit};

@@ -92,13 +92,21 @@ impl<'a> Taken<'a> {
     }
 }
 
-/// The mode of a log in which a controller chose the command for at least a tenth of the time.
+/// The mode of a log in which the rig had a say in the command for at least a tenth of the time: a controller chose it, or the arm was pulled to its
+/// middle beside a test signal, which alone gives that mode a reference.
 fn feedback(recording: &Recording) -> Option<String> {
-    let mode = recording.extra.iter().find(|c| c.name == "mode")?;
-    let Values::Text(modes) = &mode.values else {
+    let extra = |name: &str| recording.extra.iter().find(|c| c.name == name);
+    let Values::Text(modes) = &extra("mode")?.values else {
         return None;
     };
-    let closed = |m: &&String| m.as_str() == "balance" || m.as_str() == "swing-up";
+    let pulled = extra("reference").is_some_and(
+        |c| matches!(&c.values, Values::Numbers(r) if r.iter().any(|r| r.is_finite() && *r != 0.0)),
+    );
+    let closed = |m: &&String| match m.as_str() {
+        "balance" | "swing-up" => true,
+        "excite" => pulled,
+        _ => false,
+    };
     let first = modes.iter().find(closed)?;
     (10 * modes.iter().filter(closed).count() >= modes.len()).then(|| first.clone())
 }

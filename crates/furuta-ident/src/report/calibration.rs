@@ -2,7 +2,7 @@
 
 use core::fmt::Write as _;
 
-use super::{STYLE, escape};
+use super::{escape, page};
 use crate::calibrate::{Calibration, Curve, Outcome};
 use crate::diagnose::result::{Channel, significant};
 
@@ -45,12 +45,13 @@ pub fn calibration(outcome: &Outcome) -> String {
         }
     }
     body += "</section>\n";
-    format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title}</title>\n<style>\n{STYLE}pre {{ overflow-x: auto; font-size: .82rem; line-height: 1.35; }}\n\
-         svg polyline[class] {{ fill: none; stroke-width: 1.3; }} svg polyline.measured {{ stroke: var(--measured); }} svg polyline.nominal {{ stroke: var(--nominal); stroke-dasharray: 4 3; }} svg polyline.after {{ stroke: var(--after); }}\n</style>\n</head>\n<body>\n<main>\n{body}</main>\n</body>\n</html>\n"
-    )
+    page(&title, LINES, &body, "")
 }
+
+/// How lines over time look on this page, which has no script to draw them.
+const LINES: &str = "pre { overflow-x: auto; font-size: .82rem; line-height: 1.35; }\n\
+    svg polyline[class] { fill: none; stroke-width: 1.3; } svg polyline.measured { stroke: var(--measured); } \
+    svg polyline.nominal { stroke: var(--nominal); stroke-dasharray: 4 3; } svg polyline.after { stroke: var(--after); }\n";
 
 /// A calibration at a glance, a fragment of HTML for notebooks: the fitted parameters with their intervals, and how well the model follows.
 #[must_use]

@@ -1,15 +1,17 @@
-//! The report: one self-contained HTML page, readable without a network, in light and dark; the same at a glance, and in plain text.
+//! Reports: one self-contained HTML page each, readable without a network, in light and dark; the same at a glance, and in plain text.
 
 mod calibration;
 mod card;
 mod charts;
 mod encode;
+mod frequency;
 mod sections;
 mod text;
 mod torque;
 
 pub use calibration::{calibration, calibration_card};
 pub use card::card;
+pub use frequency::frequency;
 pub use text::text;
 
 use crate::diagnose::result::{Curves, Diagnosis};
@@ -50,9 +52,19 @@ pub fn html(diagnosis: &Diagnosis, curves: &Curves) -> String {
         sections::footer(diagnosis),
     ]
     .concat();
+    page(&title, "", &body, SCRIPT)
+}
+
+/// A page that stands alone: `style` beside that of all pages, `script` at its end.
+fn page(title: &str, style: &str, body: &str, script: &str) -> String {
+    let script = if script.is_empty() {
+        String::new()
+    } else {
+        format!("<script>\n{script}</script>\n")
+    };
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
+         <title>{title}</title>\n<style>\n{STYLE}{style}</style>\n</head>\n<body>\n<main>\n{body}</main>\n{script}</body>\n</html>\n"
     )
 }
 

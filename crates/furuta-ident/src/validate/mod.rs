@@ -18,6 +18,7 @@ use crate::calibrate::{fit_percent, late_plant};
 use crate::diagnose::data::{Data, Run, Window};
 use crate::diagnose::result::{Channel, null_if_not_finite};
 use crate::diagnose::shooting::Inner;
+use crate::insufficient;
 use crate::recording::Recording;
 use residuals::{Autocorrelation, CrossCorrelation};
 
@@ -134,7 +135,7 @@ impl Validation {
 /// As [`crate::calibrate::calibrate`]: nothing moves, too short.
 pub fn validate(recordings: &[Recording], rig: &Rig) -> Result<Validation, CalibrateError> {
     let data = Data::new(recordings, rig);
-    crate::calibrate::check(recordings, rig, &data)?;
+    insufficient::check(recordings, rig, &data)?;
     let (plant, late) = late_plant(rig);
     let inner = Inner::of(plant, late);
     let mut channels = Vec::new();

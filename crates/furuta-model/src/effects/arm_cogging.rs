@@ -1,6 +1,6 @@
 //! Cogging of the motor: `amplitude sin(order theta + phase)`.
 
-use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -59,6 +59,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::Like("arm.spring", "about one of its rests it pulls the arm back, order times amplitude per radian"),
     acts: Acts::TORQUE,
 };
 

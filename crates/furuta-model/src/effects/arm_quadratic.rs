@@ -1,6 +1,6 @@
 //! Quadratic drag on the arm: `-coefficient * |theta_dot| * theta_dot`.
 
-use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,6 +33,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::ARM_DAMPING,
     acts: Acts::TORQUE,
 };
 

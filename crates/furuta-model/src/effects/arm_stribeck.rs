@@ -1,6 +1,6 @@
 //! Stribeck friction on the arm: `-(coulomb + (static - coulomb) exp(-(theta_dot/velocity)²)) sign(theta_dot)`.
 
-use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -59,6 +59,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 2,
+    footprint: Footprint::ARM_DAMPING,
     acts: Acts::DRY_FRICTION,
 };
 

@@ -1,6 +1,6 @@
 //! Tilted base: gravity leans by `angle` towards the arm direction `theta = direction`.
 
-use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -46,6 +46,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::Own(&["angle"]),
     acts: Acts::TORQUE,
 };
 

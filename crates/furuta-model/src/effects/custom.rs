@@ -3,7 +3,7 @@
 //! A term is fitted, not derived: it says what torque the recordings ask for, not why. Each is one entry of [`TERMS`]; `custom.1`, `custom.2`, … of one
 //! rig add up to an expression. They are no part of [`super::CATALOGUE`]: nothing is hidden behind them, and a search for causes does not name them.
 
-use super::{Acts, Instant, Kind, Law, MAX_PARAMETERS, ParameterSpec, Spec};
+use super::{Acts, Footprint, Instant, Kind, Law, MAX_PARAMETERS, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 use arrayvec::ArrayVec;
 
@@ -185,6 +185,7 @@ macro_rules! specs {
             look_alikes: &[$($others),+],
             parameters: PARAMETERS,
             strengths: 1,
+            footprint: Footprint::Nothing("no law, so none is looked for"),
             acts: Acts::TORQUE,
         }),+];
     };

@@ -1,6 +1,6 @@
 //! Play between rotor and arm: free of each other for `|rotor - arm| < gap/2`.
 
-use super::{Acts, Drive, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Drive, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -59,6 +59,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::Like("drive.compliance", "by its describing function, play is a coupling that is softer the smaller the motion"),
     acts: Acts::DRIVE,
 };
 

@@ -1,6 +1,6 @@
 //! A flexible coupling between rotor and arm: `stiffness (rotor - arm) + damping (rotor_dot - arm_dot)`.
 
-use super::{Acts, Drive, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Drive, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -59,6 +59,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::Own(&["stiffness", "damping", "motor_share"]),
     acts: Acts::DRIVE,
 };
 

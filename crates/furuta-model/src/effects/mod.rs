@@ -6,10 +6,12 @@
 //! Parameters that are all "off" (zero strength) leave the plant exactly as it was.
 
 mod custom;
+mod footprint;
 mod pulse;
 mod spec;
 
 pub use custom::{Custom, EMPIRICAL, TERMS, Term};
+pub use footprint::Footprint;
 pub use spec::{Acts, Clock, Drive, EffectError, Instant, Kind, Law, ParameterSpec, Spec};
 
 use crate::params::{Coefficients, Params};

@@ -1,6 +1,6 @@
 //! Delay of the command: `u(t) -> u(t - delay)`.
 
-use super::{Acts, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,6 +33,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::Own(&["delay"]),
     acts: Acts::DELAY,
 };
 

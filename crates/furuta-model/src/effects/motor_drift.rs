@@ -1,6 +1,6 @@
 //! Drift of the motor's gain: `u -> (1 + rate * t) u`.
 
-use super::{Acts, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,6 +33,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::Refitted("motor gain", "the mean over the recording is seen"),
     acts: Acts::VOLTAGE,
 };
 

@@ -1,6 +1,6 @@
 //! First-order lag of the motor voltage: `time_constant * dv/dt = u - v`.
 
-use super::{Acts, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,6 +33,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::Own(&["time_constant"]),
     acts: Acts::LAG,
 };
 

@@ -1,6 +1,6 @@
 //! Saturation of the motor voltage: `|u| <= limit`.
 
-use super::{Acts, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,6 +33,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::GAIN_BY_LEVEL,
     acts: Acts::VOLTAGE,
 };
 

@@ -1,6 +1,6 @@
 //! Transverse inertia of the pendulum: `inertia * sin²(alpha) more on the arm's axis`.
 
-use super::{Acts, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::params::Coefficients;
 use crate::scalar::Scalar;
 
@@ -34,6 +34,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::Nothing("it acts with the square of the pendulum's angle from hanging"),
     acts: Acts::SHAPE,
 };
 

@@ -1,6 +1,6 @@
 //! Air drag of the pendulum: `-coefficient * |alpha_dot| * alpha_dot`.
 
-use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,6 +33,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::PENDULUM_DAMPING,
     acts: Acts::TORQUE,
 };
 

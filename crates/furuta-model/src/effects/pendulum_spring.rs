@@ -1,6 +1,6 @@
 //! Spring (encoder cable) on the pendulum: `-stiffness * (alpha - rest)`.
 
-use super::{Acts, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -46,6 +46,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::Own(&["stiffness"]),
     acts: Acts::TORQUE,
 };
 

@@ -1,6 +1,6 @@
 //! Offset of the pendulum's encoder: `measured alpha = alpha + angle`.
 
-use super::{Acts, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,6 +33,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::Nothing("a response is of changes"),
     acts: Acts::READING,
 };
 

@@ -1,6 +1,6 @@
 //! Delay of the encoders: both angles are read `delay` late.
 
-use super::{Acts, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,6 +33,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::Like("motor.delay", "late is late, before the rig or behind it"),
     acts: Acts::SENSOR_DELAY,
 };
 

@@ -1,6 +1,6 @@
 //! Scale of the arm's encoder: `measured theta = scale * theta`.
 
-use super::{Acts, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,6 +33,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
+    footprint: Footprint::Scale(0),
     acts: Acts::READING,
 };
 

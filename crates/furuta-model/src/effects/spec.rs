@@ -1,5 +1,6 @@
 //! What an effect is: where it acts, its parameters, and what to tell a student about it.
 
+use super::footprint::Footprint;
 use crate::dynamics::Angle;
 use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
@@ -155,6 +156,8 @@ pub struct Spec {
     pub parameters: &'static [ParameterSpec],
     /// How many of them, from the first, are strengths: the effect does nothing where all of these are zero, or at their [`ParameterSpec::off`].
     pub strengths: usize,
+    /// What it leaves in a transfer function.
+    pub footprint: Footprint,
     /// Which hooks it implements.
     pub acts: Acts,
 }

@@ -29,6 +29,7 @@
 #[macro_use]
 mod table;
 
+mod centring;
 mod chirp;
 #[cfg(feature = "std")]
 mod crest;
@@ -43,6 +44,7 @@ pub mod random;
 mod step;
 mod steps;
 
+pub use centring::Centring;
 pub use chirp::{Chirp, Sweep};
 #[cfg(feature = "std")]
 pub use crest::CrestFactors;

@@ -3,19 +3,18 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use furuta_ident::diagnose::result::significant;
-use furuta_ident::frequency::compare::{
-    Comparison, Explanation, FAR, Footprint, Measured, OWN, compare, footprint, name,
-};
+use furuta_ident::frequency::compare::{self, Explanation, Measured};
 use furuta_ident::frequency::first_principles::Output;
-use furuta_ident::frequency::transfer::polynomial_text;
+use furuta_ident::frequency::words::csv;
 use furuta_ident::frequency::{Transfer, fong2014};
+use furuta_ident::report;
+use furuta_model::effects::Footprint;
 use furuta_model::{CATALOGUE, Rig};
 use nalgebra::Complex;
 use serde_json::{Value, json};
 
 use super::frf::Measure;
-use crate::bode::Bode;
+use crate::commands::recorded::write;
 use crate::commands::study::plot;
 use crate::failure::Failure;
 
@@ -43,6 +42,12 @@ pub(crate) struct Args {
     /// Draw what was measured, the rig as given, its parameters refitted and the best explanation (SVG).
     #[arg(long, value_name = "OUT.svg")]
     plot: Option<PathBuf>,
+    /// Write what was measured, the rig as given, its parameters refitted and the best explanation, line by line (CSV).
+    #[arg(long, value_name = "OUT.csv")]
+    csv: Option<PathBuf>,
+    /// Write a report, one HTML page that needs no network: the plot, what should be known, the ranking.
+    #[arg(long, value_name = "OUT.html")]
+    report: Option<PathBuf>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -80,71 +85,62 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             Measured::response(frf, output)
         }
     };
-    let found = compare(&measured, &rig)?;
+    let found = compare::compare(&measured, &rig)?;
     for notice in &notices {
         eprintln!("note: {notice}");
     }
+    let what = args.measure.what();
+    let bode = compare::plot(&rig.name, &what, &measured, &found)?;
+    let text = compare::text(&rig.name, &what, given.as_ref(), &measured, &found);
+    if let Some(path) = &args.csv {
+        let mut curves: Vec<(&str, &[Complex<f64>])> = vec![("as_given", &found.as_given)];
+        if let Some(alone) = found.parameters_alone() {
+            curves.push(("refitted", &alone.response));
+        }
+        if let Some(best) = found.explanations.first() {
+            curves.push(("best", &best.response));
+        }
+        write(path, &csv(&measured.frf, &curves))?;
+    }
+    if let Some(path) = &args.report {
+        let title = format!("What {what} of {} has and its file has not", rig.name);
+        write(
+            path,
+            &report::frequency(&title, bode.clone(), &text, &notices),
+        )?;
+    }
     if let Some(path) = &args.plot {
-        plot(path, &bode(&args.measure, &measured, &found, &rig)?.chart())?;
+        plot(path, &bode.chart())?;
     }
     let mut out = std::io::stdout().lock();
     if args.json {
         let explanations: Vec<Value> = found.explanations.iter().map(as_json).collect();
         let line = json!({
-            "rig": rig.name, "what": args.measure.what(), "as_given_error": found.as_given_error, "explanations": explanations,
+            "rig": rig.name, "what": what, "as_given_error": found.as_given_error, "explanations": explanations,
             "footprints": footprints(output), "notices": notices,
         });
         return Ok(writeln!(out, "{line}")?);
     }
-    out.write_all(text(&rig, &args.measure, given.as_ref(), &measured, &found).as_bytes())?;
+    out.write_all(text.as_bytes())?;
     Ok(())
-}
-
-fn bode(
-    measure: &Measure,
-    measured: &Measured,
-    found: &Comparison,
-    rig: &Rig,
-) -> Result<Bode, Failure> {
-    let frf = &measured.frf;
-    let over = |response: &[Complex<f64>]| -> Vec<(f64, Complex<f64>)> {
-        frf.frequency
-            .iter()
-            .copied()
-            .zip(response.iter().copied())
-            .collect()
-    };
-    let mut bode = Bode::new(&format!("{}, {}", measure.what(), rig.name));
-    bode = if frf.std.iter().any(|s| *s > 0.0) {
-        bode.measured(frf)?
-    } else {
-        bode.model("measured", &over(&frf.response), false)
-    };
-    bode = bode.model("data sheet", &over(&found.as_given), true);
-    if let Some(alone) = found.parameters_alone() {
-        bode = bode.model("parameters refitted", &over(&alone.response), true);
-    }
-    let best = found.explanations.first();
-    if let Some(best) = best.filter(|b| !b.effects.is_empty()) {
-        bode = bode.model(&best.name(), &over(&best.response), true);
-    }
-    Ok(bode)
 }
 
 /// What the catalogue's effects show in a transfer function.
 fn footprints(output: Output) -> Value {
     CATALOGUE
         .iter()
-        .filter_map(|spec| {
-            let value = match footprint(spec.id, output)? {
-                Footprint::Own => json!({"kind": "own"}),
+        .map(|spec| {
+            let value = match spec.footprint.seen_in(output as usize) {
+                Footprint::Own(_) => json!({"kind": "own"}),
                 Footprint::Like(other, why) => json!({"kind": "like", "other": other, "why": why}),
-                Footprint::Parameter(name, why) => {
+                Footprint::Refitted(name, why) => {
                     json!({"kind": "parameter", "other": name, "why": why})
                 }
                 Footprint::Nothing(why) => json!({"kind": "nothing", "why": why}),
+                // Seen in an output, a factor is one of the others.
+                Footprint::Scale(_) => json!({"kind": "parameter", "other": "motor gain"}),
             };
-            Some((spec.id.to_owned(), value))
+            (spec.id.to_owned(), value)
         })
         .collect::<serde_json::Map<_, _>>()
         .into()
@@ -174,153 +170,4 @@ fn as_json(e: &Explanation) -> Value {
         "effects": e.effects, "values": values, "refitted": refitted, "relative_error": e.relative_error, "parameters": e.parameters,
         "bic": e.bic, "evidence": e.evidence, "same_as": e.same_as,
     })
-}
-
-/// Sets of effects shown.
-const SHOWN: usize = 12;
-
-fn text(
-    rig: &Rig,
-    measure: &Measure,
-    given: Option<&Transfer>,
-    measured: &Measured,
-    found: &Comparison,
-) -> String {
-    let frf = &measured.frf;
-    let ends = [frf.frequency.first(), frf.frequency.last()];
-    let [low, high] = ends.map(|f| significant(f.copied().unwrap_or(0.0), 3));
-    let mut text = match given {
-        Some(g) => format!(
-            "measured: {} = ({}) / ({}), {low} to {high} Hz\n",
-            measure.what(),
-            polynomial_text(&g.numerator, 4),
-            polynomial_text(&g.denominator, 4)
-        ),
-        None => format!(
-            "measured: {}, {} lines from {low} to {high} Hz, {}\n",
-            measure.what(),
-            frf.frequency.len(),
-            frf.method
-        ),
-    };
-    text += &format!(
-        "{} as its file has it: relative error {:.1} % (RMS over the band)\n",
-        rig.name,
-        100.0 * found.as_given_error
-    );
-    text += "  explanation                                     error %  numbers  evidence\n";
-    let row = |e: &Explanation| {
-        format!(
-            "  {:46} {:>8.2} {:>8} {:>9.1}\n",
-            e.name(),
-            100.0 * e.relative_error,
-            e.parameters,
-            e.evidence
-        )
-    };
-    if let Some(alone) = found.parameters_alone() {
-        text += &row(alone);
-    }
-    found.singles().for_each(|e| text += &row(e));
-    text += "  several, the best of them\n";
-    found
-        .explanations
-        .iter()
-        .filter(|e| e.effects.len() > 1)
-        .take(SHOWN - OWN.len())
-        .for_each(|e| text += &row(e));
-    text += &format!(
-        "evidence: fall of BIC against the parameters alone, of {:.0} independent numbers; above 6 is strong\n",
-        measured.numbers
-    );
-    let mut shown: Vec<&Explanation> = found.singles().take(1).collect();
-    if let Some(best) = found.explanations.first()
-        && best.effects.len() != 1
-    {
-        shown.push(best);
-    }
-    for e in shown {
-        text += &details(e);
-    }
-    text += &alike(found, measured.output);
-    text
-}
-
-/// An explanation's numbers.
-fn details(e: &Explanation) -> String {
-    let mut text = format!("{}\n", e.name());
-    let std = |x: f64| {
-        if x.is_finite() {
-            format!(" ± {}", significant(x, 2))
-        } else {
-            ", not determined".to_owned()
-        }
-    };
-    for v in &e.values {
-        text += &format!(
-            "  {} {} = {}{} {}\n",
-            v.effect,
-            v.parameter,
-            significant(v.value, 4),
-            std(v.std),
-            if v.unit == "-" { "" } else { v.unit }
-        );
-    }
-    for r in &e.refitted {
-        let far = r.factor > FAR || r.factor < 1.0 / FAR;
-        text += &format!(
-            "  {} x {}{}{}\n",
-            r.name,
-            significant(r.factor, 3),
-            std(r.std),
-            if far && r.std.is_finite() {
-                "  far from the data sheet"
-            } else {
-                ""
-            }
-        );
-    }
-    text.lines()
-        .map(|l| format!("{}\n", l.trim_end()))
-        .collect()
-}
-
-/// What the response cannot tell apart.
-fn alike(found: &Comparison, output: Output) -> String {
-    let mut text = String::from("what a response of this angle cannot tell apart\n");
-    for e in found.singles().filter(|e| !e.same_as.is_empty()) {
-        let others: Vec<String> = e.same_as.iter().map(|o| name(o)).collect();
-        text += &format!(
-            "  {} and {}: their best fits are the same curve\n",
-            e.name(),
-            others.join(", ")
-        );
-    }
-    for own in OWN {
-        let like: Vec<&str> = CATALOGUE
-            .iter()
-            .filter(|s| matches!(footprint(s.id, output), Some(Footprint::Like(other, _)) if other == own))
-            .map(|s| s.id)
-            .collect();
-        if !like.is_empty() {
-            text += &format!("  {own} and {}\n", like.join(", "));
-        }
-    }
-    for parameter in ["arm damping", "pendulum damping", "motor gain"] {
-        let like: Vec<&str> = CATALOGUE
-            .iter()
-            .filter(|s| {
-                matches!(footprint(s.id, output), Some(Footprint::Parameter(name, _)) if name == parameter)
-            })
-            .map(|s| s.id)
-            .collect();
-        text += &format!("  {parameter}, refitted, and {}\n", like.join(", "));
-    }
-    let nothing: Vec<&str> = CATALOGUE
-        .iter()
-        .filter(|s| matches!(footprint(s.id, output), Some(Footprint::Nothing(_))))
-        .map(|s| s.id)
-        .collect();
-    text += &format!("  nothing at all is seen of {}\n", nothing.join(", "));
-    text
 }

@@ -1,18 +1,19 @@
 //! `furuta identify frf`: a frequency response from recordings.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use furuta_ident::diagnose::result::significant;
+use furuta_ident::frequency::bode::Bode;
 use furuta_ident::frequency::first_principles::Output;
 use furuta_ident::frequency::record::{Columns, Taken};
-use furuta_ident::frequency::response::decibels;
+use furuta_ident::frequency::words::{csv, response_text};
 use furuta_ident::frequency::{Estimator, Frf, Settings, Window, periodic};
 use furuta_ident::recording::Recording;
+use furuta_ident::report;
 use serde_json::json;
 
-use crate::bode::Bode;
 use crate::commands::emulate::positive;
+use crate::commands::recorded::write;
 use crate::commands::study::plot;
 use crate::failure::Failure;
 
@@ -33,6 +34,9 @@ pub(crate) struct Args {
     /// Draw magnitude, phase and coherence (SVG).
     #[arg(long, value_name = "OUT.svg")]
     plot: Option<PathBuf>,
+    /// Write a report, one HTML page that needs no network: the plot, what should be known, the numbers.
+    #[arg(long, value_name = "OUT.html")]
+    report: Option<PathBuf>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -172,90 +176,32 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     for notice in &notices {
         eprintln!("note: {notice}");
     }
-    if let Some(path) = &args.plot {
-        plot(
+    let what = args.measure.what();
+    let bode = Bode::new(&what).measured(&frf)?;
+    let text = response_text(&what, &frf)?;
+    if let Some(path) = &args.csv {
+        write(path, &csv(&frf, &[]))?;
+    }
+    if let Some(path) = &args.report {
+        let title = format!("Frequency response {what}");
+        write(
             path,
-            &Bode::new(&args.measure.what()).measured(&frf)?.chart(),
+            &report::frequency(&title, bode.clone(), &text, &notices),
         )?;
     }
-    if let Some(path) = &args.csv {
-        write_csv(path, &frf)
-            .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))?;
+    if let Some(path) = &args.plot {
+        plot(path, &bode.chart())?;
     }
     let mut out = std::io::stdout().lock();
     if args.json {
         let line = json!({
-            "what": args.measure.what(), "method": frf.method, "averages": frf.averages, "resolution": frf.resolution(),
+            "what": what, "method": frf.method, "averages": frf.averages, "resolution": frf.resolution(),
             "sample_period": frf.sample_period, "notices": notices, "frequency": frf.frequency,
             "real": frf.response.iter().map(|h| h.re).collect::<Vec<_>>(), "imaginary": frf.response.iter().map(|h| h.im).collect::<Vec<_>>(),
             "coherence": frf.coherence, "std": frf.std,
         });
         return Ok(writeln!(out, "{line}")?);
     }
-    out.write_all(text(&args.measure.what(), &frf)?.as_bytes())?;
+    out.write_all(text.as_bytes())?;
     Ok(())
-}
-
-/// Lines shown on a terminal; all of them are in the CSV file.
-const SHOWN: usize = 24;
-
-fn text(what: &str, frf: &Frf) -> Result<String, Failure> {
-    let mut text = format!(
-        "{what}: {}, {} independent averages, {} lines {} Hz apart\n",
-        frf.method,
-        significant(frf.averages, 3),
-        frf.frequency.len(),
-        significant(frf.resolution(), 4)
-    );
-    text += "        Hz   magnitude        dB     phase  coherence  95 % within\n";
-    text += "              rad/V                   deg                        %\n";
-    let (db, phase) = (frf.magnitude_db(), frf.phase_degrees());
-    let radius = frf.confidence(0.95)?;
-    let mut last = 0.0;
-    let (low, high) = match (frf.frequency.first(), frf.frequency.last()) {
-        (Some(low), Some(high)) => (*low, *high),
-        _ => (1.0, 1.0),
-    };
-    // Evenly in the logarithm, as a Bode plot is read.
-    let step = (high / low).powf(1.0 / SHOWN as f64);
-    for k in 0..frf.frequency.len() {
-        if frf.frequency[k] < last * step * (1.0 - 1e-9) {
-            continue;
-        }
-        last = frf.frequency[k];
-        let magnitude = frf.response[k].norm();
-        text += &format!(
-            "  {:>8} {:>11} {:>9.2} {:>9.1} {:>10.4} {:>12.2}\n",
-            significant(frf.frequency[k], 4),
-            significant(magnitude, 4),
-            db[k],
-            phase[k],
-            frf.coherence[k],
-            100.0 * radius[k] / magnitude
-        );
-    }
-    Ok(text)
-}
-
-fn write_csv(path: &Path, frf: &Frf) -> std::io::Result<()> {
-    let mut out = std::io::BufWriter::new(std::fs::File::create(path)?);
-    writeln!(
-        out,
-        "frequency,real,imaginary,magnitude_db,phase_deg,coherence,std"
-    )?;
-    let phase = frf.phase_degrees();
-    for (k, h) in frf.response.iter().enumerate() {
-        writeln!(
-            out,
-            "{},{},{},{},{},{},{}",
-            frf.frequency[k],
-            h.re,
-            h.im,
-            decibels(h.norm()),
-            phase[k],
-            frf.coherence[k],
-            frf.std[k]
-        )?;
-    }
-    out.flush()
 }

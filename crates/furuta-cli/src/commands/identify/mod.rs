@@ -7,8 +7,6 @@ mod plan;
 pub(crate) mod tf;
 mod validate;
 
-use std::path::Path;
-
 use crate::failure::Failure;
 
 /// Models from recordings: frequency responses, transfer functions and what they know that a rig file does not, the parameters of the rig file, and how
@@ -39,10 +37,4 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         What::Validate(args) => validate::run(args),
         What::Plan(args) => plan::run(args),
     }
-}
-
-/// Writes a file that was asked for.
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(path, text)
-        .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use furuta_ident::calibrate::{Options, plan};
 use furuta_model::Rig;
 
-use super::write;
+use crate::commands::recorded::write;
 use crate::failure::Failure;
 
 /// Propose recordings by what they would tell about the parameters of a rig file (D-optimal over a family of test signals), with the commands that make them.

@@ -4,17 +4,19 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use furuta_ident::diagnose::result::significant;
+use furuta_ident::frequency::bode::Bode;
 use furuta_ident::frequency::first_principles::of_rig;
 use furuta_ident::frequency::fit::Uncertain;
 use furuta_ident::frequency::orders::sweep;
-use furuta_ident::frequency::transfer::polynomial_text;
+use furuta_ident::frequency::words::{csv, fit_text};
 use furuta_ident::frequency::{Delay, Fit, Frf, Hold, Request, Transfer, fit};
+use furuta_ident::report;
 use furuta_model::Rig;
 use nalgebra::Complex;
 use serde_json::{Value, json};
 
 use super::frf::Measure;
-use crate::bode::Bode;
+use crate::commands::recorded::write;
 use crate::commands::study::plot;
 use crate::failure::Failure;
 
@@ -42,6 +44,12 @@ pub(crate) struct Args {
     /// Draw the response and the fit over it: magnitude, phase, coherence (SVG).
     #[arg(long, value_name = "OUT.svg")]
     plot: Option<PathBuf>,
+    /// Write the response and the fit's, line by line (CSV).
+    #[arg(long, value_name = "OUT.csv")]
+    csv: Option<PathBuf>,
+    /// Write a report, one HTML page that needs no network: the plot, what should be known, the numbers.
+    #[arg(long, value_name = "OUT.html")]
+    report: Option<PathBuf>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -97,25 +105,34 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     for notice in &notices {
         eprintln!("note: {notice}");
     }
+    let what = args.measure.what();
+    let fitted = curve(&frf, hold, &best.transfer);
+    let mut bode = Bode::new(&what).measured(&frf)?;
+    if let Some(name) = &args.rig {
+        let model = of_rig(&Rig::load(name)?, args.measure.angle()?)?;
+        bode = bode.model(name, &curve(&frf, hold, &model), true);
+    }
+    let [zeros, poles] = best.transfer.orders();
+    let bode = bode.model(&format!("fit {zeros}/{poles}"), &fitted, false);
+    let text = text(&what, &frf, &best, &tried);
+    if let Some(path) = &args.csv {
+        let fitted: Vec<_> = fitted.iter().map(|c| c.1).collect();
+        write(path, &csv(&frf, &[("fit", &fitted)]))?;
+    }
+    if let Some(path) = &args.report {
+        let title = format!("Transfer function {what}");
+        write(
+            path,
+            &report::frequency(&title, bode.clone(), &text, &notices),
+        )?;
+    }
     if let Some(path) = &args.plot {
-        let what = args.measure.what();
-        let mut bode = Bode::new(&what).measured(&frf)?;
-        if let Some(name) = &args.rig {
-            let model = of_rig(&Rig::load(name)?, args.measure.angle()?)?;
-            bode = bode.model(name, &curve(&frf, hold, &model), true);
-        }
-        let [zeros, poles] = best.transfer.orders();
-        let bode = bode.model(
-            &format!("fit {zeros}/{poles}"),
-            &curve(&frf, hold, &best.transfer),
-            false,
-        );
         plot(path, &bode.chart())?;
     }
     let mut out = std::io::stdout().lock();
     if args.json {
         let mut line = fit_json(&best);
-        line["what"] = json!(args.measure.what());
+        line["what"] = json!(what);
         line["notices"] = json!(notices);
         line["tried"] = tried
             .iter()
@@ -123,7 +140,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             .collect();
         return Ok(writeln!(out, "{line}")?);
     }
-    out.write_all(text(&args.measure.what(), &frf, &best, &tried).as_bytes())?;
+    out.write_all(text.as_bytes())?;
     Ok(())
 }
 
@@ -159,77 +176,6 @@ fn text(what: &str, frf: &Frf, best: &Fit, tried: &[Fit]) -> String {
     );
     text += &fit_text(best);
     text
-}
-
-/// A fit in words.
-pub(crate) fn fit_text(fit: &Fit) -> String {
-    let g = &fit.transfer;
-    let mut text = format!(
-        "  G(s) = ({}) / ({})",
-        polynomial_text(&g.numerator, 4),
-        polynomial_text(&g.denominator, 4)
-    );
-    if g.delay != 0.0 {
-        text += &format!(" e^(-{} s)", significant(g.delay, 3));
-    }
-    text += "\n";
-    let coefficient = |name: &str, c: &[f64], std: &[f64]| -> String {
-        let degree = c.len() - 1;
-        c.iter()
-            .zip(std)
-            .enumerate()
-            .filter(|(i, _)| name == "b" || *i > 0)
-            .map(|(i, (c, std))| {
-                format!(
-                    "  {name}{}   {:>12} ± {}\n",
-                    degree - i,
-                    significant(*c, 5),
-                    significant(*std, 2)
-                )
-            })
-            .collect()
-    };
-    text += &coefficient("b", &g.numerator, &fit.numerator_std);
-    text += &coefficient("a", &g.denominator, &fit.denominator_std);
-    if fit.delay.std > 0.0 {
-        text += &format!(
-            "  delay {:>11} ± {} ms\n",
-            significant(1e3 * fit.delay.value, 4),
-            significant(1e3 * fit.delay.std, 2)
-        );
-    }
-    text += &format!("  poles  {} rad/s\n", roots(&fit.poles));
-    text += &format!("  zeros  {} rad/s\n", roots(&fit.zeros));
-    text += &format!(
-        "  chi2 {:.2} (1: nothing but noise is left), RMS of the relative error {:.2} %, AIC {:.1}, BIC {:.1}\n",
-        fit.chi2,
-        100.0 * fit.relative_error,
-        fit.aic,
-        fit.bic
-    );
-    text
-}
-
-/// `-0.69 (± 0.02) ± 7.36 (± 0.02) i`, pairs once.
-pub(crate) fn roots(roots: &[Uncertain<Complex<f64>>]) -> String {
-    let number = |x: f64, std: f64| format!("{} (± {})", significant(x, 4), significant(std, 2));
-    let texts: Vec<String> = roots
-        .iter()
-        .filter(|r| r.value.im >= 0.0)
-        .map(|r| {
-            let re = number(r.value.re, r.std.re);
-            if r.value.im > 0.0 {
-                format!("{re} ± {} i", number(r.value.im, r.std.im))
-            } else {
-                re
-            }
-        })
-        .collect();
-    if texts.is_empty() {
-        "none".to_owned()
-    } else {
-        texts.join(",  ")
-    }
 }
 
 /// A fit for programs.

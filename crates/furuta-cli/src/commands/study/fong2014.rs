@@ -5,15 +5,16 @@ use std::path::PathBuf;
 
 use furuta_hw::emulate::hidden_effect;
 use furuta_ident::frequency::bands::Band;
+use furuta_ident::frequency::bode::Bode;
 use furuta_ident::frequency::fong2014::{Experiment, Outcome, published};
 use furuta_ident::frequency::transfer::polynomial_text;
+use furuta_ident::frequency::words::roots;
 use furuta_ident::frequency::{Hold, Transfer};
 use furuta_model::Rig;
 use serde_json::{Value, json};
 
 use super::{hertz, plot, seconds};
-use crate::bode::Bode;
-use crate::commands::identify::tf::{curve, fit_json, roots};
+use crate::commands::identify::tf::{curve, fit_json};
 use crate::failure::Failure;
 
 /// Fong, Jamaludin, Abdullah 2014, sec. 3.2: band-limited white noise into the hanging pendulum, 180 s at 1 kHz; H1 under Hann's window; transfer

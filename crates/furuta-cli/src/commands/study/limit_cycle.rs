@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use furuta_design::chart::{Chart, Line, Panel};
+use furuta_chart::{Chart, Line, Panel};
 use furuta_design::limit_cycle::{Knowing, Wandering, run as experiment, typical};
 use furuta_design::supervised::Sample;
 use furuta_hw::emulate::hidden_effect;

@@ -3,8 +3,8 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use furuta_chart::{Chart, Line, Panel};
 use furuta_design::arm_step::{Experiment, Run, Study};
-use furuta_design::chart::{Chart, Line, Panel};
 use furuta_design::closed_loop::Sample;
 use furuta_model::Rig;
 use serde_json::json;

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use furuta_design::chart::{Chart, Line, Panel};
+use furuta_chart::{Chart, Line, Panel};
 use furuta_design::closed_loop::Sample;
 use furuta_design::largest_sine;
 use furuta_design::ramos_velasco::{

@@ -3,11 +3,11 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use furuta_chart::{Map, Maps};
 use furuta_ctrl::controllers;
 use furuta_ctrl::settings::Settings;
 use furuta_ctrl::supervisor::Supervisor;
 use furuta_ctrl::{Config, ConfigError, ControllerFile, Site};
-use furuta_design::map::{Map, Maps};
 use furuta_design::region::{Grid, On, Reach, Region};
 use furuta_model::{Rig, State};
 use serde_json::json;

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use furuta_design::chart::{Chart, Line, Panel};
+use furuta_chart::{Chart, Line, Panel};
 use furuta_design::closed_loop::Sample;
 use furuta_design::shahzad2022::{Figures, On, Settings, Task, figures, gain, run as experiment};
 use furuta_model::Rig;

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use furuta_design::chart::{Chart, Line, Panel};
+use furuta_chart::{Chart, Line, Panel};
 use furuta_design::reach::{Reach, Search};
 use furuta_design::swing_up::{Attempt, Outcome, PUSH, SETTLED, Study};
 use furuta_model::Rig;

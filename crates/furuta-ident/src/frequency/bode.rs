@@ -1,13 +1,25 @@
 //! Bode plots: magnitude, phase, coherence over a logarithmic frequency.
 
-use furuta_design::chart::{Chart, Line, Panel};
-use furuta_ident::frequency::Frf;
-use furuta_ident::frequency::error::FrequencyError;
-use furuta_ident::frequency::response::{continuous_phase, decibels};
+use furuta_chart::{Chart, Line, Panel};
 use nalgebra::Complex;
 
+use super::Frf;
+use super::error::FrequencyError;
+use super::response::{continuous_phase, decibels};
+
 /// A Bode plot being put together: what was measured first, models over it.
-pub(crate) struct Bode {
+///
+/// ```
+/// use furuta_ident::frequency::{Frf, Transfer, bode::Bode};
+/// let frequency = [0.1, 1.0, 10.0];
+/// let g = Transfer::new(&[1.0], &[1.0, 1.0])?;
+/// let curve = frequency.map(|f| (f, g.response(f)));
+/// let svg = Bode::new("alpha / u").model("model", &curve, false).chart().svg();
+/// assert!(svg.contains("phase [deg]") && !svg.contains("coherence"));
+/// # Ok::<(), furuta_ident::frequency::transfer::TransferError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Bode {
     title: String,
     magnitude: Vec<Line>,
     phase: Vec<Line>,
@@ -21,7 +33,8 @@ pub(crate) struct Bode {
 
 impl Bode {
     /// An empty plot.
-    pub(crate) fn new(title: &str) -> Self {
+    #[must_use]
+    pub fn new(title: &str) -> Self {
         Self {
             title: title.to_owned(),
             magnitude: Vec::new(),
@@ -33,8 +46,15 @@ impl Bode {
         }
     }
 
-    /// A measured response with its 95 % confidence and its coherence.
-    pub(crate) fn measured(mut self, frf: &Frf) -> Result<Self, FrequencyError> {
+    /// A measured response with its 95 % confidence and its coherence, where these are known.
+    ///
+    /// # Errors
+    /// As [`Frf::confidence`].
+    pub fn measured(mut self, frf: &Frf) -> Result<Self, FrequencyError> {
+        if frf.std.iter().all(|s| *s == 0.0) {
+            let curve = frf.frequency.iter().copied().zip(frf.response.clone());
+            return Ok(self.model("measured", &curve.collect::<Vec<_>>(), false));
+        }
         let colour = self.next_colour();
         let radius = frf.confidence(0.95)?;
         let (db, phase) = (frf.magnitude_db(), frf.phase_degrees());
@@ -84,7 +104,8 @@ impl Bode {
     }
 
     /// The picture.
-    pub(crate) fn chart(self) -> Chart {
+    #[must_use]
+    pub fn chart(self) -> Chart {
         let mut magnitude = Panel::new("magnitude [dB]", self.magnitude);
         if let Some((low, high)) = self.measured {
             let margin = 0.08 * (high - low).max(10.0);
@@ -97,8 +118,9 @@ impl Bode {
         Chart::new(&self.title, "frequency [Hz]", panels).logarithmic()
     }
 
-    /// A model's curve over what was measured.
-    pub(crate) fn model(mut self, name: &str, curve: &[(f64, Complex<f64>)], dashed: bool) -> Self {
+    /// A model's curve over what was measured: response by frequency (Hz), ascending.
+    #[must_use]
+    pub fn model(mut self, name: &str, curve: &[(f64, Complex<f64>)], dashed: bool) -> Self {
         let colour = self.next_colour();
         let mut phase = continuous_phase(curve.iter().map(|c| c.1));
         // Of the turns that phase leaves open, those of what was measured.

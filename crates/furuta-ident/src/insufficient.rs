@@ -1,18 +1,20 @@
-//! Why recordings cannot be diagnosed.
+//! Why recordings cannot carry a diagnosis, a calibration or a validation.
 
-use super::Request;
-use super::data::Data;
+use furuta_model::Rig;
 
-/// Why recordings cannot carry a diagnosis.
+use crate::diagnose::data::Data;
+use crate::recording::Recording;
+
+/// Why recordings are too few, too short or too quiet to say anything.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum DiagnoseError {
+pub enum Insufficient {
     /// No recording was given.
     #[error("no recording was given: name at least one CSV file or MCAP log")]
     NoRecordings,
     /// All recordings together are shorter than is needed.
     #[error(
-        "the recordings hold {seconds:.2} s in stretches without a gap; a diagnosis needs at least {needed} s: record longer"
+        "the recordings hold {seconds:.2} s in stretches without a gap; at least {needed} s are needed: record longer, or without missing samples"
     )]
     TooShort {
         /// Seconds there are.
@@ -34,14 +36,14 @@ pub enum DiagnoseError {
     },
 }
 
-/// The shortest data that carry a diagnosis, s.
+/// The shortest data that carry anything, s.
 const SHORTEST: f64 = 2.0;
-/// The least motion of the arm, counts.
+/// The least motion, counts.
 const LEAST_MOTION: f64 = 10.0;
 
-pub(super) fn check(request: &Request<'_>, data: &Data) -> Result<(), DiagnoseError> {
-    if request.recordings.is_empty() {
-        return Err(DiagnoseError::NoRecordings);
+pub(crate) fn check(recordings: &[Recording], rig: &Rig, data: &Data) -> Result<(), Insufficient> {
+    if recordings.is_empty() {
+        return Err(Insufficient::NoRecordings);
     }
     // Folded, since an empty sum of floats is -0.
     let seconds = data
@@ -49,12 +51,12 @@ pub(super) fn check(request: &Request<'_>, data: &Data) -> Result<(), DiagnoseEr
         .iter()
         .fold(0.0, |s, r| s + r.y.len() as f64 * r.h);
     if seconds < SHORTEST {
-        return Err(DiagnoseError::TooShort {
+        return Err(Insufficient::TooShort {
             seconds,
             needed: SHORTEST,
         });
     }
-    let resolution = request.rig.sensors.resolution();
+    let resolution = rig.sensors.resolution();
     let [theta, alpha] = std::array::from_fn(|c| {
         data.runs
             .iter()
@@ -69,7 +71,7 @@ pub(super) fn check(request: &Request<'_>, data: &Data) -> Result<(), DiagnoseEr
             .fold(0.0, f64::max)
     });
     if theta.max(alpha) < LEAST_MOTION {
-        return Err(DiagnoseError::NothingMoves {
+        return Err(Insufficient::NothingMoves {
             theta,
             alpha,
             needed: LEAST_MOTION,

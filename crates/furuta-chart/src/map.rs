@@ -1,6 +1,6 @@
-//! Maps as SVG: panels side by side over the same axes, each a grid of which some fields are filled.
+//! Maps: panels side by side over the same axes, each a grid of which some fields are filled.
 
-use crate::chart::{Axis, escaped, number_text};
+use crate::axis::{Axis, escaped, number_text};
 use std::fmt::Write as _;
 
 /// One panel.
@@ -19,7 +19,7 @@ pub struct Map {
 /// Panels in rows over the same axes.
 ///
 /// ```
-/// use furuta_design::map::{Map, Maps};
+/// use furuta_chart::{Map, Maps};
 /// let map = Map { title: "a".into(), columns: 2, filled: vec![true, false, false, true], lines: vec![] };
 /// let rows = vec![("row".to_owned(), vec![map])];
 /// let maps = Maps { title: "A picture", across: ("x", 1.0), up: ("y", 2.0), rows };

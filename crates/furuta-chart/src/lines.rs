@@ -1,11 +1,13 @@
-//! Line charts as SVG: panels one below the other over one horizontal axis. Small files that a browser, a README and a printer show alike.
+//! Line charts: panels one below the other over one horizontal axis.
 
 use std::fmt::Write as _;
+
+use crate::axis::{Axis, escaped, number_text};
 
 /// A picture: panels over one another.
 ///
 /// ```
-/// use furuta_design::chart::{Chart, Line, Panel};
+/// use furuta_chart::{Chart, Line, Panel};
 /// let line = Line::new("sine", (0..100).map(|k| (f64::from(k), (f64::from(k) * 0.1).sin())));
 /// let svg = Chart::new("A sine", "t [s]", vec![Panel::new("y [rad]", vec![line])]).svg();
 /// assert!(svg.starts_with("<svg") && svg.contains("A sine") && svg.contains("<polyline"));
@@ -274,131 +276,6 @@ impl Panel {
     }
 }
 
-/// From values to places in the picture.
-pub(crate) struct Axis {
-    low: f64,
-    high: f64,
-    from: f64,
-    to: f64,
-    pub(crate) step: f64,
-    /// `low` and `high` are decades.
-    logarithmic: bool,
-}
-
-impl Axis {
-    fn over(values: impl Iterator<Item = f64>, from: f64, to: f64, margin: bool) -> Self {
-        let (low, high) = values
-            .filter(|v| v.is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-                (low.min(v), high.max(v))
-            });
-        if low > high {
-            return Self::between(0.0, 1.0, from, to);
-        }
-        let span = if high > low {
-            high - low
-        } else {
-            low.abs().max(1.0)
-        };
-        let extra = if margin || high <= low {
-            0.06 * span
-        } else {
-            0.0
-        };
-        Self::between(low - extra, high + extra, from, to)
-    }
-
-    pub(crate) fn between(low: f64, high: f64, from: f64, to: f64) -> Self {
-        let rough = (high - low) / 5.0;
-        let decade = 10_f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0]
-            .map(|m| m * decade)
-            .into_iter()
-            .find(|s| *s >= rough * 0.999)
-            .unwrap_or(rough);
-        Self {
-            low,
-            high,
-            from,
-            to,
-            step,
-            logarithmic: false,
-        }
-    }
-
-    fn logarithmic(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Self {
-        let decades = values.filter(|v| *v > 0.0).map(f64::log10);
-        Self {
-            logarithmic: true,
-            ..Self::over(decades, from, to, false)
-        }
-    }
-
-    /// The place of a value, kept near the picture whatever the value.
-    pub(crate) fn at(&self, value: f64) -> f64 {
-        let value = if self.logarithmic {
-            value.log10()
-        } else {
-            value
-        };
-        let share = ((value - self.low) / (self.high - self.low)).clamp(-2.0, 3.0);
-        self.from + share * (self.to - self.from)
-    }
-
-    /// Distance of the ticks about a value.
-    fn step_at(&self, value: f64) -> f64 {
-        if self.logarithmic {
-            10_f64.powf(value.log10().floor())
-        } else {
-            self.step
-        }
-    }
-
-    pub(crate) fn ticks(&self) -> impl Iterator<Item = (f64, f64)> {
-        let values = if self.logarithmic {
-            self.decades()
-        } else {
-            self.even()
-        };
-        values.into_iter().map(|value| (value, self.at(value)))
-    }
-
-    /// 1, 2, 5, 10, 20, ... within the axis; 1, 10, 100, ... where it spans many decades.
-    fn decades(&self) -> Vec<f64> {
-        let digits: &[f64] = if self.high - self.low > 3.5 {
-            &[1.0]
-        } else {
-            &[1.0, 2.0, 5.0]
-        };
-        let range = self.low.floor() as i32..=(self.high.ceil() as i32).min(self.low as i32 + 50);
-        let all = range.flat_map(|decade| digits.iter().map(move |d| d * 10_f64.powi(decade)));
-        let inside = |v: &f64| (self.low - 1e-9..=self.high + 1e-9).contains(&v.log10());
-        all.filter(inside).collect()
-    }
-
-    fn even(&self) -> Vec<f64> {
-        let first = (self.low / self.step - 1e-6).ceil() as i64;
-        let last = (self.high / self.step + 1e-6).floor() as i64;
-        // Never more than a picture can show.
-        (first..=last.min(first + 50))
-            .map(|k| k as f64 * self.step)
-            .collect()
-    }
-}
-
-/// As many decimals as the distance of the ticks needs.
-pub(crate) fn number_text(value: f64, step: f64) -> String {
-    let decimals = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
-    // No minus before a zero.
-    format!("{:.decimals$}", if value == 0.0 { 0.0 } else { value })
-}
-
-pub(crate) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-}
-
 /// Most stretches of a line; each keeps its lowest and highest point, so chatter stays visible.
 const STRETCHES: usize = 280;
 
@@ -436,7 +313,7 @@ fn thinned(points: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Axis, Chart, Line, Panel, thinned};
+    use super::{Chart, Line, Panel, thinned};
 
     #[test]
     fn thinning_keeps_the_peaks() {
@@ -448,22 +325,6 @@ mod tests {
         let found = |v: f64| few.iter().any(|p| p.1 == v);
         assert!(found(7.0) && found(-3.0));
         assert!(few.windows(2).all(|p| p[0].0 <= p[1].0), "x ascends");
-    }
-
-    #[test]
-    fn ticks_are_round_and_inside() {
-        let axis = Axis::over([0.013, 0.187].into_iter(), 0.0, 100.0, false);
-        let values: Vec<_> = axis.ticks().map(|t| t.0).collect();
-        assert_eq!(values.len(), 3, "{values:?}");
-        assert!((values[0] - 0.05).abs() < 1e-12 && (values[2] - 0.15).abs() < 1e-12);
-    }
-
-    #[test]
-    fn decades_are_evenly_spaced() {
-        let axis = Axis::logarithmic([0.1, 0.0, 10.0].into_iter(), 0.0, 100.0);
-        let values: Vec<_> = axis.ticks().map(|t| t.0).collect();
-        assert_eq!(values.len(), 7, "{values:?}");
-        assert!((axis.at(1.0) - 50.0).abs() < 1e-9);
     }
 
     #[test]

@@ -1,0 +1,82 @@
+//! What `diagnose`, `identify calibrate` and `identify validate` are given, a rig and recordings of it, and how they answer.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use furuta_ident::recording::{Notice, Recording, against_rig};
+use furuta_model::Rig;
+
+use crate::failure::Failure;
+
+/// A rig, recordings of it, and where the answer goes.
+#[derive(clap::Args, Debug)]
+pub(crate) struct RecordedArgs {
+    /// Recordings of one rig, CSV or MCAP.
+    #[arg(value_name = "DATA", required = true)]
+    data: Vec<PathBuf>,
+    /// Built-in rig or rig file: the model as it is known.
+    #[arg(long, value_name = "RIG")]
+    pub(crate) rig: String,
+    /// Write the answer as JSON to this file; `-` for standard output, in place of text.
+    #[arg(long, value_name = "OUT")]
+    json: Option<PathBuf>,
+    /// Use recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign, another rig).
+    #[arg(long)]
+    accept_suspicious: bool,
+}
+
+impl RecordedArgs {
+    /// The recordings, and those of `more`, all checked against the rig; what was noticed is added to `notices`.
+    pub(crate) fn load(
+        &self,
+        rig: &Rig,
+        more: &[PathBuf],
+        notices: &mut Vec<String>,
+    ) -> Result<[Vec<Recording>; 2], Failure> {
+        let mut all = Vec::new();
+        for path in self.data.iter().chain(more) {
+            let (recording, found) = Recording::load_with_notices(path)?;
+            self.judge(found, notices)?;
+            all.push(recording);
+        }
+        self.judge(against_rig(&all, rig), notices)?;
+        let more = all.split_off(self.data.len());
+        Ok([all, more])
+    }
+
+    fn judge(&self, found: Vec<Notice>, notices: &mut Vec<String>) -> Result<(), Failure> {
+        for notice in found {
+            if notice.kind.is_suspicion() && !self.accept_suspicious {
+                return Err(Failure::new(format!(
+                    "{notice}; mend the recording, or pass --accept-suspicious if it is right as it is"
+                )));
+            }
+            notices.push(notice.to_string());
+        }
+        Ok(())
+    }
+
+    /// Prints and writes the answer: as text, as JSON, or text and a file of JSON.
+    pub(crate) fn answer(
+        &self,
+        json: impl FnOnce() -> String,
+        text: impl FnOnce() -> String,
+    ) -> Result<(), Failure> {
+        let text = match self.json.as_deref() {
+            Some(path) if path == Path::new("-") => json() + "\n",
+            Some(path) => {
+                write(path, &(json() + "\n"))?;
+                text()
+            }
+            None => text(),
+        };
+        std::io::stdout().lock().write_all(text.as_bytes())?;
+        Ok(())
+    }
+}
+
+/// Writes a file whole.
+pub(crate) fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    std::fs::write(path, text)
+        .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))
+}

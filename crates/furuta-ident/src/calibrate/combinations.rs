@@ -1,0 +1,90 @@
+//! What the equations of motion are made of, over the weight's moment: right whatever the held parameters are.
+
+use furuta_model::Scalar;
+use furuta_model::params::Coefficients;
+use nalgebra::{DMatrix, DVector};
+
+use super::fit::Fit;
+use super::parameters::Space;
+use super::result::Combination;
+use crate::diagnose::shooting::MAX_FREE;
+
+/// Names, formulas and units of the ratios to the weight's moment.
+const COMBINATIONS: [(&str, &str, &str); 7] = [
+    (
+        "arm inertia",
+        "(arm.inertia + mass·length² + inertia_axial) / (mass·g·com)",
+        "s2",
+    ),
+    (
+        "swing inertia",
+        "(mass·com² + inertia_transverse − inertia_axial) / (mass·g·com)",
+        "s2",
+    ),
+    ("coupling", "arm.length / g", "s2"),
+    (
+        "pendulum inertia",
+        "(pendulum.inertia + mass·com²) / (mass·g·com)",
+        "s2",
+    ),
+    (
+        "drive",
+        "amplifier_gain·torque_constant·gear_ratio·efficiency / resistance / (mass·g·com)",
+        "1/V",
+    ),
+    (
+        "arm damping",
+        "(arm.viscous + back-EMF) / (mass·g·com)",
+        "s",
+    ),
+    ("pendulum damping", "pendulum.viscous / (mass·g·com)", "s"),
+];
+
+/// The seven that a recording shows, whose ratios to the weight's moment are the combinations: arm, swing, coupling, pendulum, drive, arm damping,
+/// pendulum damping.
+pub(super) fn base<S: Copy>(c: &Coefficients<S>) -> [S; 7] {
+    [
+        c.arm,
+        c.swing,
+        c.coupling,
+        c.pendulum,
+        c.drive,
+        c.arm_damping,
+        c.pendulum_damping,
+    ]
+}
+
+fn ratios<S: Scalar>(c: &Coefficients<S>) -> [S; 7] {
+    base(c).map(|x| x / c.weight)
+}
+
+/// Before and after, with deviations.
+pub(super) fn combinations(
+    space: &Space,
+    fitted: &Fit,
+    free: &[usize],
+    covariance: Option<&DMatrix<f64>>,
+) -> Vec<Combination> {
+    let nominal = ratios(&space.coefficients::<1>(&space.nominal(), &[], 0));
+    let found = ratios(&space.coefficients::<{ 4 + MAX_FREE }>(&fitted.values, free, 0));
+    COMBINATIONS
+        .iter()
+        .zip(nominal.iter().zip(&found))
+        .map(|((name, formula, unit), (nominal, found))| {
+            let slope = DVector::from_fn(free.len(), |k, _| found.d[k]);
+            // What is at a bound is held: its slopes count for nothing.
+            let std = covariance.map_or(f64::NAN, |c| {
+                let c = c.map(|x| if x.is_finite() { x } else { 0.0 });
+                (&c * &slope).dot(&slope).max(0.0).sqrt()
+            });
+            Combination {
+                name: (*name).to_owned(),
+                formula: (*formula).to_owned(),
+                nominal: nominal.v,
+                fitted: found.v,
+                std: if std > 0.0 { std } else { f64::NAN },
+                unit: (*unit).to_owned(),
+            }
+        })
+        .collect()
+}

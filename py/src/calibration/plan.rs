@@ -1,0 +1,122 @@
+//! What to record.
+
+use super::{field, parsed};
+use crate::error;
+use crate::rig::PyRig;
+use furuta_ident::calibrate::{Options, Plan};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// What to record so that the parameters of a rig become known.
+///
+/// Attributes
+/// ----------
+/// parameters : list of str
+///     Keys of the parameters that are to become known.
+/// experiments : list of dict
+///     All that the rig bears, the most telling first: excitation, arguments, seconds, volts, arm, log_det, efficiency, std (relative, by parameter).
+/// sequence : list of int
+///     Which to make one after the other.
+/// after : list of list of float
+///     Relative standard deviations after each of these.
+#[pyclass(name = "ExperimentPlan", module = "furuta", frozen)]
+pub(crate) struct PyPlan {
+    plan: Plan,
+    contract: Py<PyDict>,
+}
+
+#[pymethods]
+impl PyPlan {
+    /// The JSON contract as text.
+    fn to_json(&self) -> String {
+        self.plan.to_json()
+    }
+
+    /// The JSON contract as a new dict.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        parsed(py, &self.to_json())
+    }
+
+    /// The plan as a table, with the commands that make the recordings.
+    #[pyo3(signature = (rig="RIG"))]
+    fn summary(&self, rig: &str) -> String {
+        self.plan.summary(rig)
+    }
+
+    #[getter]
+    fn parameters(&self) -> Vec<String> {
+        self.plan.parameters.clone()
+    }
+
+    #[getter]
+    fn experiments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        field(self.contract.bind(py), "experiments")
+    }
+
+    #[getter]
+    fn sequence(&self) -> Vec<usize> {
+        self.plan.sequence.clone()
+    }
+
+    #[getter]
+    fn after(&self) -> Vec<Vec<f64>> {
+        self.plan.after.clone()
+    }
+
+    fn __str__(&self) -> String {
+        self.summary("RIG")
+    }
+}
+
+/// Proposes recordings by what they would tell about the parameters of a rig: D-optimal over a family of test signals.
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+///     Its limits on voltage, arm angle and speeds are kept.
+/// free, hold : list of str, optional
+///     As for `calibrate`.
+/// rate : float, optional
+///     Samples per second.
+/// experiments : int, optional
+///     How many to propose, each chosen to add most to those before.
+/// horizon : float, optional
+///     As for `calibrate`, s.
+///
+/// Returns
+/// -------
+/// ExperimentPlan
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> plan = furuta.plan_experiment(furuta.Rig.load("qube-servo-2"), rate=200.0)
+/// >>> len(plan.sequence), plan.experiments[0]["efficiency"]
+/// (2, 1.0)
+#[pyfunction]
+#[pyo3(
+    signature = (rig, *, free=None, hold=None, rate=500.0, experiments=2, horizon=2.0),
+    text_signature = "(rig, *, free=None, hold=None, rate=500.0, experiments=2, horizon=2.0)"
+)]
+pub(crate) fn plan_experiment(
+    py: Python<'_>,
+    rig: PyRef<'_, PyRig>,
+    free: Option<Vec<String>>,
+    hold: Option<Vec<String>>,
+    rate: f64,
+    experiments: u8,
+    horizon: f64,
+) -> PyResult<PyPlan> {
+    let rig = rig.rig.clone();
+    let options = Options {
+        free: free.unwrap_or_default(),
+        hold: hold.unwrap_or_default(),
+        horizon,
+        ..Options::default()
+    };
+    let plan = py
+        .detach(|| furuta_ident::calibrate::plan(&rig, &options, rate, experiments.into()))
+        .map_err(error::calibrate)?;
+    let contract = parsed(py, &plan.to_json())?.unbind();
+    Ok(PyPlan { plan, contract })
+}

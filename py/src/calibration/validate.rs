@@ -1,0 +1,149 @@
+//! Rig files judged by recordings.
+
+use super::{checked, field, parsed};
+use crate::error;
+use crate::rig::PyRig;
+use furuta_ident::validate::Validation;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// How well a rig file predicts recordings.
+///
+/// Attributes
+/// ----------
+/// channels : list of dict
+///     By stretch and angle: run, channel, simulated, fit_percent, rms, noise_floor, whiteness, cross, steps.
+/// notices : list of str
+#[pyclass(name = "Validation", module = "furuta", frozen)]
+pub(crate) struct PyValidation {
+    validation: Validation,
+    contract: Py<PyDict>,
+}
+
+#[pymethods]
+impl PyValidation {
+    /// The JSON contract as text.
+    fn to_json(&self) -> String {
+        self.validation.to_json()
+    }
+
+    /// The JSON contract as a new dict.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        parsed(py, &self.to_json())
+    }
+
+    /// The validation as tables.
+    fn summary(&self) -> String {
+        self.validation.summary()
+    }
+
+    /// Draws the residuals' correlations with their 99 % bounds and the errors after fixed times with matplotlib.
+    fn plot(slf: Bound<'_, Self>) -> PyResult<Bound<'_, PyAny>> {
+        slf.py()
+            .import("furuta._plot_calibration")?
+            .call_method1("plot_validation", (&slf,))
+    }
+
+    #[getter]
+    fn channels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        field(self.contract.bind(py), "channels")
+    }
+
+    #[getter]
+    fn notices(&self) -> Vec<String> {
+        self.validation.notices.clone()
+    }
+
+    fn __str__(&self) -> String {
+        self.summary()
+    }
+}
+
+/// Judges a rig file by recordings that it was not fitted to: fit in per cent, residual tests with their 99 % bounds, errors after fixed times.
+///
+/// Parameters
+/// ----------
+/// recordings : path, dict, or list of these
+///     As for `diagnose`.
+/// rig : Rig
+/// accept_suspicious : bool, optional
+///     Use recordings even if they look as if a convention were broken.
+///
+/// Returns
+/// -------
+/// Validation
+///
+/// Raises
+/// ------
+/// RecordingError, CalibrateError
+///     As for `calibrate`.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, furuta
+/// >>> rig = furuta.Rig.load("qube-servo-2")
+/// >>> t = 0.002 * np.arange(3000)
+/// >>> u = 3 * np.sin(2 * t * (1 + t))
+/// >>> x = furuta.simulate(rig, [0, np.pi, 0, 0], u[:-1], 0.002)
+/// >>> theta, alpha = furuta.measure(rig, x).T
+/// >>> judged = furuta.validate({"t": t, "u": u, "theta": theta, "alpha": alpha}, rig)
+/// >>> print(judged.summary().splitlines()[1])  # doctest: +ELLIPSIS
+///   recording-0          theta   99.9 % ...
+#[pyfunction]
+#[pyo3(
+    signature = (recordings, rig, *, accept_suspicious=false),
+    text_signature = "(recordings, rig, *, accept_suspicious=False)"
+)]
+pub(crate) fn validate(
+    py: Python<'_>,
+    recordings: &Bound<'_, PyAny>,
+    rig: PyRef<'_, PyRig>,
+    accept_suspicious: bool,
+) -> PyResult<PyValidation> {
+    let rig = rig.rig.clone();
+    let given = checked(recordings, &rig, accept_suspicious)?;
+    let mut validation = py
+        .detach(|| furuta_ident::validate::validate(&given.recordings, &rig))
+        .map_err(error::calibrate)?;
+    validation.notices.splice(0..0, given.notices);
+    let contract = parsed(py, &validation.to_json())?.unbind();
+    Ok(PyValidation {
+        validation,
+        contract,
+    })
+}
+
+/// The autocorrelation test of `validate` on any residuals.
+///
+/// Parameters
+/// ----------
+/// residual : list of float
+/// lags : int, optional
+///
+/// Returns
+/// -------
+/// dict
+///     values (lags 1, 2, ...), bound (99 %), outside, ljung_box, p_value.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, furuta
+/// >>> test = furuta.whiteness(list(np.sin(0.1 * np.arange(1000.0))))
+/// >>> test["outside"] > 20 and test["p_value"] < 1e-6
+/// True
+#[pyfunction]
+#[pyo3(signature = (residual, lags=25))]
+pub(crate) fn whiteness(
+    py: Python<'_>,
+    residual: Vec<f64>,
+    lags: usize,
+) -> PyResult<Bound<'_, PyDict>> {
+    let test = furuta_ident::validate::residuals::autocorrelation(&residual, lags);
+    let d = PyDict::new(py);
+    d.set_item("values", test.values)?;
+    d.set_item("bound", test.bound)?;
+    d.set_item("outside", test.outside)?;
+    d.set_item("ljung_box", test.ljung_box)?;
+    d.set_item("p_value", test.p_value)?;
+    Ok(d)
+}
