@@ -58,7 +58,7 @@ class Case:
 
 
 def plan(seed: int) -> list[Case]:
-    """Every effect twice at its usual size, clean ones, pairs, foreign effects, and small effects under rough conditions."""
+    """Every effect twice at its usual size, clean ones, pairs, foreign effects, small effects under rough conditions, and triples."""
     rng = np.random.default_rng(seed)
     families, cases = sorted(FAMILIES), []
 
@@ -78,6 +78,9 @@ def plan(seed: int) -> list[Case]:
     for effect in rng.choice(EFFECTS, 8, replace=False):
         add("small", (str(effect),), size=1 / 3, spread=float(rng.choice([0.03, 0.1, 0.2])), noise=float(rng.choice([0.0, 0.3, 1.0])),
             rate=float(rng.choice([200, 400, 500, 1000])))  # fmt: skip
+    triples = [three for three in itertools.combinations(EFFECTS, 3) if not any(set(pair) in UNASKED for pair in itertools.combinations(three, 2))]
+    for i in rng.choice(len(triples), 6, replace=False):
+        add("triple", triples[i], spread=0.05)
     return cases
 
 

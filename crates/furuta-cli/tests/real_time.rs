@@ -55,7 +55,7 @@ fn a_run_says_what_was_granted_and_how_late_it_was() {
         .records
         .iter()
         .fold(0.0_f64, |max, r| max.max(r.compute));
-    let told = timing.compute.max().expect("samples") as f64 * 1e-9;
+    let told = timing.compute.max().expect("samples") as f64 / 1e9;
     assert!((told - longest).abs() < 1e-9, "{told} {longest}");
     assert_eq!(report["timing"]["compute"]["max"].as_f64(), Some(told));
     // Asked once in 0.1 s.
