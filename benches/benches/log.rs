@@ -6,10 +6,9 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use furuta_ctrl::ControllerFile;
-use furuta_ctrl::supervisor::Brake;
 use furuta_hw::{
-    EmulatedRig, EmulatedTransport, Emulation, LoopSettings, RealTime, Reference, ReplayOptions,
-    Session, SwingUpBalance, Task, provenance, replay,
+    EmulatedRig, EmulatedTransport, Emulation, LoopSettings, Reference, ReplayOptions, Session,
+    SwingUpBalance, Task, provenance, replay,
 };
 use furuta_log::{Log, LogWriter, Metadata};
 use furuta_model::Rig;
@@ -30,19 +29,7 @@ fn minute(controller: &str) -> Log {
         .expect("has a controller");
     let task = Task::Balance { reference };
     let said = provenance::metadata(&rig, Some(&file), &task, pilot.describe(), session.hello());
-    let settings = LoopSettings {
-        duration: MINUTE,
-        limits: rig.limits,
-        brake: Brake::new(
-            &rig.params,
-            rig.params.motor.command_limit,
-            session.period(),
-        ),
-        silence: LoopSettings::SILENCE,
-        stop: None,
-        probe: None,
-        real_time: RealTime::default(),
-    };
+    let settings = LoopSettings::new(&rig, session.period(), MINUTE);
     let path = std::env::temp_dir().join(format!("furuta-bench-{}.mcap", std::process::id()));
     session
         .run(&pilot, &settings, Some((&path, &said)))

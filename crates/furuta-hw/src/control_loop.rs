@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use arrayvec::ArrayVec;
 use furuta_ctrl::supervisor::{Brake, Fault};
 use furuta_log::{Mode, Record, Timing};
-use furuta_model::Limits;
+use furuta_model::{Limits, Rig};
 use furuta_wire::{Hello, Message, Sample, Status};
 
 use crate::delay::DelayMeter;
@@ -19,7 +19,7 @@ use crate::pilot::{Measurement, Pilot};
 use crate::real_time::{Granted, RealTime};
 use crate::recorder::RecordSender;
 use crate::transport::{Transport, TransportError};
-use crate::verdict::{Judge, Verdict};
+use crate::verdict::{self, Judge, Verdict};
 
 /// Changes of mode that a summary can hold; later ones are only counted.
 const MODE_CHANGES: usize = 64;
@@ -28,14 +28,27 @@ const CLOCK_STEP: f64 = 0.25;
 /// The last 0 V is sent so many times, since one frame can be lost. The rig's watchdog is what remains.
 const FAREWELLS: usize = 3;
 
-/// Settings of the loop.
+/// Settings of the loop: [`LoopSettings::new`] for those of a rig, and what shall be otherwise.
+///
+/// ```
+/// use furuta_hw::LoopSettings;
+/// use std::time::Duration;
+/// let rig = furuta_model::Rig::builtin("shahzad2022-srv02").ok_or("no such rig")?;
+/// let settings = LoopSettings {
+///     probe: Some(LoopSettings::PROBE),
+///     ..LoopSettings::new(&rig, 0.002, Duration::from_secs(10))
+/// };
+/// assert_eq!(settings.limits, rig.limits);
+/// assert_eq!(settings.brake.periods(), 125); // a quarter of a second
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Copy, Clone, Debug)]
 pub struct LoopSettings<'a> {
     /// The run ends after this time of the rig's clock.
     pub duration: Duration,
     /// The run ends where one of these is exceeded.
     pub limits: Limits,
-    /// How the arm is stopped there; [`Brake::none`] only cuts the motor off. A replay takes it to be [`Brake::new`] of the rig file.
+    /// How the arm is stopped there; [`Brake::none`] only cuts the motor off. A replay takes it to be that of [`LoopSettings::new`].
     pub brake: Brake<f64>,
     /// The run ends where no sample comes for so long.
     pub silence: Duration,
@@ -48,6 +61,21 @@ pub struct LoopSettings<'a> {
 }
 
 impl LoopSettings<'_> {
+    /// A run of this length on this rig at this sample period (s): the rig file's limits, and [`Brake::new`] up to its command limit where one is
+    /// exceeded; [`Self::SILENCE`]; nobody stops it, the line is not timed, nothing is asked of the system.
+    #[must_use]
+    pub fn new(rig: &Rig, period: f64, duration: Duration) -> Self {
+        Self {
+            duration,
+            limits: rig.limits,
+            brake: verdict::brake(rig, period),
+            silence: Self::SILENCE,
+            stop: None,
+            probe: None,
+            real_time: RealTime::default(),
+        }
+    }
+
     /// Silence after which a rig counts as dead where nothing else is said: long against any hiccup of an operating
     /// system, since the rig's own watchdog has long switched the motor off by then.
     pub const SILENCE: Duration = Duration::from_millis(500);

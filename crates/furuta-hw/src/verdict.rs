@@ -3,7 +3,7 @@
 
 use furuta_ctrl::supervisor::{Brake, Braking, Fault};
 use furuta_log::Mode;
-use furuta_model::{Limits, State};
+use furuta_model::{Limits, Rig, State};
 use furuta_wire::Status;
 
 use crate::control_loop::RunError;
@@ -17,6 +17,11 @@ pub(crate) struct Verdict {
     pub(crate) mode: Mode,
     /// What ends the run here; the voltage is then 0.
     pub(crate) end: Option<RunError>,
+}
+
+/// How a rig's arm is stopped where a limit is hit, at this sample period (s): the same in the loop and in its replay.
+pub(crate) fn brake(rig: &Rig, period: f64) -> Brake<f64> {
+    Brake::new(&rig.params, rig.params.motor.command_limit, period)
 }
 
 /// Verdicts on a run, sample by sample.

@@ -137,8 +137,9 @@ fn drive<P: Pilot>(rig: &Rig, pilot: &P, brake: Brake<f64>, who: Knows) -> (Summ
     (summary, line)
 }
 
+/// That of every run.
 fn brake(rig: &Rig) -> Brake<f64> {
-    Brake::new(&rig.params, rig.params.motor.command_limit, PERIOD)
+    LoopSettings::new(rig, PERIOD, Duration::ZERO).brake
 }
 
 /// A constant voltage into the limit.
@@ -206,29 +207,22 @@ fn a_swing_up_into_a_limit_ends_with_the_motor_off() {
         ..rig.clone()
     };
     for rig in [&rig, &narrow] {
-        let (summary, _) = {
-            let limited = LoopSettings {
-                limits: Limits {
-                    arm_angle: Some(0.2),
-                    ..Limits::default()
-                },
-                brake: brake(rig),
-                ..settings(10.0)
-            };
-            let emulated = EmulatedRig::new(rig, &Emulation::default()).expect("valid");
-            let mut line = EmulatedTransport::new(emulated);
-            let (mut link, hello) =
-                Link::connect(&mut line, Duration::from_secs(1)).expect("it answers");
-            let summary = run(
-                &mut link,
-                &hello,
-                &pilot,
-                &limited,
-                &mut RecordSender::nowhere(),
-            );
-            assert_eq!(line.rig().tick().volts, 0.0);
-            (summary, line)
+        let limited = LoopSettings {
+            limits: narrow.limits,
+            ..LoopSettings::new(rig, PERIOD, Duration::from_secs(10))
         };
+        let emulated = EmulatedRig::new(rig, &Emulation::default()).expect("valid");
+        let mut line = EmulatedTransport::new(emulated);
+        let (mut link, hello) =
+            Link::connect(&mut line, Duration::from_secs(1)).expect("it answers");
+        let summary = run(
+            &mut link,
+            &hello,
+            &pilot,
+            &limited,
+            &mut RecordSender::nowhere(),
+        );
+        assert_eq!(line.rig().tick().volts, 0.0);
         assert!(
             matches!(summary.end, End::Failed(RunError::Limit { .. })),
             "{summary:?}"

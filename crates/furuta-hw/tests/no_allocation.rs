@@ -45,11 +45,11 @@ fn a_minute(disk: impl Write + Seek + Send + 'static) -> (Summary, Recorder) {
     let (mut link, hello) = without_a_port();
     let log = LogWriter::new(disk, &Metadata::default()).expect("room for the metadata");
     let (mut sender, recorder) = Recorder::start(log).expect("a thread");
-    let pilot = pilot();
+    let (pilot, settings) = (pilot(), timed(SECONDS));
     let mut summary = None;
     // Counts this thread's allocations; the log's writer, in its own thread, may allocate.
     let counted = allocation_counter::measure(|| {
-        summary = Some(run(&mut link, &hello, &pilot, &timed(SECONDS), &mut sender));
+        summary = Some(run(&mut link, &hello, &pilot, &settings, &mut sender));
     });
     let summary = summary.expect("ran");
     assert!(matches!(summary.end, End::Finished), "{summary:?}");
@@ -79,10 +79,10 @@ fn a_logged_run_over_a_terminal_allocates_nothing() {
         std::env::temp_dir().join(format!("furuta-hw-allocation-{}.mcap", std::process::id()));
     let log = LogWriter::create(&path, &Metadata::default()).expect("writable");
     let (mut sender, recorder) = Recorder::start(log).expect("a thread");
-    let pilot = pilot();
+    let (pilot, settings) = (pilot(), timed(10.0));
     let mut summary = None;
     let counted = allocation_counter::measure(|| {
-        summary = Some(run(&mut link, &hello, &pilot, &timed(10.0), &mut sender));
+        summary = Some(run(&mut link, &hello, &pilot, &settings, &mut sender));
     });
     let summary = summary.expect("ran");
     assert!(matches!(summary.end, End::Finished), "{summary:?}");

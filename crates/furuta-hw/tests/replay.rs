@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use furuta_ctrl::ControllerFile;
-use furuta_ctrl::supervisor::Brake;
 use furuta_hw::replay::Finding;
 use furuta_hw::{
     EmulatedRig, EmulatedTransport, Emulation, End, Excitation, FaultRates, FaultyTransport,
-    LoopSettings, OpenLoop, Pilot, RealTime, Reference, Replay, ReplayError, ReplayOptions,
-    Session, SwingUpBalance, Task, provenance, replay,
+    LoopSettings, OpenLoop, Pilot, Reference, Replay, ReplayError, ReplayOptions, Session,
+    SwingUpBalance, Task, provenance, replay,
 };
 use furuta_log::{Log, LogWriter, Metadata, Mode};
 use furuta_model::signals::{Centring, Chirp, Noise, Sweep};
@@ -62,18 +61,10 @@ fn fly<P: Pilot + Sync>(
     let mut session = Session::connect(line).expect("it answers");
     let (pilot, file, task, words) = make(session.period());
     let said = provenance::metadata(rig, file.as_ref(), &task, words, session.hello());
+    let duration = Duration::from_secs_f64(seconds);
     let settings = LoopSettings {
-        duration: Duration::from_secs_f64(seconds),
-        limits: rig.limits,
-        brake: Brake::new(
-            &rig.params,
-            rig.params.motor.command_limit,
-            session.period(),
-        ),
         silence: Duration::from_secs(5),
-        stop: None,
-        probe: None,
-        real_time: RealTime::default(),
+        ..LoopSettings::new(rig, session.period(), duration)
     };
     let (summary, recorded) = session
         .run(&pilot, &settings, Some((path, &said)))

@@ -7,10 +7,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use furuta_ctrl::ControllerFile;
-use furuta_ctrl::supervisor::Brake;
 use furuta_hw::emulate::hidden_effect;
 use furuta_hw::{
-    EmulatedRig, Emulation, End, Excitation, LoopSettings, OpenLoop, Pace, Pilot, PtyRig, RealTime,
+    EmulatedRig, Emulation, End, Excitation, LoopSettings, OpenLoop, Pace, Pilot, PtyRig,
     Reference, SerialTransport, Session, Summary, SwingUpBalance, Task, provenance,
 };
 use furuta_ident::diagnose::result::Diagnosis;
@@ -266,18 +265,11 @@ impl Bench<'_> {
         (name, seconds): (&str, f64),
     ) -> Result<(PathBuf, Summary), Failure> {
         let path = self.out.join(format!("{name}.mcap"));
+        let duration = Duration::from_secs_f64(seconds);
         let settings = LoopSettings {
-            duration: Duration::from_secs_f64(seconds),
-            limits: rig.limits,
-            brake: Brake::new(
-                &rig.params,
-                rig.params.motor.command_limit,
-                self.session.period(),
-            ),
-            silence: LoopSettings::SILENCE,
             stop: Some(interrupt::flag()),
             probe: Some(LoopSettings::PROBE),
-            real_time: RealTime::default(),
+            ..LoopSettings::new(rig, self.session.period(), duration)
         };
         let flown = self.session.run(pilot, &settings, Some((&path, said)));
         if !flown

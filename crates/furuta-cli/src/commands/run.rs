@@ -6,7 +6,6 @@ use std::time::Duration;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use furuta_ctrl::ControllerFile;
-use furuta_ctrl::supervisor::Brake;
 use furuta_hw::{
     EmulatedRig, Emulation, End, LoopSettings, OpenLoop, Pace, PtyRig, Recorded, Reference,
     SerialTransport, Session, Summary, SwingUpBalance, Task as LoggedTask, provenance,
@@ -168,18 +167,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         );
     }
 
+    let duration = Duration::from_secs_f64(args.duration);
     let settings = LoopSettings {
-        duration: Duration::from_secs_f64(args.duration),
-        limits: rig.limits,
-        brake: Brake::new(
-            &rig.params,
-            rig.params.motor.command_limit,
-            session.period(),
-        ),
-        silence: LoopSettings::SILENCE,
         stop: Some(interrupt::flag()),
         probe: Some(LoopSettings::PROBE),
         real_time: args.real_time.asked(),
+        ..LoopSettings::new(&rig, session.period(), duration)
     };
     let mut foresight = None;
     let (summary, recorded) = match args.task {

@@ -7,11 +7,9 @@
 //!
 //! ```
 //! use furuta_hw::{
-//!     EmulatedRig, EmulatedTransport, Emulation, LoopSettings, RealTime, Reference, ReplayOptions, Session, SwingUpBalance, Task, provenance,
-//!     replay,
+//!     EmulatedRig, EmulatedTransport, Emulation, LoopSettings, Reference, ReplayOptions, Session, SwingUpBalance, Task, provenance, replay,
 //! };
 //! use furuta_ctrl::ControllerFile;
-//! use furuta_ctrl::supervisor::Brake;
 //! use std::time::Duration;
 //!
 //! let rig = furuta_model::Rig::builtin("shahzad2022-srv02").ok_or("no such rig")?;
@@ -19,15 +17,7 @@
 //! let mut session = Session::connect(EmulatedTransport::new(emulated))?;
 //! let (file, reference) = (ControllerFile::default(), Reference::Constant(0.0));
 //! let pilot = SwingUpBalance::from_config(&file.config, &rig, session.period(), reference)?;
-//! let settings = LoopSettings {
-//!     duration: Duration::from_secs(2),
-//!     limits: rig.limits,
-//!     brake: Brake::new(&rig.params, rig.params.motor.command_limit, session.period()),
-//!     silence: LoopSettings::SILENCE,
-//!     stop: None,
-//!     probe: None,
-//!     real_time: RealTime::default(),
-//! };
+//! let settings = LoopSettings::new(&rig, session.period(), Duration::from_secs(2));
 //! let said = provenance::metadata(&rig, Some(&file), &Task::Balance { reference }, pilot.describe(), session.hello());
 //! let path = std::env::temp_dir().join(format!("furuta-replay-{}.mcap", std::process::id()));
 //! session.run(&pilot, &settings, Some((&path, &said)))?;

@@ -6,7 +6,7 @@ use std::time::Duration;
 use furuta_ctrl::supervisor::Brake;
 use furuta_hw::{
     Decision, EmulatedRig, Emulation, Link, LoopSettings, Measurement, Pace, Pilot, PtyRig,
-    RealTime, SerialTransport,
+    SerialTransport,
 };
 use furuta_log::Mode;
 use furuta_model::{Limits, Rig};
@@ -27,15 +27,13 @@ pub(crate) fn connect(rig: &PtyRig) -> (Link<SerialTransport>, Hello) {
     Link::connect(port, Duration::from_secs(10)).expect("the rig answers")
 }
 
+/// Of a run without limits.
 pub(crate) fn settings(seconds: f64) -> LoopSettings<'static> {
     LoopSettings {
-        duration: Duration::from_secs_f64(seconds),
         limits: Limits::default(),
         brake: Brake::none(),
         silence: Duration::from_secs(5), // generous: other work shares the machine
-        stop: None,
-        probe: None,
-        real_time: RealTime::default(),
+        ..LoopSettings::new(&qube(), 0.002, Duration::from_secs_f64(seconds))
     }
 }
 
