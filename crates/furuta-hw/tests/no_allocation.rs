@@ -6,25 +6,15 @@ use std::io::{self, Cursor, Seek, SeekFrom, Write};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-use common::{connect, settings, start};
+use common::{TempLog, connect, emulated, pilot, settings, start};
 use furuta_hw::{
-    EmulatedRig, EmulatedTransport, Emulation, End, Link, LoopSettings, Pace, Recorder, Reference,
-    Summary, SwingUpBalance, run,
+    EmulatedTransport, Emulation, End, Link, LoopSettings, Pace, Recorder, Summary, run,
 };
 use furuta_log::{LogError, LogWriter, Metadata, Mode};
-use furuta_model::Rig;
 
 /// A minute at 500 Hz, both ends included.
 const SECONDS: f64 = 60.0;
 const SAMPLES: u64 = 30_001;
-
-fn srv02() -> Rig {
-    Rig::builtin("shahzad2022-srv02").expect("built in")
-}
-
-fn pilot() -> SwingUpBalance {
-    SwingUpBalance::design(&srv02(), 0.002, Reference::Constant(0.0)).expect("stabilisable")
-}
 
 /// As `furuta run` has it: with the query that times the line.
 fn timed(seconds: f64) -> LoopSettings<'static> {
@@ -36,8 +26,8 @@ fn timed(seconds: f64) -> LoopSettings<'static> {
 
 /// A rig without a port: nothing in the loop waits, so that whoever does is the loop.
 fn without_a_port() -> (Link<EmulatedTransport>, furuta_wire::Hello) {
-    let rig = EmulatedRig::new(&srv02(), &Emulation::default()).expect("valid");
-    Link::connect(EmulatedTransport::new(rig), Duration::from_secs(1)).expect("it answers")
+    let transport = EmulatedTransport::new(emulated());
+    Link::connect(transport, Duration::from_secs(1)).expect("it answers")
 }
 
 /// What a minute's run does to the allocator of its thread, on the way to a log that `disk` keeps.
@@ -75,9 +65,8 @@ fn a_minute_of_the_loop_allocates_nothing() {
 fn a_logged_run_over_a_terminal_allocates_nothing() {
     let rig = start(&Emulation::default(), Pace::HostLed);
     let (mut link, hello) = connect(&rig);
-    let path =
-        std::env::temp_dir().join(format!("furuta-hw-allocation-{}.mcap", std::process::id()));
-    let log = LogWriter::create(&path, &Metadata::default()).expect("writable");
+    let file = TempLog::new("allocation");
+    let log = LogWriter::create(&file.0, &Metadata::default()).expect("writable");
     let (mut sender, recorder) = Recorder::start(log).expect("a thread");
     let (pilot, settings) = (pilot(), timed(10.0));
     let mut summary = None;
@@ -90,8 +79,7 @@ fn a_logged_run_over_a_terminal_allocates_nothing() {
     assert!(summary.timing.round_trip.count() > 0, "{summary:?}");
     sender.end(&summary.timing);
     assert_eq!(recorder.finish().records, 5001);
-    let log = furuta_log::read(&path).expect("own log");
-    std::fs::remove_file(path).expect("written above");
+    let log = file.read();
     assert_eq!(log.timing.as_deref(), Some(&summary.timing));
 }
 

@@ -1,9 +1,12 @@
 //! Runs on the emulated rig, replayed: the very commands, bit for bit; and what was changed afterwards, found at its sample.
 
+mod common;
+
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
+use common::{TempLog, srv02};
 use furuta_ctrl::ControllerFile;
 use furuta_hw::replay::Finding;
 use furuta_hw::{
@@ -16,10 +19,6 @@ use furuta_model::signals::{Centring, Chirp, Noise, Sweep};
 use furuta_model::{Limits, Rig, State};
 use proptest::prelude::*;
 
-fn srv02() -> Rig {
-    Rig::builtin("shahzad2022-srv02").expect("built in")
-}
-
 /// One frame in fifty lost, some late, some bytes damaged.
 const LINE: FaultRates = FaultRates {
     frame_lost: 0.02,
@@ -28,25 +27,6 @@ const LINE: FaultRates = FaultRates {
     flipped: 1e-4,
     doubled: 1e-4,
 };
-
-struct TempLog(PathBuf);
-
-impl TempLog {
-    fn new(name: &str) -> Self {
-        let file = format!("furuta-hw-replay-{name}-{}.mcap", std::process::id());
-        Self(std::env::temp_dir().join(file))
-    }
-
-    fn read(&self) -> Log {
-        furuta_log::read(&self.0).expect("own log")
-    }
-}
-
-impl Drop for TempLog {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
-    }
-}
 
 /// A run over a line with faults; the pendulum is pushed over twice where `push` is set.
 fn fly<P: Pilot + Sync>(
@@ -82,7 +62,7 @@ fn balance(
     name: &str,
 ) -> (End, Log) {
     let file = ControllerFile::from_toml(controller).expect("valid");
-    let log = TempLog::new(name);
+    let log = TempLog::new(&format!("replay-{name}"));
     let (end, _) = fly(
         rig,
         8.0,
@@ -235,7 +215,7 @@ fn a_run_that_ended_at_a_fault_is_replayed() {
 #[test]
 fn a_test_signal_is_replayed() {
     let rig = srv02();
-    let log = TempLog::new("chirp");
+    let log = TempLog::new("replay-chirp");
     let chirp = Chirp::new(1.5, 0.2, 5.0, 4.0, Sweep::Logarithmic).expect("valid");
     let excitation = Excitation::new(chirp, 4.0)
         .and_then(|e| e.faded(0.3, 0.3))

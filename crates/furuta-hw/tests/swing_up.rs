@@ -4,7 +4,7 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::{qube, settings};
+use common::{TempLog, qube, settings};
 use furuta_hw::{
     Decision, EmulatedRig, Emulation, End, Measurement, Pace, Pilot, PtyRig, Reference,
     SerialTransport, Session, SwingUpBalance,
@@ -141,19 +141,18 @@ fn swings_up_and_balances_in_real_time_and_logs_it() {
     let mut session = Session::open(rig.path(), SerialTransport::BAUD).expect("there");
     assert_eq!(session.mismatches(&true_rig), []);
     let pilot = SwingUpBalance::design(&true_rig, session.period(), steps()).expect("stabilisable");
-    let path = std::env::temp_dir().join(format!("furuta-hw-swing-up-{}.mcap", std::process::id()));
+    let file = TempLog::new("swing-up");
     let metadata = Metadata {
         rig: true_rig.name.clone(),
         controller: pilot.describe(),
         ..Metadata::default()
     };
     let (summary, recorded) = session
-        .run(&pilot, &settings(8.0), Some((&path, &metadata)))
+        .run(&pilot, &settings(8.0), Some((&file.0, &metadata)))
         .expect("a log can be written");
     assert!(matches!(summary.end, End::Finished), "{summary:?}");
     assert!(recorded.is_some_and(|r| r.error.is_none() && r.records == summary.samples));
-    let log = furuta_log::read(&path).expect("own log");
-    std::fs::remove_file(&path).expect("written above");
+    let log = file.read();
     assert_eq!(
         (log.records.len() as u64, log.notice),
         (summary.samples, None)
