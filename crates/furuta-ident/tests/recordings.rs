@@ -634,6 +634,82 @@ fn a_log_of_a_run_is_read_with_all_its_fields() {
     assert!(salvaged.len() > 300 && salvaged.alpha == recording.alpha[..salvaged.len()]);
 }
 
+/// A run that ends because an estimate is no number has that estimate in its last sample. Angles, time and command are what a diagnosis reads.
+#[test]
+fn speeds_that_are_not_known_are_no_mistake() {
+    let n = 100;
+    type Spoil = fn(&mut furuta_log::Record);
+    let log = |spoil: Spoil| {
+        let memory = std::io::Cursor::new(Vec::new());
+        let mut log = furuta_log::LogWriter::new(memory, &furuta_log::Metadata::default()).unwrap();
+        for (k, [t, u, theta, alpha]) in swing().into_iter().take(n).enumerate() {
+            let mut record = furuta_log::Record {
+                t,
+                u,
+                theta,
+                alpha,
+                seq: k as u32,
+                ..Default::default()
+            };
+            if k == n - 1 {
+                spoil(&mut record);
+            }
+            log.write(&record).unwrap();
+        }
+        Recording::from_mcap("run.mcap", &log.finish().unwrap().into_inner())
+    };
+    let (ended, _) = log(|r| {
+        r.theta_dot = f64::NEG_INFINITY;
+        r.alpha_dot = f64::NAN;
+    })
+    .unwrap();
+    let last = |recording: &Recording| {
+        let speeds = [&recording.theta_dot, &recording.alpha_dot];
+        speeds.map(|speed| speed.as_ref().and_then(|s| s.last().copied()).unwrap())
+    };
+    assert_eq!(ended.len(), n);
+    assert_eq!(last(&ended)[0], f64::NEG_INFINITY);
+    assert!(last(&ended)[1].is_nan());
+
+    // And so it stays in either form: NaN is an empty field, or null.
+    let mut csv = Vec::new();
+    ended.to_csv(&mut csv).unwrap();
+    assert!(String::from_utf8_lossy(&csv).contains(",-inf,,"));
+    let (again, _) = Recording::from_csv("run.csv", &csv).unwrap();
+    let folder = std::env::temp_dir().join(format!("furuta-unknown-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    ended.write_mcap(folder.join("run.mcap")).unwrap();
+    let rewritten = Recording::load(folder.join("run.mcap")).unwrap();
+    std::fs::remove_dir_all(folder).unwrap();
+    for other in [&again, &rewritten] {
+        let bits = |recording: &Recording| last(recording).map(f64::to_bits);
+        assert_eq!(bits(other), bits(&ended));
+        assert_eq!((&other.alpha, &other.u), (&ended.alpha, &ended.u));
+    }
+
+    // What is measured or commanded must be known.
+    let spoilt: [(&str, Spoil); 3] = [
+        ("theta", |r| r.theta = f64::NAN),
+        ("alpha", |r| r.alpha = f64::INFINITY),
+        ("u", |r| r.u = f64::NAN),
+    ];
+    for (name, spoil) in spoilt {
+        match log(spoil) {
+            Err(RecordingError::NotFinite {
+                row: 100, column, ..
+            }) => assert_eq!(column, name),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+    // A speed that is not there is one thing, one that cannot be read another.
+    let text = "t,u,theta,alpha,alpha_dot\n0,0,0,3.1,0\n0.1,0,0,3.1,fast\n";
+    assert!(
+        refused(text)
+            .1
+            .contains("row 3, column alpha_dot: `fast` is not a number")
+    );
+}
+
 #[test]
 fn a_column_that_only_shares_a_name_with_the_log_is_not_logged_wrongly() {
     let mut text = "t,u,theta,alpha,status\n".to_owned();

@@ -52,19 +52,21 @@ pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<Table, RecordingError> {
 
     let mut columns: Vec<Option<(&str, Vec<String>)>> =
         names.into_iter().zip(fields).map(Some).collect();
-    let mut take = |index: usize| -> Result<Vec<f64>, RecordingError> {
+    let mut take = |index: usize, empty| -> Result<Vec<f64>, RecordingError> {
         let (name, values) = columns
             .get_mut(index)
             .and_then(Option::take)
             .unwrap_or_default();
-        finite(file, name, &values, &rows)
+        numbers(file, name, &values, &rows, empty)
     };
     let [t, u, theta, alpha] = required;
-    let (t, u, theta, alpha) = (take(t)?, take(u)?, take(theta)?, take(alpha)?);
+    let mut measured = |index| take(index, Unknown::Refused);
+    let (t, u) = (measured(t)?, measured(u)?);
+    let (theta, alpha) = (measured(theta)?, measured(alpha)?);
     let mut speeds = [None, None];
     for (speed, name) in speeds.iter_mut().zip(SPEEDS) {
         if let Some(index) = header.iter().position(|found| found.trim() == name) {
-            *speed = Some(take(index)?);
+            *speed = Some(take(index, Unknown::Kept)?);
         }
     }
     let [theta_dot, alpha_dot] = speeds;
@@ -197,23 +199,33 @@ fn hint(names: &[&str], column: &str) -> &'static str {
     }
 }
 
-fn finite(
+/// What becomes of a value that is missing or not finite.
+#[derive(Copy, Clone, PartialEq)]
+enum Unknown {
+    Refused,
+    /// NaN where the field is empty.
+    Kept,
+}
+
+fn numbers(
     file: &str,
     column: &str,
     fields: &[String],
     rows: &[usize],
+    unknown: Unknown,
 ) -> Result<Vec<f64>, RecordingError> {
     fields
         .iter()
         .zip(rows)
         .map(|(field, &row)| match field.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
+            Ok(value) if value.is_finite() || unknown == Unknown::Kept => Ok(value),
             Ok(value) => Err(RecordingError::NotFinite {
                 file: file.into(),
                 row,
                 column: column.into(),
                 value,
             }),
+            Err(_) if field.is_empty() && unknown == Unknown::Kept => Ok(f64::NAN),
             Err(_) => Err(RecordingError::NotANumber {
                 file: file.into(),
                 row,

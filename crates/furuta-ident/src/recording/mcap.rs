@@ -82,7 +82,9 @@ pub(super) fn parse(
             };
             records.iter().zip(&rows).map(finite).collect()
         };
-    let speed = |name, value| has(name).then(|| state(name, value)).transpose();
+    let speed = |name, value: fn(&Record) -> f64| {
+        has(name).then(|| records.iter().map(value).collect::<Vec<f64>>())
+    };
     let (t, u) = (
         state("t", |record| record.t)?,
         state("u", |record| record.u)?,
@@ -92,8 +94,8 @@ pub(super) fn parse(
         state("alpha", |record| record.alpha)?,
     );
     let (theta_dot, alpha_dot) = (
-        speed("theta_dot", |record| record.theta_dot)?,
-        speed("alpha_dot", |record| record.alpha_dot)?,
+        speed("theta_dot", |record| record.theta_dot),
+        speed("alpha_dot", |record| record.alpha_dot),
     );
 
     let extra = further_columns(bytes, &records, has);
@@ -381,6 +383,9 @@ impl Recording {
                 Series::Numbers(values) => values.get(k).map_or(Value::Null, |&value| {
                     if integer {
                         whole(value)
+                    } else if STATE.contains(&name) && value.is_infinite() {
+                        // As a log has it: JSON knows no such number.
+                        Value::from(if value > 0.0 { "Infinity" } else { "-Infinity" })
                     } else {
                         Value::from(value)
                     }

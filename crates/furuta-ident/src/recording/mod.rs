@@ -38,9 +38,9 @@ pub struct Recording {
     pub theta: Vec<f64>,
     /// Pendulum angle from upright, rad, continuous over turns.
     pub alpha: Vec<f64>,
-    /// Arm speed, rad/s, where recorded.
+    /// Arm speed, rad/s, where recorded; not finite where it is not known, as in the last sample of a run that ended for it.
     pub theta_dot: Option<Vec<f64>>,
-    /// Pendulum speed, rad/s, where recorded.
+    /// Pendulum speed, rad/s, where recorded; likewise.
     pub alpha_dot: Option<Vec<f64>>,
     /// Further columns, kept as they are.
     pub extra: Vec<Column>,
