@@ -1,15 +1,21 @@
 //! The `furuta` command: simulate, design, run and diagnose rotary inverted pendulums.
 
+// See [`streams`].
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 mod commands;
 mod cyclictest;
 mod failure;
 mod interrupt;
 mod print;
 mod real_time;
+mod streams;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+
+use crate::streams::note;
 
 /// Rotary inverted (Furuta) pendulum: simulate it, control it, and find out what its model is missing.
 #[derive(clap::Parser, Debug)]
@@ -25,7 +31,7 @@ fn main() -> ExitCode {
     match Cli::parse().command.run() {
         Ok(code) => code,
         Err(failure) => {
-            eprintln!("furuta: {failure}");
+            note!("furuta: {failure}");
             ExitCode::FAILURE
         }
     }

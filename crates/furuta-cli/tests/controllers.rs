@@ -2,15 +2,8 @@
 
 mod common;
 
-use common::{Folder, failure, furuta, last_line};
+use common::{Folder, failure, furuta, json, last_line};
 use serde_json::Value;
-
-fn json(args: &[&str]) -> Value {
-    let output = furuta(args).output().expect("runs");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{stderr}");
-    serde_json::from_slice(&output.stdout).expect("JSON")
-}
 
 /// A column of `furuta simulate --json`.
 fn column(v: &Value, name: &str) -> Vec<f64> {

@@ -2,14 +2,7 @@
 
 mod common;
 
-use common::{Folder, failure, furuta};
-use serde_json::Value;
-
-fn json(args: &[&str]) -> Value {
-    let output = furuta(args).output().expect("the binary runs");
-    assert!(output.status.success(), "{output:?}");
-    serde_json::from_slice(&output.stdout).expect("JSON")
-}
+use common::{Folder, failure, furuta, json};
 
 /// Privileged or not: each measure is granted or has a reason, in the report and in the log.
 #[test]

@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 use std::process::Output;
 
-use common::{Folder, furuta, rig_text};
+use common::{Folder, furuta, json, rig_text};
 
 fn outcome(args: &[&str]) -> Output {
     furuta(args).output().expect("the binary runs")
@@ -16,16 +16,6 @@ fn failure(args: &[&str]) -> String {
     let output = outcome(args);
     assert!(output.stdout.is_empty());
     common::failure(&output)
-}
-
-fn json(args: &[&str]) -> serde_json::Value {
-    let output = outcome(args);
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
 #[test]

@@ -2,18 +2,7 @@
 
 mod common;
 
-use common::{Folder, furuta};
-use serde_json::Value;
-
-fn json(args: &[&str]) -> Value {
-    let output = furuta(args).output().expect("the binary runs");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    serde_json::from_slice(&output.stdout).expect("JSON")
-}
+use common::{Folder, furuta, json};
 
 /// The one line that a command which fails says.
 fn failure(args: &[&str]) -> String {

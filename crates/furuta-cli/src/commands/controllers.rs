@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::print;
+use crate::streams;
 
 /// List the controllers, estimators and other sections of a controller file, or explain one: its keys, their units, ranges and defaults.
 #[derive(clap::Args, Debug)]
@@ -26,7 +27,7 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if let Some(path) = &args.check {
         let file = ControllerFile::load(path)?;
         if args.json {

@@ -8,6 +8,7 @@ use furuta_log::{FIELDS, Log, is_csv, read_csv, read_from, write_csv};
 use serde_json::json;
 
 use crate::failure::Failure;
+use crate::streams::{self, note};
 
 /// Convert a recording between CSV and MCAP, there and back without loss: of a log of `furuta run` every bit of every sample and all that it says
 /// of its run, of any other CSV file every byte. What is noticed about the recording is printed.
@@ -175,7 +176,7 @@ fn say(converted: &Converted, args: &Args) -> Result<(), Failure> {
         notices,
         cut_off,
     } = converted;
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let notices: Vec<_> = cut_off.iter().chain(notices).collect();
         let line = json!({
@@ -185,7 +186,7 @@ fn say(converted: &Converted, args: &Args) -> Result<(), Failure> {
         writeln!(out, "{line}")?;
     } else {
         for notice in notices {
-            eprintln!("{notice}");
+            note!("{notice}");
         }
         writeln!(
             out,

@@ -25,6 +25,7 @@ use super::diagnose::search;
 use super::signal::RESTARTS;
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::streams;
 
 /// The data sheet: a rig that its own manual's numbers swing up.
 const RIG: &str = "shahzad2022-srv02";
@@ -94,9 +95,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         "An emulated {RIG} is on {}. It hides {}; what follows knows only its data sheet.",
         rig.path(),
         args.hide
-    ));
+    ))?;
 
-    bench.say("\n1. Test signals, in real time, the pendulum hanging");
+    bench.say("\n1. Test signals, in real time, the pendulum hanging")?;
     let sines = Multisine::new(
         1.2,
         0.1,
@@ -109,22 +110,23 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let multisine = bench.test(&sheet, "multisine", MULTISINE, sines.into())?;
     let steps = bench.test(&sheet, "steps", STEPS, Steps::new(2.0, 0.5)?.into())?;
 
-    bench.say("\n2. Swing-up and balance with a controller designed by the data sheet");
+    bench.say("\n2. Swing-up and balance with a controller designed by the data sheet")?;
     let (balance, before) = bench.balance(&sheet, "balance")?;
 
-    bench.say("\n3. What is the data sheet missing? (furuta diagnose)");
+    bench.say("\n3. What is the data sheet missing? (furuta diagnose)")?;
     let mut logs = vec![multisine, steps, balance];
     let outcome = find(&logs, &sheet, out)?;
     let diagnosis = &outcome.diagnosis;
-    bench.say(&findings(diagnosis, &hidden));
+    bench.say(&findings(diagnosis, &hidden))?;
 
-    bench.say("\n4. Swing-up and balance with a controller designed by the repaired rig file");
+    bench.say("\n4. Swing-up and balance with a controller designed by the repaired rig file")?;
     let (again, after) = bench.balance(&outcome.repaired, "balance-repaired")?;
     logs.push(again);
 
     let path = |name: &str| out.join(name).display().to_string();
     if args.json {
-        println!(
+        writeln!(
+            streams::output(),
             "{}",
             json!({
                 "hidden": args.hide,
@@ -137,19 +139,21 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
                 "repaired": path(REPAIRED),
                 "seconds": begin.elapsed().as_secs_f64(),
             })
-        );
+        )?;
     } else {
-        println!(
+        writeln!(
+            streams::output(),
             "\nThe arm stood {} rad beside its reference before, {} rad after.",
             rad(before.offset),
             rad(after.offset)
-        );
-        println!(
+        )?;
+        writeln!(
+            streams::output(),
             "See {} and {}. {:.0} s in all.",
             path(REPORT),
             path(REPAIRED),
             begin.elapsed().as_secs_f64()
-        );
+        )?;
     }
     judge(diagnosis, &hidden, &after, &path(REPORT))
 }
@@ -199,10 +203,11 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    fn say(&self, line: &str) {
+    fn say(&self, line: &str) -> Result<(), Failure> {
         if !self.quiet {
-            println!("{line}");
+            writeln!(streams::output(), "{line}")?;
         }
+        Ok(())
     }
 
     /// An open-loop test; its log.
@@ -213,7 +218,7 @@ impl Bench<'_> {
         seconds: f64,
         signal: Signal,
     ) -> Result<PathBuf, Failure> {
-        self.begin(&format!("{seconds:.0} s of {signal}"));
+        self.begin(&format!("{seconds:.0} s of {signal}"))?;
         let excitation = Excitation::new(signal, seconds)?;
         let pilot = OpenLoop::new(sheet, self.session.period(), excitation.clone());
         let task = Task::Excite {
@@ -223,7 +228,7 @@ impl Bench<'_> {
         let hello = self.session.hello();
         let said = provenance::metadata(sheet, None, &task, pilot.describe(), hello);
         let (path, summary) = self.fly(&pilot, &said, sheet, (name, seconds))?;
-        self.say(&format!(" -> {}\n   {}", path.display(), counted(&summary)));
+        self.say(&format!(" -> {}\n   {}", path.display(), counted(&summary)))?;
         Ok(path)
     }
 
@@ -234,7 +239,7 @@ impl Bench<'_> {
             hold: ARM_HOLD,
         };
         let pilot = SwingUpBalance::design(rig, self.session.period(), reference)?;
-        self.begin(&format!("{BALANCE:.0} s, {reference}"));
+        self.begin(&format!("{BALANCE:.0} s, {reference}"))?;
         let (file, task) = (ControllerFile::default(), Task::Balance { reference });
         let hello = self.session.hello();
         let said = provenance::metadata(rig, Some(&file), &task, pilot.describe(), hello);
@@ -244,17 +249,18 @@ impl Bench<'_> {
             " -> {}\n   {}\n   {balanced}",
             path.display(),
             counted(&summary)
-        ));
+        ))?;
         Ok((path, balanced))
     }
 
     /// The start of a line that [`Bench::say`] ends once the run is over.
-    fn begin(&self, text: &str) {
+    fn begin(&self, text: &str) -> Result<(), Failure> {
         if !self.quiet {
-            print!("   {text}");
-            // Only for those who watch.
-            let _ = std::io::stdout().flush();
+            let mut out = streams::output();
+            write!(out, "   {text}")?;
+            out.flush()?; // for those who watch
         }
+        Ok(())
     }
 
     fn fly<P: Pilot + Sync>(
@@ -276,7 +282,7 @@ impl Bench<'_> {
             .as_ref()
             .is_ok_and(|(summary, _)| matches!(summary.end, End::Finished))
         {
-            self.say(""); // ends the line begun
+            self.say("")?; // ends the line begun
         }
         let (summary, recorded) = flown?;
         if let Some(error) = recorded.and_then(|r| r.error) {

@@ -20,6 +20,7 @@ use serde_json::json;
 use super::emulate::positive;
 use crate::failure::Failure;
 use crate::print;
+use crate::streams::{self, note};
 
 /// Design a controller from a rig's model.
 #[derive(clap::Args, Debug)]
@@ -128,7 +129,7 @@ pub(crate) fn write_controller(
     };
     std::fs::write(path, file.to_toml())
         .map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
-    eprintln!("{} written", path.display());
+    note!("{} written", path.display());
     Ok(())
 }
 
@@ -147,7 +148,7 @@ fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
         let given = controllers::settings("lqr").unwrap_or(Config::default().controller);
         write_controller(path, &rig, args.rate, given.with("gain", k.as_slice())?)?;
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let line = json!({
             "rig": rig.name, "rate": args.rate, "q": weights.q.diagonal().as_slice(), "r": weights.r[0],

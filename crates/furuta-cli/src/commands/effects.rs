@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::print;
+use crate::streams;
 
 /// List the effects that can be simulated, hidden and found, or explain one: law, how it shows, look-alikes, the experiment that tells.
 #[derive(clap::Args, Debug)]
@@ -30,7 +31,7 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     let Some(id) = &args.id else {
         return list(&mut out, args.json);
     };

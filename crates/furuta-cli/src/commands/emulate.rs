@@ -11,6 +11,7 @@ use serde_json::json;
 use super::foresight::Foresight;
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::streams::{self, note};
 
 /// Emulate a rig behind a pseudo-terminal, in real time, until Ctrl-C. Prints the port's path.
 #[derive(clap::Args, Debug)]
@@ -78,7 +79,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let period_us = emulated.period_us();
     let foresight = foresee(&rig, emulated.clone());
     let rig_on = PtyRig::start(emulated, pace)?;
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let line = json!({
             "port": rig_on.path(), "rig": rig.name, "period_us": period_us, "hidden": args.emulation.hide,
@@ -87,7 +88,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     } else {
         // The path alone on standard output, so that a script can take it.
         writeln!(out, "{}", rig_on.path())?;
-        eprintln!(
+        note!(
             "{} at {} Hz; Ctrl-C switches it off",
             rig.name,
             1e6 / f64::from(period_us)
@@ -95,7 +96,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     out.flush()?;
     if let Some(warning) = foresight.as_ref().and_then(Foresight::warning) {
-        eprintln!("note: {warning}");
+        note!("note: {warning}");
     }
     interrupt::wait(args.duration.map(Duration::from_secs_f64));
     Ok(())

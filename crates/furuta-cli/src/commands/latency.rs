@@ -1,5 +1,6 @@
 //! `furuta latency`: how punctual a loop is on this machine, beside cyclictest on the same terms.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -18,6 +19,7 @@ use crate::cyclictest;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::real_time::{RealTimeArgs, table};
+use crate::streams;
 
 /// Measure how late a loop wakes up on this machine, beside cyclictest (Debian's rt-tests) where it is installed: in turns, with the same interval, priority
 /// and number of loops. With --port or --emulated also the way to a rig and back.
@@ -104,9 +106,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         plot(path, &chart(&measured))?;
     }
     if args.json {
-        println!("{}", report(&measured, args.plot.as_deref()));
+        writeln!(
+            streams::output(),
+            "{}",
+            report(&measured, args.plot.as_deref())
+        )?;
     } else {
-        println!("{}", text(&measured));
+        writeln!(streams::output(), "{}", text(&measured))?;
     }
     Ok(())
 }

@@ -7,6 +7,7 @@ use furuta_ident::recording::{Notice, Recording, against_rig};
 use furuta_model::Rig;
 
 use crate::failure::Failure;
+use crate::streams;
 
 /// A rig, recordings of it, and where the answer goes.
 #[derive(clap::Args, Debug)]
@@ -70,7 +71,7 @@ impl RecordedArgs {
             }
             None => text(),
         };
-        std::io::stdout().lock().write_all(text.as_bytes())?;
+        streams::output().write_all(text.as_bytes())?;
         Ok(())
     }
 }

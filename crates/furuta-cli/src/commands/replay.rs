@@ -1,6 +1,7 @@
 //! `furuta replay`: a log through the estimator and controller that made it, compared bit for bit; or through others.
 
 use std::fmt::Write as _;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use furuta_ctrl::ControllerFile;
@@ -11,6 +12,7 @@ use furuta_model::Rig;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
+use crate::streams::{self, note};
 
 /// Run a log through the estimator and controller that made it and compare what they command with what is logged, bit for bit. With
 /// --controller or --rig: what another controller, or the same one designed for another rig file, would have commanded.
@@ -61,13 +63,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         write(path, &csv(&log, &replayed))?;
     }
     if args.json {
-        println!("{}", report(args, &log, &replayed));
+        writeln!(streams::output(), "{}", report(args, &log, &replayed))?;
     } else {
         if let Some(notice) = &log.notice {
-            eprintln!("{name}: {notice}");
+            note!("{name}: {notice}");
         }
         if replayed.is_identical() || !replayed.same_pilot {
-            println!("{replayed}");
+            writeln!(streams::output(), "{replayed}")?;
         }
     }
     if replayed.same_pilot && !replayed.is_identical() {

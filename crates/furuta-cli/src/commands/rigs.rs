@@ -9,6 +9,7 @@ use furuta_model::Rig;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
+use crate::streams;
 
 /// List the built-in rigs, or show one: parameters, limits, effects, linearisation, poles and controllability upright and hanging, and
 /// where it comes from a paper, the paper's figures beside ours.
@@ -27,7 +28,7 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     match &args.name {
         None => list(args.json),
         Some(name) if args.toml => {
@@ -49,7 +50,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn list(as_json: bool) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     let rigs = Rig::BUILTIN.iter().filter_map(|name| Rig::builtin(name));
     if as_json {
         let rigs: Value = rigs

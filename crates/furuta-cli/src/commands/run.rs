@@ -1,5 +1,6 @@
 //! `furuta run`: the real-time loop on a rig, real or emulated.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -19,6 +20,7 @@ use super::signal::{Built, Kind, SignalArgs};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::real_time::{RealTimeArgs, times};
+use crate::streams::{self, note};
 
 /// Swing a pendulum up and balance it, or drive it with a test signal, and log the run.
 #[derive(clap::Args, Debug)]
@@ -154,13 +156,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     // An emulated rig is the one that was asked for, and nothing of it can break.
     if args.any_rig || emulated.is_some() {
         for mismatch in session.mismatches(&rig) {
-            eprintln!("warning: {mismatch}");
+            note!("warning: {mismatch}");
         }
     } else {
         session.check(&rig)?;
     }
     if !args.json {
-        eprintln!(
+        note!(
             "{} on {port} at {:.0} Hz; Ctrl-C ends the run",
             session.hello().rig,
             1.0 / session.period()
@@ -185,7 +187,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             excitation.check_sample_period(session.period())?;
             if !args.json {
                 for note in notes {
-                    eprintln!("{note}");
+                    note!("{note}");
                 }
             }
             let pilot = OpenLoop::new(&rig, session.period(), excitation.clone()).centred(centring);
@@ -208,7 +210,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
                 SwingUpBalance::from_config(&file.config, &rig, session.period(), reference)?;
             foresight = foresee(&rig, session.hello().period_us, &pilot);
             if let Some(warning) = foresight.as_ref().and_then(Foresight::warning) {
-                eprintln!("note: {warning}");
+                note!("note: {warning}");
             }
             let (words, task) = (pilot.describe(), LoggedTask::Balance { reference });
             let metadata = provenance::metadata(&rig, Some(&file), &task, words, session.hello());
@@ -226,17 +228,18 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         .map(|(recorded, path)| kept(recorded, path));
     let explanation = foresight.and_then(|f| f.explanation(&summary));
     if args.json {
-        println!(
+        writeln!(
+            streams::output(),
             "{}",
             report(&summary, recorded.as_ref(), explanation.as_deref(), args)
-        );
+        )?;
     } else {
-        println!("{}", text(&summary, emulated.is_some()));
+        writeln!(streams::output(), "{}", text(&summary, emulated.is_some()))?;
         if let Some(explanation) = &explanation {
-            println!("{explanation}");
+            writeln!(streams::output(), "{explanation}")?;
         }
         if let Some(kept) = &kept {
-            println!("{kept}");
+            writeln!(streams::output(), "{kept}")?;
         }
     }
     match (&summary.end, recorded.and_then(|r| r.error)) {
@@ -260,7 +263,7 @@ pub(crate) fn load_controller(path: Option<&Path>) -> Result<ControllerFile, Fai
 /// Says so where a controller file was made for another rig or another rate (Hz).
 pub(crate) fn warn_of_another(file: &ControllerFile, rig: &Rig, rate: f64) {
     if let Some(made_for) = file.made_for.rig.as_ref().filter(|name| **name != rig.name) {
-        eprintln!(
+        note!(
             "warning: the controller was made for the rig {made_for}, not for {}",
             rig.name
         );
@@ -271,7 +274,7 @@ pub(crate) fn warn_of_another(file: &ControllerFile, rig: &Rig, rate: f64) {
         .rate
         .filter(|made_for| (made_for / rate - 1.0).abs() > 0.01)
     {
-        eprintln!("warning: the controller was made for {made_for} Hz, not for {rate:.0} Hz");
+        note!("warning: the controller was made for {made_for} Hz, not for {rate:.0} Hz");
     }
 }
 

@@ -25,6 +25,7 @@ use super::run::{angle, arm_reference, load_controller, warn_of_another};
 use super::signal::{Built, Kind, SignalArgs};
 use super::study::plot;
 use crate::failure::Failure;
+use crate::streams::{self, note};
 
 /// Simulate a rig and write a recording: what sensors without error or steps would see, with the true speeds beside it.
 #[derive(clap::Args, Debug)]
@@ -208,19 +209,19 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             columns.insert("mode".to_owned(), json!(mode));
         }
         writeln!(
-            std::io::stdout().lock(),
+            streams::output(),
             "{}",
             json!({"rig": rig.name, "input": input, "columns": columns})
         )?;
         return Ok(());
     }
     match &args.output {
-        None => write_csv(std::io::stdout().lock(), &rig, &input, &rows)?,
+        None => write_csv(streams::output(), &rig, &input, &rows)?,
         Some(path) => {
             let text = |e: std::io::Error| Failure::new(format!("{}: {e}", path.display()));
             let file = std::fs::File::create(path).map_err(text)?;
             write_csv(file, &rig, &input, &rows).map_err(text)?;
-            eprintln!(
+            note!(
                 "{}: {} samples, {:.3} s",
                 path.display(),
                 rows.len(),
@@ -296,7 +297,7 @@ fn controlled(
             asked: Some((s.output.reference, s.output.mode.name())),
         });
         if let Some(fault) = s.fault {
-            eprintln!("{fault} at t = {t:.3} s: motor off");
+            note!("{fault} at t = {t:.3} s: motor off");
             break;
         }
     }
@@ -326,7 +327,7 @@ fn ideal(
     let arm = |t| State::new(reference.at(t), 0.0, 0.0, 0.0);
     let samples = experiment.run(&supervisor.balance, arm);
     if samples.last().is_some_and(|s| s.t < args.duration - h) {
-        eprintln!("the pendulum fell");
+        note!("the pendulum fell");
     }
     let row = |s: &closed_loop::Sample| Row {
         numbers: [s.t, s.u, s.x.theta, s.x.alpha, s.x.theta_dot, s.x.alpha_dot],
@@ -356,7 +357,7 @@ fn simulate(rig: &Rig, args: &Args) -> Result<(String, Vec<Row>), Failure> {
             } = args.signal.build(kind, args.duration, rig, AMPLITUDE)?;
             excitation.check_sample_period(h)?;
             for note in notes {
-                eprintln!("{note}");
+                note!("{note}");
             }
             Source::Open(Box::new(excitation), centring)
         }

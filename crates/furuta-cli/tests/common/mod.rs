@@ -39,6 +39,14 @@ pub(crate) fn furuta(args: &[&str]) -> Command {
     command
 }
 
+/// What a command that succeeds answers, given `--json`.
+pub(crate) fn json(args: &[&str]) -> serde_json::Value {
+    let output = furuta(args).output().expect("the binary runs");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
 /// The one line on standard error of a command that fails as it should: exit code 1, no panic.
 pub(crate) fn failure(output: &Output) -> String {
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -15,6 +15,7 @@ use super::{gains, numbers, print_poles, write_controller};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
 use crate::print;
+use crate::streams;
 
 /// Linear-quadratic regulator about upright with the integral of the arm's angle as a fifth state: u = -K [x, integral of theta] minimises the
 /// integral (sum) of x'Qx + R u^2.
@@ -76,7 +77,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             .with("integral_gain", &k.as_slice()[4..])?;
         write_controller(path, &rig, args.rate, settings)?;
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let line = json!({
             "rig": rig.name, "rate": args.rate, "q": weights.q.diagonal().as_slice(), "r": weights.r[0], "k": k.as_slice(),

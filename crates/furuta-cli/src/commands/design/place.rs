@@ -15,6 +15,7 @@ use super::{gains, print_poles, write_controller};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
 use crate::print;
+use crate::streams;
 
 /// State feedback u = -K x about upright with given poles of the closed loop.
 #[derive(clap::Args, Debug)]
@@ -86,7 +87,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let settings = controllers::settings("lqr").unwrap_or(Config::default().controller);
         write_controller(path, &rig, args.rate, settings.with("gain", k.as_slice())?)?;
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let line = json!({
             "rig": rig.name, "rate": args.rate, "wanted": print::poles_json(&wanted), "k": k.as_slice(), "poles": print::poles_json(&poles),

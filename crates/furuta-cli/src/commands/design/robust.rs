@@ -15,6 +15,7 @@ use super::{gains, weights, write_controller};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
 use crate::print::significant;
+use crate::streams;
 
 /// Robust linear-quadratic regulator about upright: one gain with one Lyapunov function and a guaranteed cost for every rig whose parameters are
 /// within a range, all of them off at once (a linear matrix inequality over the vertices of their models).
@@ -70,7 +71,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         write_controller(path, &rig, Some(args.rate), settings)?;
     }
     let corners = found.polytope.corners.len();
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let line = json!({
             "rig": rig.name, "spread": args.spread, "parameters": keys, "q": weights.q.diagonal().as_slice(), "r": weights.r[0],

@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
 use crate::print::significant;
+use crate::streams;
 
 /// Steady motion on which the pendulum follows alpha = w2, a sine: the arm's angle and the command as power series in w1 and w2, with
 /// w1' = lambda w2, w2' = -lambda w1 (the regulator equation of Francis, Byrnes and Isidori).
@@ -48,7 +49,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let steady = SteadyMotion::solve(&c, args.lambda, args.order)?;
     let residual = steady.residual(&c, args.amplitude);
     let largest = largest_sine::amplitude(&c, args.lambda);
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let line = json!({
             "rig": rig.name, "planar": args.planar, "lambda": args.lambda, "order": args.order,

@@ -17,6 +17,7 @@ use super::frf::Measure;
 use crate::commands::recorded::write;
 use crate::commands::study::plot;
 use crate::failure::Failure;
+use crate::streams::{self, note};
 
 /// Which effects of the catalogue explain what a measured transfer function has and the rig file has not: each with a linear footprint is fitted, alone
 /// and together with others, beside the rig's refitted parameters, and ranked by evidence.
@@ -87,7 +88,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let found = compare::compare(&measured, &rig)?;
     for notice in &notices {
-        eprintln!("note: {notice}");
+        note!("note: {notice}");
     }
     let what = args.measure.what();
     let bode = compare::plot(&rig.name, &what, &measured, &found)?;
@@ -112,7 +113,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         plot(path, &bode.chart())?;
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let explanations: Vec<Value> = found.explanations.iter().map(as_json).collect();
         let line = json!({

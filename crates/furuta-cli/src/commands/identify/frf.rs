@@ -16,6 +16,7 @@ use crate::commands::emulate::positive;
 use crate::commands::recorded::write;
 use crate::commands::study::plot;
 use crate::failure::Failure;
+use crate::streams::{self, note};
 
 /// Frequency response from recordings, with coherence and confidence: by averaging windowed segments (Welch; the same numbers as SciPy's csd),
 /// or from whole periods of a periodic signal.
@@ -174,7 +175,7 @@ impl Measure {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let (frf, notices) = args.measure.response(&args.data)?;
     for notice in &notices {
-        eprintln!("note: {notice}");
+        note!("note: {notice}");
     }
     let what = args.measure.what();
     let bode = Bode::new(&what).measured(&frf)?;
@@ -192,7 +193,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         plot(path, &bode.chart())?;
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let line = json!({
             "what": what, "method": frf.method, "averages": frf.averages, "resolution": frf.resolution(),

@@ -8,6 +8,7 @@ use furuta_model::Rig;
 
 use crate::commands::recorded::write;
 use crate::failure::Failure;
+use crate::streams;
 
 /// Propose recordings by what they would tell about the parameters of a rig file (D-optimal over a family of test signals), with the commands that make them.
 #[derive(clap::Args, Debug)]
@@ -53,6 +54,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
         None => plan.summary(&args.rig),
     };
-    std::io::stdout().lock().write_all(text.as_bytes())?;
+    streams::output().write_all(text.as_bytes())?;
     Ok(())
 }

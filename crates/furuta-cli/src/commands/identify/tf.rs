@@ -19,6 +19,7 @@ use super::frf::Measure;
 use crate::commands::recorded::write;
 use crate::commands::study::plot;
 use crate::failure::Failure;
+use crate::streams::{self, note};
 
 /// Continuous transfer function fitted to the frequency response of recordings, each line weighted by its deviation; coefficients, poles and zeros
 /// with their standard deviations. The hold of the command is accounted for.
@@ -103,7 +104,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     notices.extend(best.notices().iter().map(ToString::to_string));
     for notice in &notices {
-        eprintln!("note: {notice}");
+        note!("note: {notice}");
     }
     let what = args.measure.what();
     let fitted = curve(&frf, hold, &best.transfer);
@@ -129,7 +130,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         plot(path, &bode.chart())?;
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let mut line = fit_json(&best);
         line["what"] = json!(what);

@@ -11,6 +11,7 @@ use furuta_model::{Plant, State};
 
 use super::{bar, hertz, rig_with, seconds};
 use crate::failure::Failure;
+use crate::streams;
 
 /// Coverage of a calibration's intervals: a rig is recorded again and again with fresh noise, each time calibrated from a sheet that is off by up to
 /// 20 %, and counted how often the 95 % intervals hold what the rig really is.
@@ -123,7 +124,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         all.std += c.std;
     }
     row("all", &all);
-    std::io::stdout().lock().write_all(out.as_bytes())?;
+    streams::output().write_all(out.as_bytes())?;
     Ok(())
 }
 

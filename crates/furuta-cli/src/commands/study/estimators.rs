@@ -9,6 +9,7 @@ use serde_json::json;
 
 use super::{hertz, seconds};
 use crate::failure::Failure;
+use crate::streams;
 
 /// How well each estimator knows the speeds that no encoder measures: all watch the same run of a rig with dry friction on both axes, arm steps while
 /// balanced; once with the friction in their rig file and once without.
@@ -45,7 +46,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut named = rig.clone();
     named.effects.extend_from_slice(&effects);
     let with = compare(&named, &samples, period).map_err(said)?;
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let rows: Vec<_> = [(false, &without), (true, &with)]
             .into_iter()

@@ -16,6 +16,7 @@ use serde_json::{Value, json};
 use super::{hertz, plot, seconds};
 use crate::commands::identify::tf::{curve, fit_json};
 use crate::failure::Failure;
+use crate::streams::{self, note};
 
 /// Fong, Jamaludin, Abdullah 2014, sec. 3.2: band-limited white noise into the hanging pendulum, 180 s at 1 kHz; H1 under Hann's window; transfer
 /// functions of orders 2/4 and 3/4 fitted; beside the first-principles model (28) up to 23 Hz. On the emulated rig, with its encoders.
@@ -71,9 +72,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         plot(path, &bode.chart())?;
     }
     for notice in &outcome.notices {
-        eprintln!("note: {notice}");
+        note!("note: {notice}");
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         return Ok(writeln!(out, "{}", as_json(&rig, &outcome))?);
     }

@@ -12,6 +12,7 @@ use serde_json::json;
 
 use super::{hertz, plot, seconds};
 use crate::failure::Failure;
+use crate::streams;
 
 /// How far a balanced rig wanders that has an effect: with a control system that does not know it, with one whose rig file names it and that
 /// makes up for it, and with one that observes that something acts.
@@ -91,7 +92,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         plot(path, &chart(&rig, 1.0 / args.rate, &last))?;
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let rows: Vec<_> = rows
             .iter()

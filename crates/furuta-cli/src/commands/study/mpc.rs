@@ -14,6 +14,7 @@ use crate::commands::design::weights;
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
 use crate::print::significant;
+use crate::streams;
 
 /// A step of the arm under four controllers with the same weights: LQR, sliding mode, model predictive control that lets the pendulum lean
 /// only so far, solved to the end in each sample (Clarabel, interior point) and by a fixed number of steps (ADMM, as on a microcontroller).
@@ -73,7 +74,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         plot(path, &chart(&rig, args.step, &study))?;
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let runs: Vec<_> = study.runs.iter().map(line).collect();
         let line = json!({

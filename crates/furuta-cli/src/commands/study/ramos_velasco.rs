@@ -16,6 +16,7 @@ use super::{bar, plot};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
 use crate::print::significant;
+use crate::streams;
 
 /// Ramos-Velasco, Ruiz-Leon, Celikovsky: the pendulum follows a sine from beta = -alpha far off, while arm length, pendulum length and
 /// pendulum mass are off for a while. Output regulator, sliding mode in normal form, sliding modes on an LQR's surface.
@@ -129,7 +130,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         plot(path, &chart(args, &experiment, &rows))?;
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         writeln!(out, "{}", json(args, &experiment, &rows)?)?;
     } else {

@@ -8,6 +8,7 @@ use serde_json::json;
 use super::{bar, rig_with};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
+use crate::streams;
 
 /// Search all voltages within the command limit for the one that brings the hanging pendulum nearest to upright: what no swing-up can better.
 #[derive(clap::Args, Debug)]
@@ -43,7 +44,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let bar = bar(search.restarts * search.rounds);
     let r = search.run(&rig, &|done| bar.set_position(done))?;
     bar.finish_and_clear();
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let line = json!({
             "rig": rig.name, "set": args.set, "arm_range": args.arm, "nearest": {"value": r.nearest, "unit": "rad"}, "at": {"value": r.at, "unit": "s"},

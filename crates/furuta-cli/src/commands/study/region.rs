@@ -15,6 +15,7 @@ use serde_json::json;
 use super::{bar, picture, rig_with};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
+use crate::streams;
 
 /// From which angles and speeds of the pendulum, the arm at rest, each controller brings it upright: the share of a grid about upright, with perfect
 /// states and the rig's voltage limit. Beside it the share from which the voltage suffices for the linearised plant: no linear reasoning promises more.
@@ -172,7 +173,7 @@ fn share_possible(reach: Option<&Reach>, rows: &[Row]) -> Option<f64> {
 }
 
 fn print_text(rig: &Rig, possible: Option<f64>, rows: &[Row]) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     match possible {
         Some(share) => writeln!(
             out,
@@ -205,7 +206,7 @@ fn print_json(args: &Args, rig: &Rig, possible: Option<f64>, rows: &[Row]) -> Re
         "grid": {"points": args.points, "alpha": {"value": args.alpha, "unit": "rad"}, "speed_over_frequency": args.speed},
         "linear_share": possible, "controllers": controllers,
     });
-    writeln!(std::io::stdout().lock(), "{line}")?;
+    writeln!(streams::output(), "{line}")?;
     Ok(())
 }
 

@@ -12,6 +12,7 @@ use serde_json::json;
 use super::plot;
 use crate::failure::Failure;
 use crate::print::significant;
+use crate::streams;
 
 /// Shahzad, Munshi, Azam, Khan 2022: the LQR of Q = I, R = 1 holds the pendulum while the arm's reference steps by 0.1 rad, and when the
 /// pendulum is pushed. 10 s from rest, on the paper's linear model, on the nonlinear one, and on that with encoders and friction.
@@ -87,7 +88,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let gain = gain(&rig)?;
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     if args.json {
         let runs: Vec<_> = rows
             .iter()

@@ -13,6 +13,7 @@ use super::{bar, plot, rig_with};
 use crate::commands::emulate::positive;
 use crate::commands::run::load_controller;
 use crate::failure::Failure;
+use crate::streams;
 
 /// The share of the drawn rigs that shall come up. Where fewer do, the command looks for the reason.
 const GOAL: f64 = 0.995;
@@ -121,7 +122,7 @@ fn best_possible(rig: &Rig) -> Result<Reach, Failure> {
 }
 
 fn print_text(rig: &Rig, o: &Outcome, limit: Option<&Reach>) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
+    let mut out = streams::output();
     let percent = |n: usize, of: usize| 100.0 * n as f64 / of.max(1) as f64;
     writeln!(
         out,
@@ -183,7 +184,7 @@ fn print_json(args: &Args, name: &str, o: &Outcome, limit: Option<&Reach>) -> Re
         "up": o.up, "time": times(o.time), "pushed": o.up, "up_again": o.up_again, "time_again": times(o.time_again),
         "dropped_per_draw": o.dropped, "jump_of_range": {"median": o.jump[0], "largest": o.jump[1]}, "arm": {"largest": o.arm, "unit": "rad"}, "faults": o.faults, "limit": limit,
     });
-    writeln!(std::io::stdout().lock(), "{line}")?;
+    writeln!(streams::output(), "{line}")?;
     Ok(())
 }
 
