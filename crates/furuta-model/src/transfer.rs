@@ -2,6 +2,26 @@
 
 use nalgebra::{RealField, RowSVector, SMatrix, SVector};
 
+/// The angle that is looked at.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// The arm's.
+    Theta,
+    /// The pendulum's.
+    Alpha,
+}
+
+impl Output {
+    /// The column's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Theta => "theta",
+            Self::Alpha => "alpha",
+        }
+    }
+}
+
 /// `G(s) = (n_0 + n_1 s + ... ) / (d_0 + d_1 s + ... + d_(N-1) s^(N-1) + s^N)`: coefficients by rising power, the leading 1 left out.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct TransferFunction<T, const N: usize> {

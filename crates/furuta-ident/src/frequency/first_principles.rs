@@ -1,30 +1,11 @@
 //! What a rig file says of the response: its linear model, hanging.
 
+pub use furuta_model::transfer::Output;
 use furuta_model::transfer::transfer_function;
 use furuta_model::{Plant, Rig, State, linearize};
 use nalgebra::RowVector4;
 
 use super::transfer::{Transfer, TransferError};
-
-/// The angle that is looked at.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub enum Output {
-    /// The arm's.
-    Theta,
-    /// The pendulum's.
-    Alpha,
-}
-
-impl Output {
-    /// The column's name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Theta => "theta",
-            Self::Alpha => "alpha",
-        }
-    }
-}
 
 /// Angle over voltage of a rig whose pendulum hangs, its effects left out. What cancels exactly, the free turning of the arm in the pendulum's
 /// response, is cancelled.

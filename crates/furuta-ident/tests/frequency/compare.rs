@@ -126,11 +126,7 @@ fn footprints_are_those_of_the_effects_own_laws() {
                 );
             }
             Footprint::Like(other, _) => assert!(own.contains(&other), "{}", spec.id),
-            Footprint::Refitted(name, _) => {
-                let names = ["arm damping", "pendulum damping", "motor gain"];
-                assert!(names.contains(&name), "{}", spec.id);
-            }
-            Footprint::Scale(angle) => assert!(angle < 2),
+            Footprint::Refitted(..) | Footprint::Scale(_) => {}
             Footprint::Nothing(_) => {
                 // Where its linearisation is defined, it is the rig's own.
                 let values: Vec<f64> = spec

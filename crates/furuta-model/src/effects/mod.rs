@@ -11,7 +11,7 @@ mod pulse;
 mod spec;
 
 pub use custom::{Custom, EMPIRICAL, TERMS, Term};
-pub use footprint::Footprint;
+pub use footprint::{BaseParameter, Footprint};
 pub use spec::{Acts, Clock, Drive, EffectError, Instant, Kind, Law, ParameterSpec, Spec};
 
 use crate::params::{Coefficients, Params};

@@ -1,6 +1,6 @@
 //! Gain of the motor that depends on direction: `u -> negative_gain * u for u < 0`.
 
-use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, BaseParameter, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,7 +33,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
-    footprint: Footprint::Refitted("motor gain", "the mean of both directions' gains is seen"),
+    footprint: Footprint::Refitted(BaseParameter::MotorGain, "the mean of both directions' gains is seen"),
     acts: Acts::VOLTAGE,
 };
 

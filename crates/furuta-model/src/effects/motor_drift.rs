@@ -1,6 +1,6 @@
 //! Drift of the motor's gain: `u -> (1 + rate * t) u`.
 
-use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, BaseParameter, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,7 +33,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
-    footprint: Footprint::Refitted("motor gain", "the mean over the recording is seen"),
+    footprint: Footprint::Refitted(BaseParameter::MotorGain, "the mean over the recording is seen"),
     acts: Acts::VOLTAGE,
 };
 

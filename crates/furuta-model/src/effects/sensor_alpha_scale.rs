@@ -1,6 +1,7 @@
 //! Scale of the pendulum's encoder: `measured alpha = scale * alpha`.
 
 use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use crate::transfer::Output;
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,7 +34,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
-    footprint: Footprint::Scale(1),
+    footprint: Footprint::Scale(Output::Alpha),
     acts: Acts::READING,
 };
 

@@ -1,6 +1,7 @@
 //! Scale of the arm's encoder: `measured theta = scale * theta`.
 
 use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use crate::transfer::Output;
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,7 +34,7 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
-    footprint: Footprint::Scale(0),
+    footprint: Footprint::Scale(Output::Theta),
     acts: Acts::READING,
 };
 

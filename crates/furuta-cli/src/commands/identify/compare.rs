@@ -8,7 +8,7 @@ use furuta_ident::frequency::first_principles::Output;
 use furuta_ident::frequency::words::csv;
 use furuta_ident::frequency::{Transfer, fong2014};
 use furuta_ident::report;
-use furuta_model::effects::Footprint;
+use furuta_model::effects::{BaseParameter, Footprint};
 use furuta_model::{CATALOGUE, Rig};
 use nalgebra::Complex;
 use serde_json::{Value, json};
@@ -131,15 +131,17 @@ fn footprints(output: Output) -> Value {
     CATALOGUE
         .iter()
         .map(|spec| {
-            let value = match spec.footprint.seen_in(output as usize) {
+            let value = match spec.footprint.seen_in(output) {
                 Footprint::Own(_) => json!({"kind": "own"}),
                 Footprint::Like(other, why) => json!({"kind": "like", "other": other, "why": why}),
-                Footprint::Refitted(name, why) => {
-                    json!({"kind": "parameter", "other": name, "why": why})
+                Footprint::Refitted(parameter, why) => {
+                    json!({"kind": "parameter", "other": parameter.name(), "why": why})
                 }
                 Footprint::Nothing(why) => json!({"kind": "nothing", "why": why}),
                 // Seen in an output, a factor is one of the others.
-                Footprint::Scale(_) => json!({"kind": "parameter", "other": "motor gain"}),
+                Footprint::Scale(_) => {
+                    json!({"kind": "parameter", "other": BaseParameter::MotorGain.name()})
+                }
             };
             (spec.id.to_owned(), value)
         })

@@ -1,6 +1,6 @@
 //! The fit of effects and refitted parameters to a response.
 
-use furuta_model::effects::Footprint;
+use furuta_model::effects::{BaseParameter, Footprint};
 use furuta_model::params::Coefficients;
 use furuta_model::{Effect, Params, Rig, Spec};
 use nalgebra::{Complex, DMatrix, DVector};
@@ -13,13 +13,7 @@ use super::{Explanation, Measured, Refitted, TRUST, Value};
 
 /// The rig's parameters that are refitted, by the equations' coefficients; the weight's moment and the coupling stay as the data sheet has them,
 /// since only ratios show.
-const BASE: [&str; 5] = [
-    "arm inertia",
-    "pendulum inertia",
-    "motor gain",
-    "arm damping",
-    "pendulum damping",
-];
+const BASE: [BaseParameter; 5] = BaseParameter::ALL;
 
 /// What is uncertain by more than this, a standard deviation of a logarithm, is not determined.
 const UNKNOWN: f64 = 3.0;
@@ -271,10 +265,10 @@ impl<'a> Problem<'a> {
         let refitted = BASE
             .into_iter()
             .enumerate()
-            .map(|(i, name)| {
+            .map(|(i, parameter)| {
                 let factor = z[i].exp();
                 Refitted {
-                    name,
+                    name: parameter.name(),
                     factor,
                     std: factor * std(i),
                 }

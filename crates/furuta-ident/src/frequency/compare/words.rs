@@ -1,7 +1,7 @@
 //! A comparison in words, and as a picture.
 
 use furuta_model::CATALOGUE;
-use furuta_model::effects::Footprint;
+use furuta_model::effects::{BaseParameter, Footprint};
 use nalgebra::Complex;
 
 use super::super::bode::Bode;
@@ -138,7 +138,7 @@ fn alike(found: &Comparison, output: Output) -> String {
     let like = |which: &dyn Fn(Footprint) -> bool| -> String {
         let seen = CATALOGUE
             .iter()
-            .filter(|s| which(s.footprint.seen_in(output as usize)));
+            .filter(|s| which(s.footprint.seen_in(output)));
         seen.map(|s| s.id).collect::<Vec<_>>().join(", ")
     };
     for own in own() {
@@ -147,8 +147,12 @@ fn alike(found: &Comparison, output: Output) -> String {
             text += &format!("  {} and {others}\n", own.id);
         }
     }
-    for parameter in ["arm damping", "pendulum damping", "motor gain"] {
-        let others = like(&|f| matches!(f, Footprint::Refitted(name, _) if name == parameter));
+    for parameter in [
+        BaseParameter::ArmDamping,
+        BaseParameter::PendulumDamping,
+        BaseParameter::MotorGain,
+    ] {
+        let others = like(&|f| matches!(f, Footprint::Refitted(other, _) if other == parameter));
         text += &format!("  {parameter}, refitted, and {others}\n");
     }
     let nothing = like(&|f| matches!(f, Footprint::Nothing(_)));
