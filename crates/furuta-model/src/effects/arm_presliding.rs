@@ -31,7 +31,7 @@ pub(super) const SPEC: Spec = Spec {
             max: 1e3,
             off: 0.0,
             typical: |p| 0.1 * super::stall_torque(p),
-            starts: &[0.5],
+            starts: &[0.5, 0.05],
         },
         ParameterSpec {
             name: "stiffness",
@@ -42,7 +42,8 @@ pub(super) const SPEC: Spec = Spec {
             max: 1e6,
             off: 0.0,
             typical: |p| 2.0 * super::stall_torque(p),
-            starts: &[0.5, 4.0],
+            // The last is a cable that rubs and bends: it gives way over a quarter of a radian, not over milliradians as a bearing does.
+            starts: &[0.5, 4.0, 0.02],
         },
     ],
     strengths: 1,
