@@ -159,32 +159,35 @@ impl Problem<'_> {
             .into_iter()
             .partition(|s| favourites.contains(&s.spec.id));
         let mut fits = self.quick(from, first, bar, report);
-        let best = lowest(&fits, from.cost);
-        let bar = bar.min(from.cost - CLOSE * (from.cost - best));
-        if !self.explains(from) && fits.iter().any(|(_, f)| self.explains(f)) {
-            // The answer is there: what is left is to see who else comes near.
+        let bar = bar.min(close(from, &fits));
+        if self.is_answered(from, &fits) {
+            // The answer is there: what is left is to see who else comes near. Beside other effects that is asked once more, of each of them.
+            let asked_again = instead.is_none() && !from.hypothesis.effects.is_empty();
+            let plays = fits.iter().any(|(_, f)| f.hypothesis.has_play());
             let mut seen: Vec<&str> = Vec::new();
             others.retain(|s| {
                 let new = !seen.contains(&s.spec.id);
                 seen.push(s.spec.id);
-                new && s.promise >= WORTH_BESIDE * promised
+                new && s.promise >= WORTH_BESIDE * promised && (plays || !asked_again)
             });
         }
         fits.extend(self.quick(from, others, bar, report));
         fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let gain = from.cost - lowest(&fits, from.cost);
-        let close = from.cost - CLOSE * gain;
+        let near = close(from, &fits);
+        let known = instead.map_or(f64::INFINITY, |(_, reaches)| reaches);
         let mut trials: Vec<Trial> = fits
             .into_par_iter()
             .enumerate()
             .map(|(rank, (spec, fit))| {
-                let fit = if rank < SHORT_LIST && fit.cost <= close {
-                    let bar = from.cost - (1.0 - 0.5 * (1.0 - CLOSE)) * gain;
-                    let effort = if rank == 0 {
-                        Effort::FULL
+                let fit = if rank < SHORT_LIST && fit.cost <= near {
+                    let beside_best = from.cost - (1.0 - 0.5 * (1.0 - CLOSE)) * gain;
+                    let bar = known.min(if rank == 0 {
+                        f64::INFINITY
                     } else {
-                        Effort::FULL.towards(bar)
-                    };
+                        beside_best
+                    });
+                    let effort = Effort::LONG.towards(bar);
                     self.fit(&fit.hypothesis.clone(), fit.z.clone(), &fit.states, effort)
                 } else {
                     fit
@@ -272,7 +275,13 @@ impl Problem<'_> {
         });
     }
 
-    /// Quick fits; of each effect the best.
+    /// Whether one of the fits explains what `from` does not.
+    fn is_answered(&self, from: &Fit, fits: &[(&'static Spec, Fit)]) -> bool {
+        !self.explains(from) && fits.iter().any(|(_, f)| self.explains(f))
+    }
+
+    /// Quick fits; of each effect the best. Of an effect with several starts the others wait for the first: where one fit explains the data, nobody needs
+    /// them, and elsewhere they have to come near the best.
     fn quick(
         &self,
         from: &Fit,
@@ -280,18 +289,18 @@ impl Problem<'_> {
         bar: f64,
         report: &(dyn Fn(&str) + Sync),
     ) -> Vec<(&'static Spec, Fit)> {
-        let fits: Vec<(&'static Spec, Fit)> = starts
-            .into_par_iter()
-            .filter(|_| !self.stop.wanted())
-            .map(|Start { spec, z, .. }| {
-                let h = from.hypothesis.with(spec);
-                let fit = self.fit(&h, z, &from.states, Effort::QUICK.towards(bar));
-                report(spec.id);
-                (spec, fit)
-            })
-            .collect();
-        let mut best: Vec<(&'static Spec, Fit)> = Vec::new();
-        for (spec, fit) in fits {
+        let mut seen: Vec<&str> = Vec::new();
+        let (first, others): (Vec<Start>, Vec<Start>) = starts.into_iter().partition(|s| {
+            let new = !seen.contains(&s.spec.id);
+            seen.push(s.spec.id);
+            new
+        });
+        let mut best = self.quick_each(from, first, bar, report);
+        if self.is_answered(from, &best) {
+            return best;
+        }
+        let bar = bar.min(close(from, &best));
+        for (spec, fit) in self.quick_each(from, others, bar, report) {
             match best.iter_mut().find(|(s, _)| s.id == spec.id) {
                 Some((_, known)) if fit.cost < known.cost => *known = fit,
                 Some(_) => {}
@@ -300,8 +309,32 @@ impl Problem<'_> {
         }
         best
     }
+
+    fn quick_each(
+        &self,
+        from: &Fit,
+        starts: Vec<Start>,
+        bar: f64,
+        report: &(dyn Fn(&str) + Sync),
+    ) -> Vec<(&'static Spec, Fit)> {
+        starts
+            .into_par_iter()
+            .filter(|_| !self.stop.wanted())
+            .map(|Start { spec, z, .. }| {
+                let h = from.hypothesis.with(spec);
+                let fit = self.fit(&h, z, &from.states, Effort::QUICK.towards(bar));
+                report(spec.id);
+                (spec, fit)
+            })
+            .collect()
+    }
 }
 
 fn lowest(fits: &[(&'static Spec, Fit)], from: f64) -> f64 {
     fits.iter().map(|(_, f)| f.cost).fold(from, f64::min)
+}
+
+/// The cost to which a fit must come down to be near the best of `fits`.
+fn close(from: &Fit, fits: &[(&'static Spec, Fit)]) -> f64 {
+    from.cost - CLOSE * (from.cost - lowest(fits, from.cost))
 }

@@ -31,8 +31,8 @@ const LEAST_FACTOR: f64 = 1.25;
 const FLOOR_UNCERTAINTY: f64 = 0.08;
 /// [`LEAST_GAIN`] for an effect that is local in time: thousands of places are looked at, and any one spoilt window must not pass for it.
 const LEAST_LOCAL_GAIN: f64 = 45.0;
-/// A kick must gain so many times what nine of ten windows have left at most: where the model is wrong in many places, something always gains a
-/// little in one.
+/// A kick must gain so many times what nine of ten windows have left at most, in each of the windows over which it lasts: where the model is wrong in many
+/// places, something always gains a little in one, and a long weak torque a little in several.
 const STANDS_OUT: f64 = 3.0;
 
 /// The least fall of the cost that names this effect.
@@ -123,19 +123,19 @@ impl Problem<'_> {
         let significant = (smaller.cost - floor) > FLOOR_UNCERTAINTY * floor;
         if larger.hypothesis.jumps() && !smaller.hypothesis.jumps() {
             // Judged where it acts: what the other windows gain is another minimum's.
-            let gain: f64 = gains
-                .iter()
-                .zip(&self.windows)
+            let kicked = gains.iter().zip(&self.windows);
+            let kicked: Vec<f64> = kicked
                 .filter(|(_, w)| self.is_kicked(larger, w))
-                .map(|(g, _)| g)
-                .sum();
+                .map(|(g, _)| *g)
+                .collect();
+            let gain: f64 = kicked.iter().sum();
             let mut usual = larger.costs.clone();
             usual.sort_by(f64::total_cmp);
             let usual = usual
                 .get(usual.len() * 9 / 10)
                 .map_or(0.0, |c| c / per_sample);
             // The part of it that is not the encoders' noise.
-            let usual = usual * (1.0 - 1.0 / per_sample);
+            let usual = usual * (1.0 - 1.0 / per_sample) * kicked.len() as f64;
             return Evidence {
                 gain,
                 robust: f64::INFINITY,

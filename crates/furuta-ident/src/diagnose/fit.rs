@@ -35,6 +35,19 @@ pub(super) struct Fit {
     pub(super) std: Vec<f64>,
 }
 
+impl Fit {
+    /// The hypothesis without `spec`, and the parameters of what is left.
+    pub(super) fn without(&self, spec: &Spec) -> (Hypothesis, Vec<f64>) {
+        let h = &self.hypothesis;
+        let mut z = self.z.clone();
+        if let Some(i) = h.effects.iter().position(|e| e.id == spec.id) {
+            let offset = h.offset(i);
+            z.drain(offset..offset + spec.parameters.len());
+        }
+        (h.without(spec.id), z)
+    }
+}
+
 /// How long a fit may go on.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Effort {
@@ -43,19 +56,36 @@ pub(super) struct Effort {
     pub(super) tolerance: f64,
     /// Give up when the cost is not going to come down to this.
     pub(super) bar: f64,
+    /// Stop when a step gains less than [`FINE`] of what the cost is above this.
+    pub(super) reference: f64,
 }
+
+/// To so much of itself a difference of two fits is known well enough.
+const FINE: f64 = 1e-2;
 
 impl Effort {
     pub(super) const QUICK: Self = Self {
         iterations: 8,
         tolerance: 1e-2,
         bar: f64::INFINITY,
+        reference: f64::INFINITY,
+    };
+    /// As [`Self::FULL`], but for fits that creep along a valley: two effects that stand for one.
+    pub(super) const LONG: Self = Self {
+        iterations: 20,
+        ..Self::FULL
     };
     pub(super) const FULL: Self = Self {
         iterations: 40,
         tolerance: 1e-4,
         bar: f64::INFINITY,
+        reference: f64::INFINITY,
     };
+
+    /// The same, ended when what the cost is above `reference` is known to some hundredths.
+    pub(super) const fn above(self, reference: f64) -> Self {
+        Self { reference, ..self }
+    }
 
     /// The same, given up when the cost cannot come down to `bar`.
     pub(super) const fn towards(self, bar: f64) -> Self {
@@ -63,8 +93,9 @@ impl Effort {
     }
 }
 
-/// What is still missing after a step may be so many times what the step has gained.
+/// What is still missing after a step may be so many times what the step has gained: at first, and less and less with each so many steps.
 const HOPE: f64 = 8.0;
+const HOPE_LASTS: usize = 5;
 /// Far from the noise the first steps may gain little: so many are made before a fit is given up. A chi² per sample of less is not far.
 const PATIENCE: usize = 3;
 const NEAR: f64 = 2.0;
@@ -167,18 +198,20 @@ impl<'a> Problem<'a> {
                 break;
             };
             let predicted = 2.0 * r.gradient.dot(&step) - (&r.matrix * &step).dot(&step);
+            let hope = HOPE / (1 + iteration / HOPE_LASTS) as f64;
             let may_end = iteration >= PATIENCE || here.cost < NEAR * self.floor();
-            if may_end && here.cost - effort.bar > HOPE * predicted.max(0.0) {
+            if may_end && here.cost - effort.bar > hope * predicted.max(0.0) {
                 break;
             }
             let trial = self.trial(&here, &r, &step);
             if trial.cost < here.cost {
                 let before = here.cost;
                 let gain = here.cost - trial.cost;
-                let small = gain < effort.tolerance * trial.cost;
+                let small = gain < effort.tolerance * trial.cost
+                    || gain < FINE * (trial.cost - effort.reference);
                 here = trial;
                 self.restart(&mut here);
-                if may_end && here.cost - effort.bar > HOPE * (before - here.cost) {
+                if may_end && here.cost - effort.bar > hope * (before - here.cost) {
                     break;
                 }
                 damping = (damping * 0.2_f64).max(1e-8);

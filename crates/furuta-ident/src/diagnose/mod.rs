@@ -33,6 +33,7 @@ mod verify;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use furuta_model::effects::Acts;
 use furuta_model::{Rig, effects};
 
 pub use candidates::candidates;
@@ -211,10 +212,10 @@ fn search(
     }
 
     stage("searching");
-    let (mut named, first) =
-        short.select(recalibrated.clone(), &base, &|_| true, &report("searching"));
-    let mut rivals;
-    (named, rivals) = short.substitute(named, &first, &report("searching"));
+    let found = short.select(recalibrated.clone(), &base, &|_| true, &report("searching"));
+    let found = short.other_ways(found, &base, &report("searching"));
+    let first = found.first.clone();
+    let (mut named, mut rivals) = short.substitute(found, &report("searching"));
     let explains = |f: &Fit| short.explains(f);
     if !explains(&named) && !stop.wanted() {
         stage("searching over long windows");
@@ -227,7 +228,15 @@ fn search(
         );
         if further.hypothesis.effects.len() > named.hypothesis.effects.len() {
             named = further;
-            rivals = short.rivals(&named, &first, &report("judging"));
+            rivals = short.rivals(&named, None, &first, &report("judging"));
+        }
+    }
+
+    if !explains(&named) && named.hypothesis.jumps() && !stop.wanted() {
+        let lasting = lasting(&short, &data, &nominal, named.clone());
+        if lasting.hypothesis.effects.len() < named.hypothesis.effects.len() {
+            named = lasting;
+            rivals = short.rivals(&named, None, &first, &report("judging"));
         }
     }
 
@@ -243,7 +252,7 @@ fn search(
                 &named.states,
                 Effort::FULL,
             );
-            named = calm.simplify(named, &base);
+            (named, _) = calm.simplify(named, &base);
         }
         rivals = calm.unrivalled(&named);
     }
@@ -396,7 +405,9 @@ fn search_long(
         let larger = short.fit(h, t.fit.z.clone(), &smaller.states, Effort::FULL);
         short.evidence(&smaller, &larger).helps()
     };
-    let (found, _) = long.select(start, &named.hypothesis, &helps_at_short, report);
+    let found = long
+        .select(start, &named.hypothesis, &helps_at_short, report)
+        .fit;
     if found.hypothesis.effects.len() == named.hypothesis.effects.len() {
         return named;
     }
@@ -406,6 +417,28 @@ fn search_long(
         &named.states,
         Effort::FULL,
     )
+}
+
+/// An incomplete model without those of its kicks that do not help over long windows: what is wrong everywhere looks like a kick somewhere.
+fn lasting(short: &Problem<'_>, data: &Data, nominal: &Nominal, mut named: Fit) -> Fit {
+    let long = Problem::new(data, nominal, long_windows(data, LONG)).until(short.stop);
+    let fitted = |h: &Hypothesis, z: &[f64]| {
+        let start = long.settle(h, z, None);
+        long.fit(h, z.to_vec(), &start.states, Effort::FULL)
+    };
+    for spec in named.hypothesis.effects.clone() {
+        if !spec.acts.includes(Acts::JUMPS) {
+            continue;
+        }
+        let (h, z) = named.without(spec);
+        if !long
+            .evidence(&fitted(&h, &z), &fitted(&named.hypothesis, &named.z))
+            .helps()
+        {
+            named = short.fit(&h, z, &named.states, Effort::FULL);
+        }
+    }
+    named
 }
 
 /// The parameters to be used: from half-second windows for a model that explains the data. For one that does not, what it lacks pulls the

@@ -23,6 +23,10 @@ const PLACES: usize = 2;
 const HIGHEST: f64 = 25.0;
 /// Moments are looked at so far apart, s.
 const MOMENTS: f64 = 0.008;
+/// Far from the noise (this many times its size), every so-many-th window says where to look, as long as so many are listened to.
+const FAR: f64 = 3.0;
+const EVERY: usize = 3;
+const LISTENED: usize = 24;
 /// Two places nearer than so many grid steps are one.
 const NEAR: f64 = 6.0;
 
@@ -50,6 +54,8 @@ impl Score {
 /// What a fit says about any small torque.
 pub(super) struct Scout {
     echoes: Vec<Echo>,
+    /// For a place, every so-many-th of the echoes is listened to, but for one in time.
+    every: usize,
     coefficients: Coefficients<f64>,
     /// Normal equations of the base parameters, the initial states taken out.
     normal: Option<Cholesky<f64, Const<FIRST_EFFECT>>>,
@@ -78,6 +84,11 @@ impl Scout {
         let (coefficients, echoes) = echoes(problem, fit);
         let mut normal = SMatrix::<f64, FIRST_EFFECT, FIRST_EFFECT>::zeros();
         let mut gradient = Base::zeros();
+        let every = if problem.chi(fit) > FAR {
+            (echoes.len() / LISTENED).clamp(1, EVERY)
+        } else {
+            1
+        };
         for echo in &echoes {
             normal += echo.base_normal;
             gradient += echo.base_gradient;
@@ -89,6 +100,7 @@ impl Scout {
         let (least, most) = angles.fold((f64::MAX, f64::MIN), |(a, b), y| (a.min(y), b.max(y)));
         Self {
             echoes,
+            every,
             range: most - least,
             coefficients,
             normal: normal.cholesky(),
@@ -229,7 +241,12 @@ impl Scout {
             None => None,
         };
         let (mut square, mut product) = ([[0.0; 2]; 2], [0.0; 2]);
-        for echo in &self.echoes {
+        let every = if spec.acts.includes(Acts::JUMPS) {
+            1
+        } else {
+            self.every
+        };
+        for echo in self.echoes.iter().step_by(every) {
             self.hear(echo, &first, second.as_ref(), &mut square, &mut product);
         }
         let strength = &spec.parameters[0];

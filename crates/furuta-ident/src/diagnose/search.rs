@@ -10,8 +10,24 @@ use super::hypothesis::{FIRST_EFFECT, Hypothesis};
 
 /// The most effects that are looked for together.
 pub(super) const MOST_EFFECTS: usize = 4;
+/// Where a search ends so far from the noise (this many times its size), it is begun again with others,
+const ASTRAY: f64 = 5.0;
+/// so many at most.
+const BEAM: usize = 2;
 /// A rival whose excess is within this share is confusable.
 const CONFUSABLE: f64 = 0.10;
+
+/// For each effect of a fit, the fit without it.
+pub(super) type Without = Vec<(&'static Spec, Fit)>;
+
+/// What a search has found.
+pub(super) struct Selection {
+    pub(super) fit: Fit,
+    /// If it was looked at.
+    pub(super) without: Option<Without>,
+    /// All candidates of the first step.
+    pub(super) first: Vec<Trial>,
+}
 
 /// What could stand in the place of an effect.
 pub(super) struct Rival {
@@ -26,17 +42,15 @@ pub(super) struct Rival {
 impl Problem<'_> {
     /// Adds the most convincing effect again and again, and takes out what the others have made superfluous (but for those of `settled`, which
     /// another problem decided on).
-    ///
-    /// Returns the fit and, for the first step, all candidates.
     pub(super) fn select(
         &self,
         start: Fit,
         settled: &Hypothesis,
         acceptable: &dyn Fn(&Trial) -> bool,
         report: &(dyn Fn(&str) + Sync),
-    ) -> (Fit, Vec<Trial>) {
+    ) -> Selection {
         let mut here = start;
-        let mut first = Vec::new();
+        let (mut without, mut first) = (None, Vec::new());
         while here.hypothesis.effects.len() < MOST_EFFECTS && !self.stop.wanted() {
             let trials = self.candidates(&here, None, report);
             if first.is_empty() {
@@ -50,27 +64,74 @@ impl Problem<'_> {
                 .into_iter()
                 .find(|t| t.evidence.convinces() && acceptable(t));
             match next {
-                Some(t) => here = self.simplify(t.fit, settled),
+                Some(t) => (here, without) = self.simplify(t.fit, settled),
                 None => break,
             }
         }
-        (here, first)
+        Selection {
+            fit: here,
+            without,
+            first,
+        }
+    }
+
+    /// Where a selection from nothing ended far from the noise, begins it again with the next best of the first effects, unless they look like the best: alone,
+    /// neither of a pair need be the best.
+    pub(super) fn other_ways(
+        &self,
+        mut found: Selection,
+        base: &Hypothesis,
+        report: &(dyn Fn(&str) + Sync),
+    ) -> Selection {
+        let Some(best) = found.first.first().map(|t| t.spec) else {
+            return found;
+        };
+        let begins: Vec<Trial> = found
+            .first
+            .iter()
+            .filter(|t| t.spec.id != best.id && t.evidence.convinces())
+            .filter(|t| !best.look_alikes.contains(&t.spec.id))
+            .take(BEAM)
+            .cloned()
+            .collect();
+        for Trial { fit, .. } in begins {
+            if self.stop.wanted() || self.chi(&found.fit) < ASTRAY {
+                break;
+            }
+            let start = self.fit(&fit.hypothesis, fit.z, &fit.states, Effort::FULL);
+            let other = self.select(start, base, &|_| true, report);
+            if self.worth(&other.fit, &found.fit) < self.worth(&found.fit, &found.fit) {
+                let first = found.first;
+                found = Selection { first, ..other };
+            }
+        }
+        found
+    }
+
+    /// The cost with what each parameter must gain, in units of what `here` leaves: the lower, the better.
+    fn worth(&self, fit: &Fit, here: &Fit) -> f64 {
+        let room = LEAST_GAIN * (here.cost / self.floor()).max(1.0);
+        fit.cost + room * fit.hypothesis.free() as f64
     }
 
     /// Leaves out, one at a time, the effects that the others do without; those of `settled` stay.
-    pub(super) fn simplify(&self, mut here: Fit, settled: &Hypothesis) -> Fit {
+    ///
+    /// Returns what is left and, where it is more than one effect, the fits without each.
+    pub(super) fn simplify(&self, mut here: Fit, settled: &Hypothesis) -> (Fit, Option<Without>) {
         while here.hypothesis.effects.len() > 1 {
-            let weakest = self
-                .without_each(&here)
-                .into_iter()
+            let without = self.without_each(&here);
+            let weakest = without
+                .iter()
                 .filter(|(spec, _)| !settled.has(spec.id))
                 .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
             match weakest {
-                Some((_, smaller)) if !self.evidence(&smaller, &here).convinces() => here = smaller,
-                _ => break,
+                Some((_, smaller)) if !self.evidence(smaller, &here).convinces() => {
+                    here = smaller.clone();
+                }
+                _ => return (here, Some(without)),
             }
         }
-        here
+        (here, None)
     }
 
     /// Puts another effect in the place of one found where it fits better, or as well with fewer parameters: a spring that rests far away
@@ -79,15 +140,15 @@ impl Problem<'_> {
     /// Returns the fit and what could stand in the place of its effects.
     pub(super) fn substitute(
         &self,
-        mut here: Fit,
-        first: &[Trial],
+        found: Selection,
         report: &(dyn Fn(&str) + Sync),
     ) -> (Fit, Vec<Rival>) {
-        let mut rivals = self.rivals(&here, first, report);
+        let first = &found.first;
+        let mut here = found.fit;
+        let mut rivals = self.rivals(&here, found.without, first, report);
         // Each round lowers the cost or the number of parameters; a few are plenty.
         for _ in 0..MOST_EFFECTS {
-            let room = LEAST_GAIN * (here.cost / self.floor()).max(1.0);
-            let worth = |f: &Fit| f.cost + room * f.hypothesis.free() as f64;
+            let worth = |f: &Fit| self.worth(f, &here);
             let better = rivals
                 .iter()
                 .enumerate()
@@ -115,8 +176,9 @@ impl Problem<'_> {
                     if !superfluous {
                         break;
                     }
-                    here = self.simplify(here, &Hypothesis::base());
-                    rivals = self.rivals(&here, first, report);
+                    let without;
+                    (here, without) = self.simplify(here, &Hypothesis::base());
+                    rivals = self.rivals(&here, without, first, report);
                 }
             }
         }
@@ -178,19 +240,16 @@ impl Problem<'_> {
         CONFUSABLE * (here.cost - floor).max(0.0) + 2.0 * LEAST_GAIN * (here.cost / floor).max(1.0)
     }
 
-    /// For each effect, the fit without it.
-    pub(super) fn without_each(&self, here: &Fit) -> Vec<(&'static Spec, Fit)> {
+    /// The larger what an effect gains, the fewer digits of it are computed.
+    fn without_each(&self, here: &Fit) -> Without {
+        let effort = Effort::FULL.above(here.cost);
         here.hypothesis
             .effects
             .clone()
             .into_par_iter()
-            .enumerate()
-            .map(|(i, spec)| {
-                let h = here.hypothesis.without(spec.id);
-                let offset = here.hypothesis.offset(i);
-                let mut z = here.z.clone();
-                z.drain(offset..offset + spec.parameters.len());
-                (spec, self.fit(&h, z, &here.states, Effort::FULL))
+            .map(|spec| {
+                let (h, z) = here.without(spec);
+                (spec, self.fit(&h, z, &here.states, effort))
             })
             .collect()
     }
@@ -209,8 +268,7 @@ impl Problem<'_> {
 
     /// A simpler rival that comes close is fitted again from where `here` ended: it may have stopped short of what it can explain.
     fn started_again(&self, here: &Fit, without: &Fit, t: Trial) -> Trial {
-        let close = t.fit.cost - here.cost < (1.0 - CLOSE) * (without.cost - here.cost);
-        if !close || t.fit.hypothesis.free() >= here.hypothesis.free() {
+        if t.fit.hypothesis.free() >= here.hypothesis.free() {
             return t;
         }
         let mut z = here.z[..FIRST_EFFECT].to_vec();
@@ -224,8 +282,15 @@ impl Problem<'_> {
     }
 
     /// Look-alikes of an effect with fewer parameters, fitted in its place from where `here` ended: what is nested in it is not to be missed for a bad
-    /// start.
-    fn simpler(&self, here: &Fit, spec: &'static Spec, without: &Fit, bar: f64) -> Vec<Trial> {
+    /// start. Those that are `known` to come close are not asked.
+    fn simpler(
+        &self,
+        here: &Fit,
+        spec: &'static Spec,
+        without: &Fit,
+        known: &[&str],
+        bar: f64,
+    ) -> Vec<Trial> {
         let Some(index) = here.hypothesis.effects.iter().position(|e| e.id == spec.id) else {
             return Vec::new();
         };
@@ -233,7 +298,9 @@ impl Problem<'_> {
         let physical = here.hypothesis.physical(&here.z, self.nominal);
         self.addable(without)
             .filter(|s| {
-                spec.look_alikes.contains(&s.id) && s.parameters.len() < spec.parameters.len()
+                spec.look_alikes.contains(&s.id)
+                    && s.parameters.len() < spec.parameters.len()
+                    && !known.contains(&s.id)
             })
             .filter_map(|simple| {
                 let h = without.hypothesis.with(simple);
@@ -255,16 +322,18 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// For each effect, the fit without it, and the others that would explain the data nearly as well in its place. `first` are the
-    /// candidates for a single effect.
+    /// For each effect, the fit without it (`without`, if known), and the others that would explain the data nearly as well in its place. `first` are
+    /// the candidates for a single effect.
     pub(super) fn rivals(
         &self,
         here: &Fit,
+        without: Option<Without>,
         first: &[Trial],
         report: &(dyn Fn(&str) + Sync),
     ) -> Vec<Rival> {
         let bar = here.cost + self.tolerance(here);
-        self.without_each(here)
+        without
+            .unwrap_or_else(|| self.without_each(here))
             .into_iter()
             .map(|(spec, without)| {
                 let trials = if here.hypothesis.effects.len() == 1 {
@@ -272,19 +341,18 @@ impl Problem<'_> {
                 } else {
                     self.candidates(&without, Some((spec, bar)), report)
                 };
-                let mut near: Vec<Trial> = trials
+                let (again, mut near): (Vec<Trial>, Vec<Trial>) = trials
                     .into_iter()
                     .filter(|t| t.spec.id != spec.id)
-                    .map(|t| self.started_again(here, &without, t))
-                    .filter(|t| t.fit.cost < bar)
-                    .collect();
-                for t in self.simpler(here, spec, &without, bar) {
-                    match near.iter_mut().find(|n| n.spec.id == t.spec.id) {
-                        Some(known) if t.fit.cost < known.fit.cost => *known = t,
-                        Some(_) => {}
-                        None => near.push(t),
-                    }
-                }
+                    .partition(|t| is_close(here, &without, t));
+                let known: Vec<&str> = again.iter().map(|t| t.spec.id).collect();
+                near.extend(self.simpler(here, spec, &without, &known, bar));
+                near.extend(
+                    again
+                        .into_iter()
+                        .map(|t| self.started_again(here, &without, t)),
+                );
+                near.retain(|t| t.fit.cost < bar);
                 Rival {
                     spec,
                     without,
@@ -293,4 +361,9 @@ impl Problem<'_> {
             })
             .collect()
     }
+}
+
+/// Whether a rival comes near enough to `here` to be fitted to the end.
+fn is_close(here: &Fit, without: &Fit, t: &Trial) -> bool {
+    t.fit.cost - here.cost < (1.0 - CLOSE) * (without.cost - here.cost)
 }
