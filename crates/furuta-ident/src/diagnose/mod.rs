@@ -15,6 +15,7 @@ mod evidence;
 mod expression;
 pub(crate) mod fit;
 mod held_out;
+mod horizons;
 mod hypothesis;
 mod limits;
 mod location;
@@ -33,7 +34,6 @@ mod verify;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use furuta_model::effects::Acts;
 use furuta_model::{Rig, effects};
 
 pub use candidates::candidates;
@@ -42,7 +42,6 @@ pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
 
 use crate::insufficient::{self, Insufficient};
 use crate::recording::Recording;
-use candidates::Trial;
 use data::Data;
 use fit::{Effort, Fit, Problem};
 use hypothesis::{Hypothesis, Nominal};
@@ -56,12 +55,8 @@ use stop::Stop;
 const SEARCH: f64 = 0.25;
 /// Length of the windows whose prediction errors are reported, s.
 const REPORT: f64 = 0.5;
-/// Length of the windows on which a name must hold as well, where the plant is stable, s.
-const LONG: f64 = 2.0;
 /// Of each worker thread, bytes.
 const STACK: usize = 16 << 20;
-/// Horizons by which an incomplete model is led to whole runs, s.
-const LADDER: [f64; 4] = [1.0, LONG, 5.0, 10.0];
 
 /// What a diagnosis is about.
 #[derive(Clone, Copy, Debug)]
@@ -219,7 +214,7 @@ fn search(
     let explains = |f: &Fit| short.explains(f);
     if !explains(&named) && !stop.wanted() {
         stage("searching over long windows");
-        let further = search_long(
+        let further = horizons::search(
             &short,
             &data,
             &nominal,
@@ -233,7 +228,7 @@ fn search(
     }
 
     if !explains(&named) && named.hypothesis.jumps() && !stop.wanted() {
-        let lasting = lasting(&short, &data, &nominal, named.clone());
+        let lasting = horizons::lasting(&short, &data, &nominal, named.clone());
         if lasting.hypothesis.effects.len() < named.hypothesis.effects.len() {
             named = lasting;
             rivals = short.rivals(&named, None, &first, &report("judging"));
@@ -271,8 +266,8 @@ fn search(
 
     stage("fitting");
     let (base_fit, named_fit) = rayon::join(
-        || finish(&data, &nominal, &recalibrated, explained, stop),
-        || finish(&data, &nominal, whole, explains(whole), stop),
+        || horizons::finish(&data, &nominal, &recalibrated, explained, stop),
+        || horizons::finish(&data, &nominal, whole, explains(whole), stop),
     );
     if stop.wanted() && !explained {
         unfinished.push(Part::LongHorizons);
@@ -365,110 +360,6 @@ fn search(
         curves,
         repaired,
     })
-}
-
-/// Windows for judging an incomplete model: `seconds` long where the plant is stable, short elsewhere.
-fn long_windows(data: &Data, seconds: f64) -> Vec<data::Window> {
-    let mut windows = data.windows(seconds, data::Run::hangs);
-    windows.extend(data.windows(REPORT, |r| !r.hangs()));
-    windows
-}
-
-/// Looks for what matters over long windows; a name is kept only if it helps over short ones as well.
-fn search_long(
-    short: &Problem<'_>,
-    data: &Data,
-    nominal: &Nominal,
-    named: Fit,
-    report: &(dyn Fn(&str) + Sync),
-) -> Fit {
-    if !data.runs.iter().any(data::Run::hangs) {
-        return named;
-    }
-    let long = Problem::new(data, nominal, long_windows(data, LONG)).until(short.stop);
-    let start = long.settle(&named.hypothesis, &named.z, None);
-    let start = long.fit(
-        &named.hypothesis,
-        named.z.clone(),
-        &start.states,
-        Effort::FULL,
-    );
-    let helps_at_short = |t: &Trial| {
-        let h = &t.fit.hypothesis;
-        let offset = h.offset(h.effects.len() - 1);
-        let smaller = short.fit(
-            &h.without(t.spec.id),
-            t.fit.z[..offset].to_vec(),
-            &named.states,
-            Effort::FULL,
-        );
-        let larger = short.fit(h, t.fit.z.clone(), &smaller.states, Effort::FULL);
-        short.evidence(&smaller, &larger).helps()
-    };
-    let found = long
-        .select(start, &named.hypothesis, &helps_at_short, report)
-        .fit;
-    if found.hypothesis.effects.len() == named.hypothesis.effects.len() {
-        return named;
-    }
-    short.fit(
-        &found.hypothesis,
-        found.z.clone(),
-        &named.states,
-        Effort::FULL,
-    )
-}
-
-/// An incomplete model without those of its kicks that do not help over long windows: what is wrong everywhere looks like a kick somewhere.
-fn lasting(short: &Problem<'_>, data: &Data, nominal: &Nominal, mut named: Fit) -> Fit {
-    let long = Problem::new(data, nominal, long_windows(data, LONG)).until(short.stop);
-    let fitted = |h: &Hypothesis, z: &[f64]| {
-        let start = long.settle(h, z, None);
-        long.fit(h, z.to_vec(), &start.states, Effort::FULL)
-    };
-    for spec in named.hypothesis.effects.clone() {
-        if !spec.acts.includes(Acts::JUMPS) {
-            continue;
-        }
-        let (h, z) = named.without(spec);
-        if !long
-            .evidence(&fitted(&h, &z), &fitted(&named.hypothesis, &named.z))
-            .helps()
-        {
-            named = short.fit(&h, z, &named.states, Effort::FULL);
-        }
-    }
-    named
-}
-
-/// The parameters to be used: from half-second windows for a model that explains the data. For one that does not, what it lacks pulls the
-/// parameters of each horizon elsewhere: of those led to longer and longer windows, those that predict whole runs best. In a hurry, those at hand.
-fn finish(data: &Data, nominal: &Nominal, fit: &Fit, explained: bool, stop: Stop<'_>) -> Fit {
-    if stop.wanted() {
-        return fit.clone();
-    }
-    let h = &fit.hypothesis;
-    let refit = |last: &Fit, seconds: f64| {
-        let problem = Problem::new(data, nominal, long_windows(data, seconds));
-        let start = problem.settle(h, &last.z, None);
-        problem.fit(h, last.z.clone(), &start.states, Effort::FULL)
-    };
-    let mut last = refit(fit, REPORT);
-    if explained || !data.runs.iter().any(data::Run::hangs) {
-        return last;
-    }
-    let mut best = (predict::open_loop(data, nominal, &last), last.clone());
-    for seconds in LADDER {
-        if stop.wanted() {
-            break;
-        }
-        last = refit(&last, seconds);
-        let error = predict::open_loop(data, nominal, &last);
-        if error < best.0 {
-            best = (error, last.clone());
-        }
-    }
-    best.1
 }
 
 fn name(

@@ -10,9 +10,8 @@ use super::hypothesis::{FIRST_EFFECT, Hypothesis};
 
 /// The most effects that are looked for together.
 pub(super) const MOST_EFFECTS: usize = 4;
-/// Where a search ends so far from the noise (this many times its size), it is begun again with others,
+/// Where a search ends so far from the noise (this many times its size), it is begun again with so many others.
 const ASTRAY: f64 = 5.0;
-/// so many at most.
 const BEAM: usize = 2;
 /// A rival whose excess is within this share is confusable.
 const CONFUSABLE: f64 = 0.10;
@@ -75,8 +74,8 @@ impl Problem<'_> {
         }
     }
 
-    /// Where a selection from nothing ended far from the noise, begins it again with the next best of the first effects, unless they look like the best: alone,
-    /// neither of a pair need be the best.
+    /// Where a selection from nothing ended far from the noise, tries pairs that begin with the next best of the first effects, unless those look like the
+    /// best, and goes on from one that is better: alone, neither of a pair need be the best.
     pub(super) fn other_ways(
         &self,
         mut found: Selection,
@@ -99,10 +98,16 @@ impl Problem<'_> {
                 break;
             }
             let start = self.fit(&fit.hypothesis, fit.z, &fit.states, Effort::FULL);
-            let other = self.select(start, base, &|_| true, report);
-            if self.worth(&other.fit, &found.fit) < self.worth(&found.fit, &found.fit) {
+            let pair = self.candidates(&start, None, report).into_iter();
+            let pair = pair.map(|t| t.fit).find(|f| {
+                self.evidence(&start, f).convinces()
+                    && self.worth(f, &found.fit) < self.worth(&found.fit, &found.fit)
+            });
+            if let (Some(pair), false) = (pair, self.stop.wanted()) {
                 let first = found.first;
-                found = Selection { first, ..other };
+                let (pair, _) = self.simplify(pair, base);
+                found = self.select(pair, base, &|_| true, report);
+                found.first = first;
             }
         }
         found

@@ -1,0 +1,121 @@
+//! What long windows say of a model that short ones leave incomplete: what else is missing, which kicks last, and with which parameters whole runs are
+//! predicted best.
+
+use furuta_model::effects::Acts;
+
+use super::REPORT;
+use super::candidates::Trial;
+use super::data::{self, Data};
+use super::fit::{Effort, Fit, Problem};
+use super::hypothesis::{Hypothesis, Nominal};
+use super::predict;
+use super::stop::Stop;
+
+/// Length of the windows on which a name must hold as well, where the plant is stable, s.
+const LONG: f64 = 2.0;
+/// Horizons by which an incomplete model is led to whole runs, s.
+const LADDER: [f64; 4] = [1.0, LONG, 5.0, 10.0];
+
+/// Windows for judging an incomplete model: `seconds` long where the plant is stable, short elsewhere.
+fn long_windows(data: &Data, seconds: f64) -> Vec<data::Window> {
+    let mut windows = data.windows(seconds, data::Run::hangs);
+    windows.extend(data.windows(REPORT, |r| !r.hangs()));
+    windows
+}
+
+/// A fit from windows whose initial states are not yet known.
+fn fitted(problem: &Problem<'_>, h: &Hypothesis, z: &[f64]) -> Fit {
+    let start = problem.settle(h, z, None);
+    problem.fit(h, z.to_vec(), &start.states, Effort::FULL)
+}
+
+/// Looks for what matters over long windows; a name is kept only if it helps over short ones as well.
+pub(super) fn search(
+    short: &Problem<'_>,
+    data: &Data,
+    nominal: &Nominal,
+    named: Fit,
+    report: &(dyn Fn(&str) + Sync),
+) -> Fit {
+    if !data.runs.iter().any(data::Run::hangs) {
+        return named;
+    }
+    let long = Problem::new(data, nominal, long_windows(data, LONG)).until(short.stop);
+    let start = fitted(&long, &named.hypothesis, &named.z);
+    let helps_at_short = |t: &Trial| {
+        let h = &t.fit.hypothesis;
+        let offset = h.offset(h.effects.len() - 1);
+        let smaller = short.fit(
+            &h.without(t.spec.id),
+            t.fit.z[..offset].to_vec(),
+            &named.states,
+            Effort::FULL,
+        );
+        let larger = short.fit(h, t.fit.z.clone(), &smaller.states, Effort::FULL);
+        short.evidence(&smaller, &larger).helps()
+    };
+    let found = long
+        .select(start, &named.hypothesis, &helps_at_short, report)
+        .fit;
+    if found.hypothesis.effects.len() == named.hypothesis.effects.len() {
+        return named;
+    }
+    short.fit(
+        &found.hypothesis,
+        found.z.clone(),
+        &named.states,
+        Effort::FULL,
+    )
+}
+
+/// An incomplete model without those of its kicks that do not help over long windows: what is wrong everywhere looks like a kick somewhere.
+pub(super) fn lasting(short: &Problem<'_>, data: &Data, nominal: &Nominal, mut named: Fit) -> Fit {
+    let long = Problem::new(data, nominal, long_windows(data, LONG)).until(short.stop);
+    for spec in named.hypothesis.effects.clone() {
+        if !spec.acts.includes(Acts::JUMPS) {
+            continue;
+        }
+        let (h, z) = named.without(spec);
+        let smaller = fitted(&long, &h, &z);
+        let larger = fitted(&long, &named.hypothesis, &named.z);
+        if !long.evidence(&smaller, &larger).helps() {
+            named = short.fit(&h, z, &named.states, Effort::FULL);
+        }
+    }
+    named
+}
+
+/// The parameters to be used: from half-second windows for a model that explains the data. For one that does not, what it lacks pulls the
+/// parameters of each horizon elsewhere: of those led to longer and longer windows, those that predict whole runs best. In a hurry, those at hand.
+pub(super) fn finish(
+    data: &Data,
+    nominal: &Nominal,
+    fit: &Fit,
+    explained: bool,
+    stop: Stop<'_>,
+) -> Fit {
+    if stop.wanted() {
+        return fit.clone();
+    }
+    let h = &fit.hypothesis;
+    let refit = |last: &Fit, seconds: f64| {
+        let problem = Problem::new(data, nominal, long_windows(data, seconds));
+        fitted(&problem, h, &last.z)
+    };
+    let mut last = refit(fit, REPORT);
+    if explained || !data.runs.iter().any(data::Run::hangs) {
+        return last;
+    }
+    let mut best = (predict::open_loop(data, nominal, &last), last.clone());
+    for seconds in LADDER {
+        if stop.wanted() {
+            break;
+        }
+        last = refit(&last, seconds);
+        let error = predict::open_loop(data, nominal, &last);
+        if error < best.0 {
+            best = (error, last.clone());
+        }
+    }
+    best.1
+}
