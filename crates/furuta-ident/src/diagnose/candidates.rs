@@ -164,11 +164,9 @@ impl Problem<'_> {
             // The answer is there: what is left is to see who else comes near. Beside other effects that is asked once more, of each of them.
             let asked_again = instead.is_none() && !from.hypothesis.effects.is_empty();
             let plays = fits.iter().any(|(_, f)| f.hypothesis.has_play());
-            let mut seen: Vec<&str> = Vec::new();
+            let mut is_new = news();
             others.retain(|s| {
-                let new = !seen.contains(&s.spec.id);
-                seen.push(s.spec.id);
-                new && s.promise >= WORTH_BESIDE * promised && (plays || !asked_again)
+                is_new(s) && s.promise >= WORTH_BESIDE * promised && (plays || !asked_again)
             });
         }
         fits.extend(self.quick(from, others, bar, report));
@@ -187,7 +185,7 @@ impl Problem<'_> {
                     } else {
                         beside_best
                     });
-                    let effort = Effort::LONG.towards(bar);
+                    let effort = Effort::TRIAL.towards(bar);
                     self.fit(&fit.hypothesis.clone(), fit.z.clone(), &fit.states, effort)
                 } else {
                     fit
@@ -289,18 +287,26 @@ impl Problem<'_> {
         bar: f64,
         report: &(dyn Fn(&str) + Sync),
     ) -> Vec<(&'static Spec, Fit)> {
-        let mut seen: Vec<&str> = Vec::new();
-        let (first, others): (Vec<Start>, Vec<Start>) = starts.into_iter().partition(|s| {
-            let new = !seen.contains(&s.spec.id);
-            seen.push(s.spec.id);
-            new
-        });
-        let mut best = self.quick_each(from, first, bar, report);
+        let mut is_new = news();
+        let (first, others): (Vec<Start>, Vec<Start>) = starts.into_iter().partition(|s| is_new(s));
+        let each = |starts: Vec<Start>, bar: f64| -> Vec<(&'static Spec, Fit)> {
+            starts
+                .into_par_iter()
+                .filter(|_| !self.stop.wanted())
+                .map(|Start { spec, z, .. }| {
+                    let h = from.hypothesis.with(spec);
+                    let fit = self.fit(&h, z, &from.states, Effort::QUICK.towards(bar));
+                    report(spec.id);
+                    (spec, fit)
+                })
+                .collect()
+        };
+        let mut best = each(first, bar);
         if self.is_answered(from, &best) {
             return best;
         }
         let bar = bar.min(close(from, &best));
-        for (spec, fit) in self.quick_each(from, others, bar, report) {
+        for (spec, fit) in each(others, bar) {
             match best.iter_mut().find(|(s, _)| s.id == spec.id) {
                 Some((_, known)) if fit.cost < known.cost => *known = fit,
                 Some(_) => {}
@@ -309,24 +315,15 @@ impl Problem<'_> {
         }
         best
     }
+}
 
-    fn quick_each(
-        &self,
-        from: &Fit,
-        starts: Vec<Start>,
-        bar: f64,
-        report: &(dyn Fn(&str) + Sync),
-    ) -> Vec<(&'static Spec, Fit)> {
-        starts
-            .into_par_iter()
-            .filter(|_| !self.stop.wanted())
-            .map(|Start { spec, z, .. }| {
-                let h = from.hypothesis.with(spec);
-                let fit = self.fit(&h, z, &from.states, Effort::QUICK.towards(bar));
-                report(spec.id);
-                (spec, fit)
-            })
-            .collect()
+/// Whether a start is the first of its effect, asked of one after the other.
+fn news() -> impl FnMut(&Start) -> bool {
+    let mut seen: Vec<&'static str> = Vec::new();
+    move |start| {
+        let new = !seen.contains(&start.spec.id);
+        seen.push(start.spec.id);
+        new
     }
 }
 

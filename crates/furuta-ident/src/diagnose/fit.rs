@@ -70,8 +70,8 @@ impl Effort {
         bar: f64::INFINITY,
         reference: f64::INFINITY,
     };
-    /// As [`Self::FULL`], but for fits that creep along a valley: two effects that stand for one.
-    pub(super) const LONG: Self = Self {
+    /// As [`Self::FULL`], cut short where a fit creeps along a valley, as two effects do that stand for one.
+    pub(super) const TRIAL: Self = Self {
         iterations: 20,
         ..Self::FULL
     };

@@ -43,14 +43,9 @@ pub(super) fn search(
     let long = Problem::new(data, nominal, long_windows(data, LONG)).until(short.stop);
     let start = fitted(&long, &named.hypothesis, &named.z);
     let helps_at_short = |t: &Trial| {
+        let (h, z) = t.fit.without(t.spec);
+        let smaller = short.fit(&h, z, &named.states, Effort::FULL);
         let h = &t.fit.hypothesis;
-        let offset = h.offset(h.effects.len() - 1);
-        let smaller = short.fit(
-            &h.without(t.spec.id),
-            t.fit.z[..offset].to_vec(),
-            &named.states,
-            Effort::FULL,
-        );
         let larger = short.fit(h, t.fit.z.clone(), &smaller.states, Effort::FULL);
         short.evidence(&smaller, &larger).helps()
     };

@@ -10,7 +10,7 @@ use super::hypothesis::{FIRST_EFFECT, Hypothesis};
 
 /// The most effects that are looked for together.
 pub(super) const MOST_EFFECTS: usize = 4;
-/// Where a search ends so far from the noise (this many times its size), it is begun again with so many others.
+/// Where a search ends so far from the noise (this many times its size), pairs that begin with so many others are tried.
 const ASTRAY: f64 = 5.0;
 const BEAM: usize = 2;
 /// A rival whose excess is within this share is confusable.
@@ -98,14 +98,14 @@ impl Problem<'_> {
                 break;
             }
             let start = self.fit(&fit.hypothesis, fit.z, &fit.states, Effort::FULL);
-            let pair = self.candidates(&start, None, report).into_iter();
-            let pair = pair.map(|t| t.fit).find(|f| {
-                self.evidence(&start, f).convinces()
-                    && self.worth(f, &found.fit) < self.worth(&found.fit, &found.fit)
-            });
+            let bar = self.worth(&found.fit, &found.fit);
+            let pair = self
+                .candidates(&start, None, report)
+                .into_iter()
+                .find(|t| t.evidence.convinces() && self.worth(&t.fit, &found.fit) < bar);
             if let (Some(pair), false) = (pair, self.stop.wanted()) {
                 let first = found.first;
-                let (pair, _) = self.simplify(pair, base);
+                let (pair, _) = self.simplify(pair.fit, base);
                 found = self.select(pair, base, &|_| true, report);
                 found.first = first;
             }
