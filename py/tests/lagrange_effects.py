@@ -102,7 +102,8 @@ class Motion:
             lagged = behind.pop(0)
             more.append((volts - lagged) / p("motor.lag", "time_constant"))
             volts = lagged
-        rotor += rig.torque_per_volt * volts
+        ripple = p("motor.ripple", "amplitude") * np.sin(p("motor.ripple", "order") * angle + p("motor.ripple", "phase"))
+        rotor += rig.torque_per_volt * volts * (1 + ripple)
 
         e = theta - p("arm.spring", "rest") - p("arm.cable", "rest")  # one of them
         arm = -(p("arm.spring", "stiffness") + p("arm.cable", "stiffness")) * e - p("arm.cable", "asymmetry") * e**2 - p("arm.cable", "cubic") * e**3

@@ -8,7 +8,7 @@ Ids, parameter names and signs are those of the catalogue (``furuta.catalogue()`
   vibration and kicks on the arm.
 - ``arm.tilt``: gravity is ``g (sin(angle) cos(direction), sin(angle) sin(direction), -cos(angle))`` in the base's axes, theta counted from x.
 - ``disturbance.*kick``: in the run with this number, counted from 0, while ``time <= t < time + duration``.
-- motor: delay, dead zone, bias, saturation, asymmetry, drift, lag, in this order; sensors: delay, offset, scale, counts.
+- motor: delay, dead zone, bias, saturation, asymmetry, drift, lag, in this order, and ripple of the torque that comes of it; sensors: delay, offset, scale, counts.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Effects = dict[str, dict[str, float | str]]
 
 EFFECTS = (
     "arm.coulomb", "arm.stribeck", "arm.quadratic", "arm.spring", "arm.cable", "arm.presliding", "arm.cogging", "arm.tilt",
-    "motor.deadzone", "motor.bias", "motor.saturation", "motor.lag", "motor.delay", "motor.asymmetry", "motor.drift",
+    "motor.deadzone", "motor.bias", "motor.saturation", "motor.lag", "motor.delay", "motor.asymmetry", "motor.drift", "motor.ripple",
     "drive.backlash", "drive.compliance",
     "pendulum.coulomb", "pendulum.quadratic", "pendulum.spring", "pendulum.bias", "pendulum.inertia_transverse",
     "sensor.alpha.offset", "sensor.alpha.scale", "sensor.theta.scale", "sensor.delay",
@@ -105,6 +105,8 @@ def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float
             return {"negative_gain": 1 - between(0.12, 0.25)}
         case "motor.drift":
             return {"rate": sign * between(0.012, 0.025)}
+        case "motor.ripple":  # motors of five to eleven segments, an odd number
+            return {"amplitude": between(0.1, 0.2), "order": 2.0 * float(rng.choice([5, 7, 9, 11])), "phase": plain(0, 2 * np.pi)}
         case "drive.backlash":
             return {"gap": between(0.03, 0.07), "motor_share": plain(0.3, 0.6), "encoder": str(rng.choice(["arm", "motor"]))}
         case "drive.compliance":  # twist under half the motor's torque: 3 to 6 hundredths of a radian; it rings at 5 to 30 Hz

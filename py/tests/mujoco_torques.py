@@ -52,6 +52,8 @@ def torques(effects: Effects, motor: int, step: float) -> list[tuple[int, Law]]:
                 laws.append((motor, Bristles(motor, p["torque"], p["stiffness"], step)))
             case "arm.cogging":
                 laws.append((motor, lambda t, angle, speed, driving, p=p: p["amplitude"] * np.sin(p["order"] * angle[motor] + p["phase"])))
+            case "motor.ripple":
+                laws.append((motor, lambda t, angle, speed, driving, p=p: driving * p["amplitude"] * np.sin(p["order"] * angle[motor] + p["phase"])))
             case "disturbance.vibration":
                 laws.append((THETA, lambda t, angle, speed, driving, p=p: p["amplitude"] * np.sin(2 * np.pi * p["frequency"] * t + p["phase"])))
             case "x.memory":

@@ -25,6 +25,7 @@ TOLERANCE = {
     "motor.delay": 2e-6,
     "motor.lag": 2e-6,
     "arm.cogging": 2e-6,
+    "motor.ripple": 2e-6,
     "arm.presliding": 2e-5,
     "disturbance.vibration": 2e-6,
     "disturbance.kick": 1e-5,

@@ -57,6 +57,22 @@ fn named(effects: &[Effect<f64>], commands: [&dyn Fn(f64) -> f64; 2]) -> (Vec<St
     (names, diagnosis.verdict)
 }
 
+/// Of the same order: a torque that grows with the voltage, and one that does not. Each is named alone.
+#[test]
+fn a_ripple_of_the_motor_and_cogging_are_told_apart() {
+    let sines = |t: f64| 2.0 * (1.9 * t).sin() + 1.5 * (7.3 * t).sin() + (17.0 * t).sin();
+    let steps = |t: f64| 2.5 * ((1.1 * t).sin().signum() + 0.4 * (4.1 * t).sin().signum());
+    for (id, values) in [
+        ("motor.ripple", [0.1, 10.0, 1.0]),
+        ("arm.cogging", [1e-3, 10.0, 1.0]),
+    ] {
+        let hidden = [Effect::new(id, &values).expect("valid")];
+        let (names, verdict) = named(&hidden, [&sines, &steps]);
+        assert_eq!(names, [id]);
+        assert_eq!(verdict, Verdict::MissingEffects, "{id}");
+    }
+}
+
 /// Under both, the arm hangs in the teeth most of the time. Friction alone explains most, and Stribeck friction a little more: beside that, cogging is not found.
 #[test]
 fn friction_and_cogging_are_named_though_stribeck_friction_is_the_best_alone() {

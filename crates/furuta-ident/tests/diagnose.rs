@@ -83,6 +83,8 @@ fn typical(spec: &Spec, rig: &Rig) -> Vec<f64> {
         "motor.saturation" => return vec![1.5],
         // An order and a frequency that nothing else has.
         "arm.cogging" => return vec![5e-3, 5.0, 1.0],
+        // Nine segments.
+        "motor.ripple" => return vec![0.1, 18.0, 1.0],
         "disturbance.vibration" => return vec![5e-3, 7.0, 1.0],
         _ => {}
     }

@@ -20,7 +20,7 @@ const FIRST: f64 = 0.1;
 /// Strengths between which a second test is worth making, in the same units.
 const TESTED: [f64; 2] = [1e-3, 3.0];
 
-/// For every candidate that `named` lacks and whose strength is one plain number, beside what is named and as it is named. Cogging, kicks and vibration
+/// For every candidate that `named` lacks and whose strength is one plain number, beside what is named and as it is named. Cogging, ripple, kicks and vibration
 /// (any order, any moment, any frequency) and a drive with play or spring are left out.
 pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
     // Room for the largest effect is needed in the fit's fixed size.

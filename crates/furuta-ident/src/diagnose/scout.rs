@@ -7,12 +7,12 @@
 use furuta_model::dynamics::Angle;
 use furuta_model::effects::{Acts, Clock, Instant, Kind, Law, ParameterSpec};
 use furuta_model::params::Coefficients;
-use furuta_model::{Effect, Spec, State};
+use furuta_model::{Effect, Spec};
 use nalgebra::{Cholesky, Const, SMatrix, Vector4};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::echo::{Base, Echo, echoes};
+use super::echo::{Base, Block, Echo, echoes};
 use super::fit::{Fit, Problem};
 use super::hypothesis::{FIRST_EFFECT, Hypothesis};
 use super::shooting::Inner;
@@ -210,7 +210,7 @@ impl Scout {
             Kind::Whole => p
                 .starts
                 .iter()
-                .copied()
+                .map(|s| p.off + s * typical)
                 .filter(|order| order * self.range >= PI)
                 .collect(),
             _ => p.starts.iter().map(|s| p.off + s * typical).collect(),
@@ -301,7 +301,7 @@ impl Scout {
         let (mut own, mut with) = ([[0.0; 2]; 2], [0.0; 2]);
         let count = if second.is_some() { 2 } else { 1 };
         for block in blocks {
-            let at = self.instant(echo, block.t, &block.x);
+            let at = self.instant(echo, block);
             let mut follows = [Vector4::zeros(); 2];
             for (i, effect) in [Some(first), second].into_iter().flatten().enumerate() {
                 let torque = effect.torque(&at);
@@ -327,18 +327,18 @@ impl Scout {
         }
     }
 
-    fn instant<'a>(&'a self, echo: &Echo, t: f64, x: &'a State<f64>) -> Instant<'a, f64> {
+    fn instant<'a>(&'a self, echo: &Echo, block: &'a Block) -> Instant<'a, f64> {
         Instant {
             clock: Clock {
                 run: echo.recording,
-                t,
-                within: t,
+                t: block.t,
+                within: block.t,
             },
-            x,
-            angle: Angle::of(x.alpha),
+            x: &block.x,
+            angle: Angle::of(block.x.alpha),
             coefficients: &self.coefficients,
             memory: 0.0,
-            volts: 0.0,
+            volts: block.volts,
         }
     }
 }

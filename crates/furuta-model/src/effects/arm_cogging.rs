@@ -22,7 +22,7 @@ pub(super) const SPEC: Spec = Spec {
     sentence: "The motor's magnets prefer certain angles: the arm is pulled towards them, the same number of times in every turn.",
     shows: "The error repeats with the arm's angle, not with time; a free arm comes to rest at preferred angles.",
     experiment: "slow turns over a full revolution in both directions: the holding voltage repeats with the angle",
-    look_alikes: &["arm.spring", "disturbance.vibration", "arm.cable"],
+    look_alikes: &["arm.spring", "disturbance.vibration", "arm.cable", "motor.ripple"],
     parameters: &[
         ParameterSpec {
             name: "amplitude",

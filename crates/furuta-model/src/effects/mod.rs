@@ -155,6 +155,7 @@ catalogue! {
     motor_delay::MotorDelay,
     motor_asymmetry::MotorAsymmetry,
     motor_drift::MotorDrift,
+    motor_ripple::MotorRipple,
     drive_backlash::DriveBacklash,
     drive_compliance::DriveCompliance,
     pendulum_coulomb::PendulumCoulomb,

@@ -171,7 +171,7 @@ pub struct Instant<'a, S> {
     pub x: &'a State<S>,
     /// Sine and cosine of the pendulum's angle.
     pub angle: Angle<S>,
-    /// What the equations of motion are made of.
+    /// What the whole rig's equations of motion are made of, rotor and motor included.
     pub coefficients: &'a Coefficients<S>,
     /// What [`Law::travelled`] keeps.
     pub memory: S,

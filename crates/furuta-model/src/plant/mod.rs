@@ -369,7 +369,7 @@ impl<S: Scalar> Plant<S> {
             clock,
             x,
             angle,
-            coefficients: c,
+            coefficients: &self.coefficients,
             memory,
             volts,
         };

@@ -47,6 +47,11 @@ fn by_formula(
         "motor.saturation" => (u.clamp(-v[0], v[0]), 0.0),
         "motor.asymmetry" => (if u < 0.0 { v[0] * u } else { u }, 0.0),
         "motor.drift" => ((1.0 + v[0] * t) * u, 0.0),
+        // A share of what the voltage gives.
+        "motor.ripple" => {
+            let drive = p.coefficients().drive;
+            (u, v[0] * (v[1] * x.theta + v[2]).sin() * drive * u * w)
+        }
         "pendulum.coulomb" => (u, -v[0] * s.abs()),
         "pendulum.quadratic" => (u, -v[0] * s.abs().powi(3)),
         "pendulum.spring" => (u, -v[0] * (x.alpha - v[1]) * s),
