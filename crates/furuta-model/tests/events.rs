@@ -293,14 +293,15 @@ fn bristles_are_a_spring_first_and_friction_later() {
 
 #[test]
 fn a_tilted_base_pulls_by_the_gradient_of_its_potential() {
-    let (angle, direction) = (0.09, 2.7);
+    let (angle, direction, unbalance) = (0.09, 2.7, 0.4);
     let p = qube();
-    let plant = plant(&p, &[("arm.tilt", &[angle, direction])]);
+    let plant = plant(&p, &[("arm.tilt", &[angle, direction, unbalance])]);
     let c = plant.coefficients;
     let potential = |theta: f64, alpha: f64| {
         let e = theta - direction;
         c.weight * alpha.cos() * angle.cos()
-            - angle.sin() * (c.lever * e.cos() + c.weight * alpha.sin() * e.sin())
+            - angle.sin()
+                * ((1.0 + unbalance) * c.lever * e.cos() + c.weight * alpha.sin() * e.sin())
     };
     for (theta, alpha) in [(0.0, 0.3), (1.0, 2.0), (-2.0, PI), (4.0, -1.0)] {
         let a = plant.rate(0.0, &State::new(theta, alpha, 0.0, 0.0), 0.0, 1e3);

@@ -27,11 +27,11 @@ fn with(effect: &str, values: &[f64], output: Output) -> Comparison {
 fn the_effect_that_is_there_is_named_with_its_value() {
     // Hanging, a pendulum's spring and its weight are one stiffness; what the data sheet holds fast tells them apart where the arm is looked at.
     for (id, values, output, expected) in [
-        ("arm.spring", [0.004, 0.0], Output::Alpha, 0.004),
-        ("arm.spring", [0.004, 0.0], Output::Theta, 0.004),
-        ("arm.tilt", [0.1, 0.0], Output::Theta, 0.1),
+        ("arm.spring", &[0.004, 0.0][..], Output::Alpha, 0.004),
+        ("arm.spring", &[0.004, 0.0], Output::Theta, 0.004),
+        ("arm.tilt", &[0.1, 0.0, 0.0], Output::Theta, 0.1),
     ] {
-        let found = with(id, &values, output);
+        let found = with(id, values, output);
         let best = &found.explanations[0];
         assert_eq!(best.effects, [id], "{best:?}");
         assert!(best.relative_error < 1e-5, "{id} {}", best.relative_error);

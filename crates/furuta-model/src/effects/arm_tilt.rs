@@ -10,6 +10,8 @@ parameters! {
         angle,
         /// The arm angle towards which it leans: where the arm points downhill, rad.
         direction,
+        /// What the arm weighs down beside the pendulum: its own moment about the axis, in units of the pendulum's `m L_r`.
+        unbalance,
     }
 }
 
@@ -44,6 +46,18 @@ pub(super) const SPEC: Spec = Spec {
             typical: |_| 1.0,
             starts: &[0.0],
         },
+        // A level rig shows neither the arm's own moment nor, beside `m c`, where the pendulum's centre of mass is: a fit of a tilted one finds both here.
+        ParameterSpec {
+            name: "unbalance",
+            unit: "-",
+            kind: Kind::Real,
+            default: Some(0.0),
+            min: -0.9,
+            max: 10.0,
+            off: 0.0,
+            typical: |_| 1.0,
+            starts: &[0.0],
+        },
     ],
     strengths: 1,
     footprint: Footprint::Own(&["angle"]),
@@ -51,15 +65,14 @@ pub(super) const SPEC: Spec = Spec {
 };
 
 impl<S: Scalar> Law<S> for ArmTilt<S> {
-    /// From the potential energy `m g [c cos(alpha) cos(angle) - sin(angle) (L_r cos(e) + c sin(alpha) sin(e))]`, `e = theta - direction`. The
-    /// arm itself is taken as balanced about its axis.
+    /// From the potential energy `m g [c cos(alpha) cos(angle) - sin(angle) ((1 + unbalance) L_r cos(e) + c sin(alpha) sin(e))]`, `e = theta - direction`.
     #[inline(always)]
     fn torque(&self, at: &Instant<'_, S>) -> [S; 2] {
         let (c, a) = (at.coefficients, at.angle);
         let (lean_sin, lean_cos) = self.angle.sin_cos();
         let (sin, cos) = (at.x.theta - self.direction).sin_cos();
         [
-            lean_sin * (c.weight * a.sin * cos - c.lever * sin),
+            lean_sin * (c.weight * a.sin * cos - c.lever * (self.unbalance + S::ONE) * sin),
             c.weight * (lean_sin * a.cos * sin - (S::ONE - lean_cos) * a.sin),
         ]
     }

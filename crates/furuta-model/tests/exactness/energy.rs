@@ -24,7 +24,8 @@ fn stored(e: &Effect<f64>, plant: &Plant<f64>, x: &State<f64>) -> Option<f64> {
         "arm.tilt" => {
             let e = x.theta - v[1];
             c.weight * x.alpha.cos() * (v[0].cos() - 1.0)
-                - v[0].sin() * (c.lever * e.cos() + c.weight * x.alpha.sin() * e.sin())
+                - v[0].sin()
+                    * ((1.0 + v[2]) * c.lever * e.cos() + c.weight * x.alpha.sin() * e.sin())
         }
         _ => return None,
     })

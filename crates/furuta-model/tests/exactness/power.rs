@@ -40,7 +40,11 @@ fn by_formula(
                 -l * e.sin() * w + c * (x.alpha.cos() * e.sin() * s + x.alpha.sin() * e.cos() * w);
             let up = -c * x.alpha.sin() * s;
             let mg = p.pendulum.mass * p.gravity;
-            (u, mg * (v[0].sin() * downhill + (1.0 - v[0].cos()) * up))
+            let own = -v[2] * l * e.sin() * w;
+            (
+                u,
+                mg * (v[0].sin() * (downhill + own) + (1.0 - v[0].cos()) * up),
+            )
         }
         "motor.deadzone" => (u.signum() * (u.abs() - v[0]).max(0.0), 0.0),
         "motor.bias" => (u + v[0], 0.0),
