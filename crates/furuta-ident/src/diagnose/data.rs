@@ -4,6 +4,7 @@ use furuta_model::{Rig, State};
 use nalgebra::{SMatrix, SVector};
 
 use super::result::RunCurves;
+use super::way::Way;
 use crate::recording::{Recording, hangs};
 
 /// An evenly sampled stretch of a recording.
@@ -25,6 +26,8 @@ pub(crate) struct Run {
     pub(crate) y: Vec<[f64; 2]>,
     /// Speeds from local polynomials, rad/s.
     pub(crate) speed: Vec<[f64; 2]>,
+    /// The way of the arm.
+    pub(crate) way: Way,
     /// Root of the weight of each residual, 1 for a fast encoder, less where counts are rare.
     pub(crate) weight: Vec<[f64; 2]>,
 }
@@ -58,7 +61,7 @@ impl Data {
     /// All stretches of all recordings, ready to fit.
     pub(crate) fn new(recordings: &[Recording], rig: &Rig) -> Self {
         let resolution = rig.sensors.resolution();
-        let mut runs = Vec::new();
+        let (mut runs, mut ways) = (Vec::new(), Vec::new());
         for (i, r) in recordings.iter().enumerate() {
             for segment in &r.segments {
                 if segment.len() < 4 * HALF {
@@ -66,7 +69,7 @@ impl Data {
                 }
                 let y: Vec<[f64; 2]> = segment.clone().map(|k| [r.theta[k], r.alpha[k]]).collect();
                 let h = r.sample_period;
-                let speed = speeds(&y, h);
+                let (smoothed, speed) = smoothed(&y, h);
                 let weight = speed
                     .iter()
                     .map(|v| {
@@ -80,6 +83,7 @@ impl Data {
                 let at_rest = y[..HALF]
                     .iter()
                     .all(|v| (0..2).all(|c| (v[c] - y[0][c]).abs() <= 1.5 * resolution[c]));
+                ways.push(smoothed);
                 runs.push(Run {
                     name: r.name.clone(),
                     recording: i,
@@ -89,11 +93,15 @@ impl Data {
                     u: segment.clone().map(|k| r.u[k]).collect(),
                     y,
                     speed,
+                    way: Way::default(),
                     weight,
                 });
             }
         }
-        let noise = std::array::from_fn(|c| noise_floor(&runs, c, resolution[c]));
+        let noise: [f64; 2] = std::array::from_fn(|c| noise_floor(&runs, c, resolution[c]));
+        for (run, smoothed) in runs.iter_mut().zip(ways) {
+            run.way = Way::new(smoothed.iter().map(|y| y[0]), noise[0]);
+        }
         Self { runs, noise }
     }
 
@@ -203,8 +211,9 @@ fn local_fit(y: &[[f64; 2]], k: usize, half: usize, h: f64) -> ([f64; 2], [f64; 
     }
 }
 
-fn speeds(y: &[[f64; 2]], h: f64) -> Vec<[f64; 2]> {
-    (0..y.len()).map(|k| local_fit(y, k, HALF, h).1).collect()
+/// Angles and speeds.
+fn smoothed(y: &[[f64; 2]], h: f64) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+    (0..y.len()).map(|k| local_fit(y, k, HALF, h)).unzip()
 }
 
 /// Standard deviation of one encoder's noise: residuals of local quintics over stretches in which the encoder moves at least a count

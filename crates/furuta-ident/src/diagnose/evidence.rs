@@ -34,6 +34,8 @@ const LEAST_LOCAL_GAIN: f64 = 45.0;
 /// A kick must gain so many times what nine of ten windows have left at most, in each of the windows over which it lasts: where the model is wrong in many
 /// places, something always gains a little in one, and a long weak torque a little in several.
 const STANDS_OUT: f64 = 3.0;
+/// Where a window's start is partly inferred, one that was inferred wrongly looks kicked: a kick must gain so many times [`LEAST_LOCAL_GAIN`].
+const INFERRED: f64 = 20.0;
 
 /// The least fall of the cost that names this effect.
 pub(super) fn least_gain(spec: &Spec) -> f64 {
@@ -136,13 +138,18 @@ impl Problem<'_> {
                 .map_or(0.0, |c| c / per_sample);
             // The part of it that is not the encoders' noise.
             let usual = usual * (1.0 - 1.0 / per_sample) * kicked.len() as f64;
+            let least = if larger.hypothesis.infers() {
+                INFERRED * LEAST_LOCAL_GAIN
+            } else {
+                LEAST_LOCAL_GAIN
+            };
             return Evidence {
                 gain,
                 robust: f64::INFINITY,
                 elsewhere: gain,
                 windows: 1.0,
                 windows_needed: 0.0,
-                least: LEAST_LOCAL_GAIN.max(STANDS_OUT * usual),
+                least: least.max(STANDS_OUT * usual),
                 factor: f64::INFINITY,
                 delta_bic: gain - parameters * self.samples().ln(),
             };

@@ -94,6 +94,12 @@ impl Hypothesis {
         self.effects.iter().any(|e| e.id == id)
     }
 
+    /// Whether the other has the same effects in the same order.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        let ids = |h: &Self| h.effects.iter().map(|e| e.id).collect::<Vec<_>>();
+        ids(self) == ids(other)
+    }
+
     pub(super) fn with(&self, spec: &'static Spec) -> Self {
         let mut effects = self.effects.clone();
         effects.push(spec);
@@ -127,6 +133,12 @@ impl Hypothesis {
                 let first = self.offset(i);
                 Effect::unchecked(e.id, &values[first..first + e.parameters.len()])
             })
+    }
+
+    /// Whether something about the start of a window is only inferred from the motion before: how the rotor stands, how bristles are bent.
+    pub(super) fn infers(&self) -> bool {
+        let inferred = Acts::DRIVE.and(Acts::MEMORY);
+        self.effects.iter().any(|e| e.acts.touches(inferred))
     }
 
     /// Whether there is play in the drive.

@@ -30,6 +30,7 @@ pub(crate) mod shooting;
 mod stop;
 mod torque;
 mod verify;
+mod way;
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -247,19 +248,21 @@ fn search(
                 &named.states,
                 Effort::FULL,
             );
-            (named, _) = calm.simplify(named, &base);
+            (named, _) = calm.simplify(named, None, &base);
         }
         rivals = calm.unrivalled(&named);
     }
 
     let explained = explains(&named);
     let folds = held_out::folds(&data);
-    let mut custom = None;
+    let unseen = |fit: &Fit| held_out::errors(&data, &nominal, &folds, fit);
+    let (mut custom, mut after) = (None, None);
     if !explained && stop.wanted() {
         unfinished.push(Part::Expression);
     } else if !explained {
         stage("looking for an expression");
-        custom = custom::propose(&calm, &folds, &recalibrated, &named);
+        let without = after.insert(unseen(&named));
+        custom = custom::propose(&calm, &folds, &recalibrated, (&named, without));
     }
     let whole = custom.as_ref().map_or(&named, |c| &c.fit);
     rivals.retain(|r| whole.hypothesis.has(r.spec.id));
@@ -290,16 +293,15 @@ fn search(
             unfinished.push(Part::Plan);
         }
     }
-    let unseen = |fit: &Fit| held_out::errors(&data, &nominal, &folds, fit);
     if stop.wanted() {
         unfinished.push(Part::HeldOut);
         diagnosis.effects = name(&calm, &named, &named_fit, rivals, &|_| f64::NAN);
     } else {
         let before = unseen(&recalibrated);
-        let after = if named.hypothesis.effects.is_empty() {
-            before.clone()
-        } else {
-            unseen(&named)
+        let after = match after {
+            Some(after) => after,
+            None if named.hypothesis.effects.is_empty() => before.clone(),
+            None => unseen(&named),
         };
         let whole = custom.as_ref().map_or(&after, |c| &c.errors);
         diagnosis.held_out = held_out::compared(&data, &before, whole);

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::candidates::{CLOSE, Trial};
 use super::evidence::LEAST_GAIN;
 use super::fit::{Effort, Fit, Problem};
-use super::hypothesis::{FIRST_EFFECT, Hypothesis};
+use super::hypothesis::Hypothesis;
 
 /// The most effects that are looked for together.
 pub(super) const MOST_EFFECTS: usize = 4;
@@ -63,7 +63,7 @@ impl Problem<'_> {
                 .into_iter()
                 .find(|t| t.evidence.convinces() && acceptable(t));
             match next {
-                Some(t) => (here, without) = self.simplify(t.fit, settled),
+                Some(t) => (here, without) = self.simplify(t.fit, Some(&here), settled),
                 None => break,
             }
         }
@@ -105,7 +105,7 @@ impl Problem<'_> {
                 .find(|t| t.evidence.convinces() && self.worth(&t.fit, &found.fit) < bar);
             if let (Some(pair), false) = (pair, self.stop.wanted()) {
                 let first = found.first;
-                let (pair, _) = self.simplify(pair.fit, base);
+                let (pair, _) = self.simplify(pair.fit, Some(&start), base);
                 found = self.select(pair, base, &|_| true, report);
                 found.first = first;
             }
@@ -119,12 +119,17 @@ impl Problem<'_> {
         fit.cost + room * fit.hypothesis.free() as f64
     }
 
-    /// Leaves out, one at a time, the effects that the others do without; those of `settled` stay.
+    /// Leaves out, one at a time, the effects that the others do without; those of `settled` stay. `known` is a fit without one of them.
     ///
     /// Returns what is left and, where it is more than one effect, the fits without each.
-    pub(super) fn simplify(&self, mut here: Fit, settled: &Hypothesis) -> (Fit, Option<Without>) {
+    pub(super) fn simplify(
+        &self,
+        mut here: Fit,
+        known: Option<&Fit>,
+        settled: &Hypothesis,
+    ) -> (Fit, Option<Without>) {
         while here.hypothesis.effects.len() > 1 {
-            let without = self.without_each(&here);
+            let without = self.without_each(&here, known);
             let weakest = without
                 .iter()
                 .filter(|(spec, _)| !settled.has(spec.id))
@@ -182,7 +187,7 @@ impl Problem<'_> {
                         break;
                     }
                     let without;
-                    (here, without) = self.simplify(here, &Hypothesis::base());
+                    (here, without) = self.simplify(here, None, &Hypothesis::base());
                     rivals = self.rivals(&here, without, first, report);
                 }
             }
@@ -203,7 +208,7 @@ impl Problem<'_> {
         let bar = here.cost + self.tolerance(here);
         let gone = known.remove(replaced);
         let mut rivals: Vec<Rival> = self
-            .without_each(here)
+            .without_each(here, None)
             .into_iter()
             .zip(known)
             .map(|((kept, without), known)| {
@@ -245,8 +250,8 @@ impl Problem<'_> {
         CONFUSABLE * (here.cost - floor).max(0.0) + 2.0 * LEAST_GAIN * (here.cost / floor).max(1.0)
     }
 
-    /// The larger what an effect gains, the fewer digits of it are computed.
-    fn without_each(&self, here: &Fit) -> Without {
+    /// The larger what an effect gains, the fewer digits of it are computed. A fit without one of them that is `known` is where that one starts.
+    fn without_each(&self, here: &Fit, known: Option<&Fit>) -> Without {
         let effort = Effort::FULL.above(here.cost);
         here.hypothesis
             .effects
@@ -254,14 +259,18 @@ impl Problem<'_> {
             .into_par_iter()
             .map(|spec| {
                 let (h, z) = here.without(spec);
-                (spec, self.fit(&h, z, &here.states, effort))
+                let fit = match known {
+                    Some(k) if k.hypothesis.is(&h) => self.fit(&h, k.z.clone(), &k.states, effort),
+                    _ => self.fit(&h, z, &here.states, effort),
+                };
+                (spec, fit)
             })
             .collect()
     }
 
     /// What [`Self::rivals`] gives where nobody has the time to look for rivals.
     pub(super) fn unrivalled(&self, here: &Fit) -> Vec<Rival> {
-        self.without_each(here)
+        self.without_each(here, None)
             .into_iter()
             .map(|(spec, without)| Rival {
                 spec,
@@ -271,14 +280,16 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// A simpler rival that comes close is fitted again from where `here` ended: it may have stopped short of what it can explain.
-    fn started_again(&self, here: &Fit, without: &Fit, t: Trial) -> Trial {
+    /// A simpler rival of `spec` that comes close is fitted again from where `here` ended: it may have stopped short of what it can explain, for what came
+    /// before it had no place to be right in (a kick moves to where friction is missing).
+    fn started_again(&self, here: &Fit, spec: &Spec, without: &Fit, t: Trial, bar: f64) -> Trial {
         if t.fit.hypothesis.free() >= here.hypothesis.free() {
             return t;
         }
-        let mut z = here.z[..FIRST_EFFECT].to_vec();
-        z.extend(&t.fit.z[FIRST_EFFECT..]);
-        let fit = self.fit(&t.fit.hypothesis, z, &here.states, Effort::FULL);
+        let (_, mut z) = here.without(spec);
+        z.extend(&t.fit.z[t.fit.z.len() - t.spec.parameters.len()..]);
+        let effort = Effort::FULL.towards(bar);
+        let fit = self.fit(&t.fit.hypothesis, z, &here.states, effort);
         if fit.cost >= t.fit.cost {
             return t;
         }
@@ -338,7 +349,7 @@ impl Problem<'_> {
     ) -> Vec<Rival> {
         let bar = here.cost + self.tolerance(here);
         without
-            .unwrap_or_else(|| self.without_each(here))
+            .unwrap_or_else(|| self.without_each(here, None))
             .into_iter()
             .map(|(spec, without)| {
                 let trials = if here.hypothesis.effects.len() == 1 {
@@ -355,7 +366,7 @@ impl Problem<'_> {
                 near.extend(
                     again
                         .into_iter()
-                        .map(|t| self.started_again(here, &without, t)),
+                        .map(|t| self.started_again(here, spec, &without, t, bar)),
                 );
                 near.retain(|t| t.fit.cost < bar);
                 Rival {

@@ -110,13 +110,12 @@ fn enter<S: Scalar<Real = f64>>(
     let at = if lead == 0 { x0 } else { measured(first) };
     plant.enter(s, at, run.t0 + first as f64 * run.h, &past, run.h);
     s.run = run.recording;
-    let before = start.saturating_sub(PAST);
     for k in first..start {
         plant.step(s, S::from_f64(run.command(k, late)), run.h);
         // The body that is measured goes where it was; the other follows from the torques and blows between them.
         plant.place(s, if k + 1 < start { measured(k + 1) } else { x0 });
     }
-    plant.recall(s, run.y[before..=start].iter().map(|y| y[0]));
+    plant.recall(s, run.way.to(start));
 }
 
 /// Some state of the plant, to be used again and again. It is large (what the plant remembers, with its derivatives) and worker threads nest their jobs:

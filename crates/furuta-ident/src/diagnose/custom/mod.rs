@@ -52,12 +52,13 @@ pub(super) struct Custom {
 }
 
 /// An expression for what no effect explains, where one helps on held-out data: in the place of all effects that were named, where it explains the
-/// recordings or leaves far less than beside them (effects named by mistake each take a part of what one expression says), otherwise beside them.
+/// recordings or leaves far less than beside them (effects named by mistake each take a part of what one expression says), otherwise beside them. `without`
+/// are the errors of `named` on held-out data.
 pub(super) fn propose(
     problem: &Problem<'_>,
     folds: &Folds,
     recalibrated: &Fit,
-    named: &Fit,
+    (named, without): (&Fit, &[[f64; 2]]),
 ) -> Option<Custom> {
     let (data, nominal) = (problem.data, problem.nominal);
     let instead = grow(problem, folds, recalibrated);
@@ -75,11 +76,8 @@ pub(super) fn propose(
     if !lasts(problem, &[recalibrated, named], &fit) {
         return None;
     }
-    let (without, with) = rayon::join(
-        || held_out::errors(data, nominal, folds, named),
-        || held_out::errors(data, nominal, folds, &fit),
-    );
-    let gain = held_out::removed(data, &without, &with);
+    let with = held_out::errors(data, nominal, folds, &fit);
+    let gain = held_out::removed(data, without, &with);
     if gain.is_nan() || gain < LEAST_GAIN {
         return None;
     }

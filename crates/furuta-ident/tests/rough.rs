@@ -1,0 +1,80 @@
+//! What wrong data sheets and noisy encoders must not be taken for.
+
+mod common;
+
+use common::{Run, qube, record, sweep};
+use furuta_ident::diagnose::{Diagnosis, Request, Verdict, diagnose};
+use furuta_ident::recording::Recording;
+use furuta_model::{Effect, Rig};
+
+fn diagnosis(recordings: &[Recording], sheet: &Rig) -> Diagnosis {
+    let request = Request {
+        recordings,
+        rig: sheet,
+        verify: &[],
+    };
+    diagnose(&request, &|_| ())
+        .expect("good recordings")
+        .diagnosis
+}
+
+fn names(diagnosis: &Diagnosis) -> Vec<&str> {
+    diagnosis.effects.iter().map(|e| e.id.as_str()).collect()
+}
+
+/// A level rig shows `m c` only, so a sheet may be wrong about `c` and all fits; on a tilted one the weight pulls the arm by `m L_r`, and what the sheet
+/// has wrong there is no cogging.
+#[test]
+fn a_tilt_is_named_alone_though_the_sheet_has_the_centre_of_mass_wrong() {
+    let mut rig = qube();
+    rig.effects = vec![Effect::new("arm.tilt", &[0.03, 0.6, 0.0]).expect("valid")];
+    let mut sheet = qube();
+    sheet.params.pendulum.com *= 0.85;
+    let run = |name, amplitude, phase| {
+        let sweep = sweep(amplitude, phase);
+        record(name, &rig, Run::default(), |t, x| {
+            sweep(t, x) - 0.2 * x.theta
+        })
+    };
+    let found = diagnosis(&[run("a.csv", 2.0, 0.0), run("b.csv", 3.0, 2.0)], &sheet);
+    assert_eq!(names(&found), ["arm.tilt"]);
+    assert_eq!(found.verdict, Verdict::MissingEffects);
+    let tilt = &found.effects[0].parameters;
+    assert!((tilt["angle"].value - 0.03).abs() < 1e-3, "{tilt:?}");
+    // m L_r over m c, by the sheet's c: what the sheet has too much.
+    assert!((tilt["unbalance"].value + 0.15).abs() < 0.02, "{tilt:?}");
+}
+
+/// An arm that rests again and again on bent bristles, read by encoders that flicker: how far they are bent follows from the way before, not from the flicker.
+#[test]
+fn presliding_friction_is_named_alone_though_the_encoders_flicker() {
+    let mut sheet = qube();
+    (
+        sheet.sensors.arm_counts_per_rev,
+        sheet.sensors.pendulum_counts_per_rev,
+    ) = (4096.0, 4096.0);
+    let mut rig = sheet.clone();
+    rig.effects = vec![Effect::new("arm.presliding", &[4e-3, 0.05]).expect("valid")];
+    let noise = 0.3 * rig.sensors.resolution()[0];
+    // Pushes of a quarter of a second, between which the arm rests.
+    let pushes = |t: f64| {
+        let n = (t / 0.75).floor();
+        let size = 0.8 + 0.5 * (2.7 * n).sin();
+        if t % 0.75 < 0.25 {
+            size * (1.9 * n).cos().signum()
+        } else {
+            0.15 * (3.0 * t).sin()
+        }
+    };
+    let run = |seed, rest| {
+        let run = Run {
+            noise,
+            seed,
+            ..Run::default()
+        };
+        record("pushes.csv", &rig, run, |t, _| pushes(t + rest))
+    };
+    let found = diagnosis(&[run(1, 0.0), run(2, 7.5)], &sheet);
+    assert_eq!(names(&found), ["arm.presliding"]);
+    assert_eq!(found.verdict, Verdict::MissingEffects);
+}
