@@ -46,6 +46,7 @@ class Case:
     spread: float = 0.03
     noise: float = 0.0
     rate: float | None = None
+    runs: tuple[str, ...] = ("multisine", "steps", "balance")
 
     def write(self, folder: pathlib.Path) -> str:
         rng = np.random.default_rng(self.seed)
@@ -53,12 +54,12 @@ class Case:
         if self.rate:
             rig = dataclasses.replace(rig, rate=self.rate)
         rig, effects = hide(rig, self.effects, rng, self.size)
-        write_case(folder / self.name, rig, effects, seed=self.seed, spread=self.spread, noise=self.noise)
+        write_case(folder / self.name, rig, effects, seed=self.seed, spread=self.spread, noise=self.noise, runs=self.runs)
         return self.name
 
 
 def plan(seed: int) -> list[Case]:
-    """Every effect twice at its usual size, clean ones, pairs, foreign effects, small effects under rough conditions, and triples."""
+    """Every effect twice at its usual size, clean ones, pairs, foreign effects, small effects under rough conditions, triples, and all that is hard at once."""
     rng = np.random.default_rng(seed)
     families, cases = sorted(FAMILIES), []
 
@@ -83,6 +84,13 @@ def plan(seed: int) -> list[Case]:
     triples = [three for three in itertools.combinations(known, 3) if not any(set(pair) in UNASKED for pair in itertools.combinations(three, 2))]
     for i in rng.choice(len(triples), 6, replace=False):
         add("triple", triples[i], spread=0.05)
+    # One to three effects of a third of the usual size, under rough conditions, in two runs.
+    for i in range(12):
+        effects = ((str(rng.choice(known)),), pairs[rng.integers(len(pairs))], triples[rng.integers(len(triples))])[i % 3]
+        # Kicks fall into one of the first two runs, which hang: upright the pendulum would go over.
+        runs = ("multisine", "steps") if any("kick" in effect for effect in effects) else (str(rng.choice(["multisine", "steps"])), "balance")
+        add("hard", effects, size=1 / 3, spread=float(rng.choice([0.1, 0.2])), noise=float(rng.choice([0.0, 0.3, 1.0])),
+            rate=float(rng.choice([200, 400, 500, 1000])), runs=runs)  # fmt: skip
     for _ in range(2):
         add("usual", ("motor.ripple",))
     return cases
