@@ -75,7 +75,7 @@ impl Problem<'_> {
     }
 
     /// Where a selection from nothing ended far from the noise, tries pairs that begin with the next best of the first effects, unless those look like the
-    /// best, and goes on from one that is better: alone, neither of a pair need be the best.
+    /// best and are no simpler, and goes on from one that is better: alone, neither of a pair need be the best.
     pub(super) fn other_ways(
         &self,
         mut found: Selection,
@@ -89,7 +89,10 @@ impl Problem<'_> {
             .first
             .iter()
             .filter(|t| t.spec.id != best.id && t.evidence.convinces())
-            .filter(|t| !best.look_alikes.contains(&t.spec.id))
+            .filter(|t| {
+                !best.look_alikes.contains(&t.spec.id)
+                    || t.spec.parameters.len() < best.parameters.len()
+            })
             .take(BEAM)
             .cloned()
             .collect();

@@ -170,8 +170,12 @@ pub(super) fn signs(recording: &Recording) -> Option<NoticeKind> {
     let law = PendulumLaw::of(recording, theta, alpha);
     let left = law.map_or(1.0, |law| law.left);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    // The pendulum hangs in theta's column.
-    if (mean(theta).abs() - PI).abs() < HANGS_WITHIN && mean(alpha).abs() < HANGS_WITHIN {
+    // The pendulum hangs in theta's column; but an arm may stand half a turn away while its pendulum is balanced.
+    let swapped = PendulumLaw::of(recording, alpha, theta).map_or(1.0, |law| law.left);
+    if (mean(theta).abs() - PI).abs() < HANGS_WITHIN
+        && mean(alpha).abs() < HANGS_WITHIN
+        && swapped <= left
+    {
         return Some(NoticeKind::SwappedSuspected {
             columns: ["theta", "alpha"],
         });
