@@ -177,8 +177,17 @@ impl Problem<'_> {
                         &t.fit.states,
                         Effort::FULL,
                     );
-                    rivals = self.rivals_after(rivals, i, spec, &here, &fit);
-                    here = fit;
+                    let again = self.from_its_states(&here, &fit);
+                    if self.worth(&again, &here) <= self.worth(&fit, &here) {
+                        here = again;
+                        let bar = here.cost + self.tolerance(&here);
+                        for rival in &mut rivals {
+                            rival.near.retain(|t| t.fit.cost < bar);
+                        }
+                    } else {
+                        rivals = self.rivals_after(rivals, i, spec, &here, &fit);
+                        here = fit;
+                    }
                 }
                 _ => {
                     // What has come in an effect's place may have made another superfluous.
@@ -196,6 +205,16 @@ impl Problem<'_> {
             }
         }
         (here, rivals)
+    }
+
+    /// A fit that a larger one is to replace, made again from where that one ended: stiction has windows settle beside their best initial states, and what
+    /// has more parameters may only have shaken them out.
+    fn from_its_states(&self, here: &Fit, larger: &Fit) -> Fit {
+        if larger.hypothesis.free() <= here.hypothesis.free() {
+            return here.clone();
+        }
+        let effort = Effort::FULL.towards(larger.cost + self.tolerance(larger));
+        self.fit(&here.hypothesis, here.z.clone(), &larger.states, effort)
     }
 
     /// What [`Self::rivals`] gives, from what it gave before `spec` was put in the place of the `replaced`-th effect: in its place the same
