@@ -5,7 +5,7 @@ mod common;
 use common::{Run, qube, record, sweep};
 use furuta_ident::diagnose::{Diagnosis, Request, Verdict, diagnose};
 use furuta_ident::recording::Recording;
-use furuta_model::{Effect, Rig};
+use furuta_model::{Effect, Rig, State};
 
 fn diagnosis(recordings: &[Recording], sheet: &Rig) -> Diagnosis {
     let request = Request {
@@ -77,4 +77,32 @@ fn presliding_friction_is_named_alone_though_the_encoders_flicker() {
     let found = diagnosis(&[run(1, 0.0), run(2, 7.5)], &sheet);
     assert_eq!(names(&found), ["arm.presliding"]);
     assert_eq!(found.verdict, Verdict::MissingEffects);
+}
+
+/// An arm that stands half a turn away while its pendulum is balanced, both where a pendulum that hangs in the wrong column would be.
+#[test]
+fn an_arm_that_stands_half_a_turn_away_is_not_taken_for_a_pendulum() {
+    let gain = [-2.5, 41.4, -1.636, 2.421];
+    let away = -3.2;
+    let run = Run {
+        start: State::new(away, 0.02, 0.0, 0.0),
+        ..Run::default()
+    };
+    let balanced = record("away.csv", &qube(), run, |t, x| {
+        let wish = 0.1 * (2.0 * t).sin() + 0.1 * (9.0 * t).sin();
+        let x = [x.theta - away, x.alpha, x.theta_dot, x.alpha_dot];
+        let u: f64 = gain.iter().zip(x).map(|(k, x)| -k * x).sum();
+        (u + 3.0 * wish).clamp(-10.0, 10.0)
+    });
+    assert!(balanced.alpha.iter().all(|a| a.abs() < 0.5), "it balances");
+    let mut csv = String::from("t,u,theta,alpha\n");
+    for (k, t) in balanced.t.iter().enumerate() {
+        let (u, theta, alpha) = (balanced.u[k], balanced.theta[k], balanced.alpha[k]);
+        csv += &format!("{t},{u},{theta},{alpha}\n");
+    }
+    let (_, notices) = Recording::from_csv("away.csv", csv.as_bytes()).expect("valid");
+    assert!(
+        notices.iter().all(|n| !n.kind.is_suspicion()),
+        "{notices:?}"
+    );
 }

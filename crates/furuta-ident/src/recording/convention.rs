@@ -67,6 +67,8 @@ const COUPLING_AT_LEAST: f64 = 0.1;
 
 /// A column that is at half a turn on average, within this (rad), while the other is at zero, is the pendulum's.
 const HANGS_WITHIN: f64 = 0.3;
+/// A recording that starts with a pendulum at rest starts within this of half a turn, rad.
+const RESTS_WITHIN: f64 = 0.02;
 /// What another order of the columns must leave unexplained at most, and by which factor less than the order given, to be believed.
 const SWAPPED_LEAVES: f64 = 0.3;
 const SWAPPED_BETTER: f64 = 3.0;
@@ -170,11 +172,15 @@ pub(super) fn signs(recording: &Recording) -> Option<NoticeKind> {
     let law = PendulumLaw::of(recording, theta, alpha);
     let left = law.map_or(1.0, |law| law.left);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    // The pendulum hangs in theta's column; but an arm may stand half a turn away while its pendulum is balanced.
-    let swapped = PendulumLaw::of(recording, alpha, theta).map_or(1.0, |law| law.left);
-    if (mean(theta).abs() - PI).abs() < HANGS_WITHIN
-        && mean(alpha).abs() < HANGS_WITHIN
-        && swapped <= left
+    // The pendulum hangs in theta's column: it starts there at rest, or it swings there. An arm may stand half a turn away while its pendulum is balanced.
+    let hangs = |angle: f64, within: f64| (angle.abs() - PI).abs() < within;
+    let first = |values: &[f64]| values.first().copied().unwrap_or_default();
+    let starts = hangs(first(theta), RESTS_WITHIN) && first(alpha).abs() < RESTS_WITHIN;
+    let swings = || {
+        let law = PendulumLaw::of(recording, alpha, theta);
+        law.is_some_and(|law| law.signs() == [Some(1.0); 2])
+    };
+    if hangs(mean(theta), HANGS_WITHIN) && mean(alpha).abs() < HANGS_WITHIN && (starts || swings())
     {
         return Some(NoticeKind::SwappedSuspected {
             columns: ["theta", "alpha"],
