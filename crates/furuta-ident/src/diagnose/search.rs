@@ -177,7 +177,7 @@ impl Problem<'_> {
                         &t.fit.states,
                         Effort::FULL,
                     );
-                    let again = self.from_its_states(&here, &fit);
+                    let again = self.shaken_out(&here, &fit);
                     if self.worth(&again, &here) <= self.worth(&fit, &here) {
                         here = again;
                         let bar = here.cost + self.tolerance(&here);
@@ -209,7 +209,7 @@ impl Problem<'_> {
 
     /// A fit that a larger one is to replace, made again from where that one ended: stiction has windows settle beside their best initial states, and what
     /// has more parameters may only have shaken them out.
-    fn from_its_states(&self, here: &Fit, larger: &Fit) -> Fit {
+    fn shaken_out(&self, here: &Fit, larger: &Fit) -> Fit {
         if larger.hypothesis.free() <= here.hypothesis.free() {
             return here.clone();
         }
