@@ -2,7 +2,7 @@
 
 use furuta_model::Rig;
 
-use crate::diagnose::data::Data;
+use crate::shooting::Data;
 use crate::recording::Recording;
 
 /// Why recordings are too few, too short or too quiet to say anything.

@@ -1,11 +1,9 @@
 //! Judging by data that were not fitted: each part is predicted by a model fitted to the others.
 
-use super::data::{Data, Window};
-use super::fit::{Effort, Fit, Problem};
-use super::hypothesis::Nominal;
-use super::predict::{self, Model, rms};
+use super::predict::{self, rms};
 use super::result::HeldOut;
-use super::{REPORT, SEARCH};
+use super::{Fit, REPORT, SEARCH};
+use crate::shooting::{Data, Effort, Problem, Window};
 
 use rayon::prelude::*;
 
@@ -49,7 +47,7 @@ impl Folds {
 }
 
 /// Prediction errors on every part by a model fitted to the others.
-pub(super) fn errors(data: &Data, nominal: &Nominal, folds: &Folds, fit: &Fit) -> Vec<[f64; 2]> {
+pub(super) fn errors(data: &Data, folds: &Folds, fit: &Fit) -> Vec<[f64; 2]> {
     (0..folds.count())
         .into_par_iter()
         .map(|part| {
@@ -65,14 +63,14 @@ pub(super) fn errors(data: &Data, nominal: &Nominal, folds: &Folds, fit: &Fit) -
             if kept.is_empty() || unseen.is_empty() {
                 return Vec::new();
             }
-            let fitted = Problem::new(data, nominal, kept).fit(
-                &fit.hypothesis,
+            let fitted = Problem::new(data, kept).fit(
+                &fit.model,
                 fit.z.clone(),
                 &states,
                 Effort::FULL,
             );
-            let problem = Problem::new(data, nominal, unseen);
-            let predictions = predict::windowed(&problem, Model::from(&fitted));
+            let problem = Problem::new(data, unseen);
+            let predictions = predict::windowed(&problem, &(&fitted).into());
             predict::errors(&problem, &predictions).concat()
         })
         .flatten()

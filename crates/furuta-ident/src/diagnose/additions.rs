@@ -4,14 +4,16 @@ use furuta_model::effects::Acts;
 use furuta_model::{CATALOGUE, Spec};
 use rayon::prelude::*;
 
-use super::evidence::{Evidence, LEAST_GAIN, least_gain};
-use super::fit::{Effort, Fit, Problem};
+use super::Fit;
+use super::criteria::CRITERIA;
+use super::evidence::Evidence;
 use super::hypothesis::{FIRST_EFFECT, is_late};
-use super::scout::{self, Scout};
-use super::shooting::MAX_FREE;
+use super::screen::{self, Screen};
+use crate::shooting::{Effort, MAX_FREE, Model, Problem};
 
-/// Full fits go to so many of the candidates at most.
+/// Full fits go to this many of the candidates at most, of so many steps.
 const SHORT_LIST: usize = 4;
+const FULL_STEPS: usize = 20;
 /// So many candidates are fitted, the most promising by a score test.
 const FOLLOWED: usize = 8;
 /// Each from so many starts.
@@ -22,7 +24,7 @@ const FAVOURITES: usize = 2;
 /// the score test promises where the effect's form depends on its parameters.
 const WORTH: f64 = 0.25;
 /// The same for effects whose place (order, frequency, moment) was looked for: there the score test promises what a fit then gains.
-const WORTH_PLACED: f64 = 0.7;
+const WORTH_SCANNED: f64 = 0.7;
 /// The same beside one that explains everything.
 const WORTH_BESIDE: f64 = 0.5;
 /// The last digits are for those that gain at least this share of what the best gains; the fits of others are given up.
@@ -69,9 +71,9 @@ struct Start {
 
 impl Problem<'_> {
     /// Where to start a fit with `spec` added to `from`.
-    pub(super) fn starts(&self, from: &Fit, spec: &'static Spec, scout: &Scout) -> Vec<Vec<f64>> {
+    pub(super) fn starts(&self, from: &Fit, spec: &'static Spec, screen: &Screen) -> Vec<Vec<f64>> {
         // A recalibration without the effect may be far off: where the gap is large, the data sheet is a better start.
-        let far = self.chi(from) > 5.0 && from.hypothesis.effects.is_empty();
+        let far = self.chi(from) > 5.0 && from.model.effects.is_empty();
         let mut starts = Vec::new();
         for nominal in [true, false] {
             if nominal && !far {
@@ -83,47 +85,66 @@ impl Problem<'_> {
             }
             starts.push(z);
         }
-        if scout::wanted(spec) {
-            let typical: Vec<f64> = spec
-                .parameters
-                .iter()
-                .map(|p| (p.typical)(&self.nominal.params))
-                .collect();
-            let places = scout.starts(spec, &typical);
-            return starts
-                .iter()
-                .flat_map(|z| {
-                    places.iter().map(|place| {
-                        let mut z = z.clone();
-                        let values = place.iter().zip(spec.parameters).zip(&typical);
-                        z.extend(values.map(|((v, p), scale)| (v - p.off) / scale));
-                        z
+        let typical: Vec<f64> = spec
+            .parameters
+            .iter()
+            .map(|p| (p.typical)(&from.model.nominal.params))
+            .collect();
+        // In units of the vector, with where the zeros of theta go.
+        let places: Vec<(Vec<f64>, Option<Vec<f64>>)> = if screen::is_placed(spec) {
+            let in_units = |values: &[f64]| {
+                let values = values.iter().zip(spec.parameters).zip(&typical);
+                values.map(|((v, p), scale)| (v - p.off) / scale).collect()
+            };
+            screen
+                .places(spec, &typical)
+                .into_iter()
+                .map(|place| (in_units(&place.values), Some(place.zeros)))
+                .collect()
+        } else {
+            // Every combination of the parameters' starts.
+            let mut all: Vec<Vec<f64>> = vec![Vec::new()];
+            for p in spec.parameters {
+                all = all
+                    .iter()
+                    .flat_map(|values| {
+                        p.starts.iter().map(|s| {
+                            let mut values = values.clone();
+                            values.push(*s);
+                            values
+                        })
                     })
-                })
-                .collect();
-        }
-        // Every combination of the parameters' starts.
-        for p in spec.parameters {
-            starts = starts
-                .iter()
-                .flat_map(|z| {
-                    p.starts.iter().map(|s| {
-                        let mut z = z.clone();
-                        z.push(*s);
-                        z
-                    })
-                })
-                .collect();
-        }
+                    .collect();
+            }
+            all.into_iter().map(|values| (values, None)).collect()
+        };
+        let h = from.model.with(spec);
+        let layout = h.layout();
         starts
+            .iter()
+            .flat_map(|z| {
+                places.iter().map(|(values, zeros)| {
+                    let mut z = from.model.extended(z, values);
+                    if let (Some(zeros), true) = (zeros, layout.zeros > 0) {
+                        for (r, zero) in zeros.iter().enumerate().skip(1) {
+                            z[layout.zero(r, 0)] += zero;
+                        }
+                    }
+                    z
+                })
+            })
+            .collect()
     }
 
     /// The candidates that are neither in `from` nor in the rig file, and for whose parameters a fit has room.
     pub(super) fn addable(&self, from: &Fit) -> impl Iterator<Item = &'static Spec> {
         candidates()
-            .filter(|s| !from.hypothesis.has(s.id) && from.z.len() + s.parameters.len() <= MAX_FREE)
             .filter(|s| {
-                let present = &self.nominal.present;
+                let numbers = from.model.layout().local() + s.parameters.len();
+                !from.model.has(s.id) && numbers <= MAX_FREE
+            })
+            .filter(|s| {
+                let present = &from.model.nominal.present;
                 present
                     .iter()
                     .map(|e| e.spec())
@@ -133,21 +154,21 @@ impl Problem<'_> {
 
     /// Fits every candidate added to `from`, the best first; `report` hears of each. `instead` is an effect that is known to bring the cost down to
     /// somewhat less than the number beside it: others that cannot are given up.
-    pub(super) fn candidates(
+    pub(super) fn additions(
         &self,
         from: &Fit,
         instead: Option<(&'static Spec, f64)>,
         report: &(dyn Fn(&str) + Sync),
     ) -> Vec<Trial> {
-        let scout = Scout::new(self, from);
-        let mut starts = self.promising(from, &scout, report);
-        let per_sample = (from.cost / self.floor()).max(1.0);
-        let mut bar = from.cost - WORTH_PLACED * LEAST_GAIN * per_sample;
+        let screen = Screen::new(self, from);
+        let mut starts = self.promising(from, &screen, report);
+        let per_sample = self.per_sample(from);
+        let mut bar = from.cost - WORTH_SCANNED * CRITERIA.effect * per_sample;
         if let Some((known, reaches)) = instead {
             starts.retain(|s| s.spec.id != known.id);
             bar = bar.min(reaches);
         }
-        self.follow(from, from.cost - bar, &mut starts);
+        self.keep_promising(from, from.cost - bar, &mut starts);
         let promised = starts.first().map_or(0.0, |s| s.promise);
         let mut favourites: Vec<&str> = Vec::new();
         for s in &starts {
@@ -162,8 +183,8 @@ impl Problem<'_> {
         let bar = bar.min(close(from, &fits));
         if self.is_answered(from, &fits) {
             // The answer is there: what is left is to see who else comes near. Beside other effects that is asked once more, of each of them.
-            let asked_again = instead.is_none() && !from.hypothesis.effects.is_empty();
-            let plays = fits.iter().any(|(_, f)| f.hypothesis.has_play());
+            let asked_again = instead.is_none() && !from.model.effects.is_empty();
+            let plays = fits.iter().any(|(_, f)| f.model.has_play());
             let mut is_new = news();
             others.retain(|s| {
                 is_new(s) && s.promise >= WORTH_BESIDE * promised && (plays || !asked_again)
@@ -185,8 +206,8 @@ impl Problem<'_> {
                     } else {
                         beside_best
                     });
-                    let effort = Effort::TRIAL.towards(bar);
-                    self.fit(&fit.hypothesis.clone(), fit.z.clone(), &fit.states, effort)
+                    let effort = Effort::FULL.within(FULL_STEPS).towards(bar);
+                    self.fit(&fit.model.clone(), fit.z.clone(), &fit.states, effort)
                 } else {
                     fit
                 };
@@ -203,10 +224,10 @@ impl Problem<'_> {
     }
 
     /// A score test for each start of each candidate, with one simulation; the most promising first.
-    fn promising(&self, from: &Fit, scout: &Scout, report: &(dyn Fn(&str) + Sync)) -> Vec<Start> {
+    fn promising(&self, from: &Fit, screen: &Screen, report: &(dyn Fn(&str) + Sync)) -> Vec<Start> {
         let jobs: Vec<(&'static Spec, Vec<f64>)> = self
             .addable(from)
-            .flat_map(|s| self.starts(from, s, scout).into_iter().map(move |z| (s, z)))
+            .flat_map(|s| self.starts(from, s, screen).into_iter().map(move |z| (s, z)))
             .collect();
         let small = self.chi(from) < SMALL;
         let mut starts: Vec<Start> = jobs
@@ -216,18 +237,20 @@ impl Problem<'_> {
                     let promise = f64::NEG_INFINITY;
                     return Start { promise, spec, z };
                 }
-                let h = from.hypothesis.with(spec);
-                let mut here = from.z.clone();
-                here.extend(&z[from.z.len()..]);
-                let strengths = from.z.len()..from.z.len() + spec.strengths;
+                let h = from.model.with(spec);
+                let first = from.model.shared();
+                let strengths = first..first + spec.strengths;
+                // About the fit: its own base parameters, with this effect.
+                let mut here = z.clone();
+                here[..FIRST_EFFECT].copy_from_slice(&from.z[..FIRST_EFFECT]);
                 // A start at no strength at all says nothing about what the effect changes.
                 if here[strengths.clone()].iter().all(|s| *s == 0.0) {
                     here[strengths.clone()].fill(TOUCH);
                 }
                 let one_way = spec.parameters[0].min >= spec.parameters[0].off;
-                let score = scout.score(self, from, &h, &here);
-                let promise = score.map_or(f64::INFINITY, |s| s.promise(one_way));
-                if small && !scout::wanted(spec) && promise > 0.0 {
+                let score = screen.score(self, from, &h, &here);
+                let promise = score.map_or(f64::INFINITY, |s| s.statistic(one_way));
+                if small && !screen::is_placed(spec) && promise > 0.0 {
                     // What is missing is small: so is this effect, if it is the one.
                     let factor = score.map_or(1.0, |s| s.product / s.square);
                     for i in strengths {
@@ -244,19 +267,19 @@ impl Problem<'_> {
 
     /// Keeps the starts that are worth a fit: of those whose promise is enough to convince (and for a gain of `wanted`), the best few of what promises
     /// nearly as much as the best.
-    fn follow(&self, from: &Fit, wanted: f64, starts: &mut Vec<Start>) {
-        let per_sample = (from.cost / self.floor()).max(1.0);
+    fn keep_promising(&self, from: &Fit, wanted: f64, starts: &mut Vec<Start>) {
+        let per_sample = self.per_sample(from);
         let best = starts.first().map_or(0.0, |s| s.promise);
         let mut kept: Vec<(&'static str, usize)> = Vec::new();
         starts.retain(|start| {
             let spec = start.spec;
-            let worth = if scout::wanted(spec) {
-                WORTH_PLACED
+            let worth = if screen::is_scanned(spec) {
+                WORTH_SCANNED
             } else {
                 WORTH
             };
             if start.promise < WORTH * best
-                || start.promise < worth * least_gain(spec) * per_sample
+                || start.promise < worth * CRITERIA.least(spec) * per_sample
                 || start.promise < WORTH * wanted
             {
                 return false;
@@ -294,7 +317,7 @@ impl Problem<'_> {
                 .into_par_iter()
                 .filter(|_| !self.stop.wanted())
                 .map(|Start { spec, z, .. }| {
-                    let h = from.hypothesis.with(spec);
+                    let h = from.model.with(spec);
                     let fit = self.fit(&h, z, &from.states, Effort::QUICK.towards(bar));
                     report(spec.id);
                     (spec, fit)

@@ -3,8 +3,7 @@
 use furuta_model::{Rig, State};
 use nalgebra::{SMatrix, SVector};
 
-use super::result::RunCurves;
-use super::way::Way;
+use super::reversals::Reversals;
 use crate::recording::{Recording, hangs};
 
 /// An evenly sampled stretch of a recording.
@@ -26,8 +25,8 @@ pub(crate) struct Run {
     pub(crate) y: Vec<[f64; 2]>,
     /// Speeds from local polynomials, rad/s.
     pub(crate) speed: Vec<[f64; 2]>,
-    /// The way of the arm.
-    pub(crate) way: Way,
+    /// Where the arm turned back.
+    pub(crate) reversals: Reversals,
     /// Root of the weight of each residual, 1 for a fast encoder, less where counts are rare.
     pub(crate) weight: Vec<[f64; 2]>,
 }
@@ -50,6 +49,8 @@ pub(crate) struct Data {
     pub(crate) runs: Vec<Run>,
     /// Standard deviation of the encoders' noise, `[theta, alpha]`, rad.
     pub(crate) noise: [f64; 2],
+    /// How many recordings they come from.
+    pub(crate) recordings: usize,
 }
 
 /// Samples either side of the local polynomials that give speeds; 13 samples in all.
@@ -61,7 +62,7 @@ impl Data {
     /// All stretches of all recordings, ready to fit.
     pub(crate) fn new(recordings: &[Recording], rig: &Rig) -> Self {
         let resolution = rig.sensors.resolution();
-        let (mut runs, mut ways) = (Vec::new(), Vec::new());
+        let (mut runs, mut smooth) = (Vec::new(), Vec::new());
         for (i, r) in recordings.iter().enumerate() {
             for segment in &r.segments {
                 if segment.len() < 4 * HALF {
@@ -83,7 +84,7 @@ impl Data {
                 let at_rest = y[..HALF]
                     .iter()
                     .all(|v| (0..2).all(|c| (v[c] - y[0][c]).abs() <= 1.5 * resolution[c]));
-                ways.push(smoothed);
+                smooth.push(smoothed);
                 runs.push(Run {
                     name: r.name.clone(),
                     recording: i,
@@ -93,16 +94,29 @@ impl Data {
                     u: segment.clone().map(|k| r.u[k]).collect(),
                     y,
                     speed,
-                    way: Way::default(),
+                    reversals: Reversals::default(),
                     weight,
                 });
             }
         }
         let noise: [f64; 2] = std::array::from_fn(|c| noise_floor(&runs, c, resolution[c]));
-        for (run, smoothed) in runs.iter_mut().zip(ways) {
-            run.way = Way::new(smoothed.iter().map(|y| y[0]), noise[0]);
+        for (run, smoothed) in runs.iter_mut().zip(smooth) {
+            run.reversals = Reversals::new(smoothed.iter().map(|y| y[0]), noise[0]);
         }
-        Self { runs, noise }
+        Self {
+            runs,
+            noise,
+            recordings: recordings.len(),
+        }
+    }
+
+    /// The same as recordings that others came before: their zeros are not the reference.
+    pub(crate) fn after(mut self, others: usize) -> Self {
+        self.recordings += others;
+        for run in &mut self.runs {
+            run.recording += others;
+        }
+        self
     }
 
     /// Consecutive windows of about `seconds` over the runs that `wanted` keeps; a remainder shorter than half a window is left out.
@@ -130,27 +144,6 @@ impl Data {
 }
 
 impl Run {
-    /// The measured series and the predictions of the three models, for the report.
-    pub(crate) fn curves(
-        &self,
-        nominal: [Vec<f64>; 2],
-        recalibrated: [Vec<f64>; 2],
-        augmented: [Vec<f64>; 2],
-    ) -> RunCurves {
-        RunCurves {
-            name: self.name.clone(),
-            t: (0..self.y.len())
-                .map(|k| self.t0 + k as f64 * self.h)
-                .collect(),
-            u: self.u.clone(),
-            measured: std::array::from_fn(|c| self.y.iter().map(|y| y[c]).collect()),
-            nominal,
-            recalibrated,
-            augmented,
-            ..RunCurves::default()
-        }
-    }
-
     /// So many samples at the start are only led in: what the rig's memory (a lag, play in the drive) held before is not known, unless it was at
     /// rest, hanging. Upright, a hand held it.
     fn unknown_before(&self) -> usize {

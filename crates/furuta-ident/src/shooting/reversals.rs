@@ -1,40 +1,40 @@
-//! The way an arm has gone, for the friction that remembers it: where it turned back.
+//! Where an arm turned back, for the friction that remembers its way.
 //!
 //! Presliding friction knows nothing of speed, only of the ways between reversals. Read off an encoder, a resting arm seems to go a long way in steps of a
 //! count, in which the friction would forget how it is bent. So angles are smoothed, and a turn is one only if it is wider than the noise.
 
-/// A turn back is wider than so many times the encoder's noise.
+/// A turn back is wider than this many times the encoder's noise.
 const WIDE: f64 = 2.0;
 /// How many turns are remembered: behind them, next to nothing is left of what was before.
 const TURNS: usize = 64;
 
 /// Where an angle turned back.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Way {
+pub(crate) struct Reversals {
     /// The angle with its small turns left out, rad.
     angles: Vec<f64>,
     /// The samples at which it turns, in their order.
     turns: Vec<usize>,
 }
 
-impl Way {
+impl Reversals {
     /// From smoothed angles (rad) and the noise of their encoder (rad).
     pub(crate) fn new(smoothed: impl IntoIterator<Item = f64>, noise: f64) -> Self {
         let play = 0.5 * WIDE * noise;
-        let mut way = Self::default();
+        let mut out = Self::default();
         let mut forward = None;
         for angle in smoothed {
-            let last = way.angles.last().copied().unwrap_or(angle);
+            let last = out.angles.last().copied().unwrap_or(angle);
             let next = last.clamp(angle - play, angle + play);
             if next != last {
                 let turned = forward.replace(next > last);
                 if turned.is_some_and(|before| before != (next > last)) {
-                    way.turns.push(way.angles.len() - 1);
+                    out.turns.push(out.angles.len() - 1);
                 }
             }
-            way.angles.push(next);
+            out.angles.push(next);
         }
-        way
+        out
     }
 
     /// The angles at the start and the turns of the way to a sample, and there, rad.
@@ -67,7 +67,7 @@ mod tests {
     #[test]
     fn a_way_is_its_turns() {
         let angles: Vec<f64> = (0..4000).map(|k| (0.01 * f64::from(k)).sin()).collect();
-        let way = Way::new(angles.iter().copied(), 0.0);
+        let way = Reversals::new(angles.iter().copied(), 0.0);
         for sample in [0, 1, 100, 157, 158, 2000, 3999] {
             let (by_turns, by_samples) = (
                 bend(way.to(sample)),
@@ -86,7 +86,7 @@ mod tests {
         let moved = (0..200).map(|k| 0.001 * f64::from(k));
         let flickering = (0..2000).map(|k| 0.2 + 0.0015 * f64::from(k % 2));
         let angles: Vec<f64> = moved.chain(flickering).collect();
-        let held = bend(Way::new(angles.iter().copied(), 0.0015).to(2199));
+        let held = bend(Reversals::new(angles.iter().copied(), 0.0015).to(2199));
         assert!(held > 0.045, "{held}");
         let forgotten = bend(angles.iter().copied());
         assert!(forgotten < 0.01, "{forgotten}");

@@ -1,4 +1,4 @@
-//! What each window says about any small torque in it, without a further simulation.
+//! Impulse responses: what each window says about any small torque in it, without a further simulation.
 //!
 //! A small torque along a window moves the predicted angles by what the window's sensitivities to its state pass on: an impulse at sample `k` is a
 //! change of speed there, which is the same as some change of the initial state.
@@ -10,91 +10,90 @@ use nalgebra::{Cholesky, Const, Matrix4, SMatrix, SVector, Vector4};
 use rayon::prelude::*;
 
 use super::fit::{Fit, Problem};
-use super::hypothesis::{FIRST_EFFECT, TIMING};
-use super::shooting::{Inner, Trace};
+use super::model::Model;
+use super::window::{Trace, Windows};
 
-/// A torque that does not jump is heard in blocks of so many seconds.
+/// A torque that does not jump is taken as constant over blocks of this length, s.
 const BLOCK: f64 = 0.008;
 /// A state of which less is left is lost in rounding.
 const FORGOTTEN: f64 = 1e-13;
 
-/// What a window says about any small torque in it.
-pub(super) struct Echo {
-    pub(super) window: usize,
-    pub(super) recording: usize,
+/// What a window says about any small torque in it, while the first `B` parameters of the fit follow.
+pub(crate) struct ImpulseResponse<const B: usize> {
+    pub(crate) window: usize,
+    pub(crate) recording: usize,
     /// Weighted slopes of the two angles after each step with respect to the initial state, and what is left of the measurement.
-    pub(super) slopes: Vec<[Vector4<f64>; 2]>,
-    pub(super) left: Vec<[f64; 2]>,
-    pub(super) normal: Cholesky<f64, Const<4>>,
-    pub(super) gradient: Vector4<f64>,
+    pub(crate) slopes: Vec<[Vector4<f64>; 2]>,
+    pub(crate) left: Vec<[f64; 2]>,
+    pub(crate) normal: Cholesky<f64, Const<4>>,
+    pub(crate) gradient: Vector4<f64>,
     /// The two angles after each step.
-    pub(super) y: Vec<[f64; 2]>,
+    pub(crate) y: Vec<[f64; 2]>,
     /// Their weights.
-    pub(super) weight: Vec<[f64; 2]>,
+    pub(crate) weight: Vec<[f64; 2]>,
     /// Weighted slopes with respect to the base parameters, and what the initial state absorbs of them.
-    pub(super) base: Vec<[Base; 2]>,
-    pub(super) absorbed: SMatrix<f64, 4, FIRST_EFFECT>,
+    pub(crate) base: Vec<[SVector<f64, B>; 2]>,
+    pub(crate) absorbed: SMatrix<f64, 4, B>,
     /// Normal equations of the base parameters, the initial state taken out.
-    pub(super) base_normal: SMatrix<f64, FIRST_EFFECT, FIRST_EFFECT>,
-    pub(super) base_gradient: Base,
+    pub(crate) base_normal: SMatrix<f64, B, B>,
+    pub(crate) base_gradient: SVector<f64, B>,
     /// The steps one by one, for a torque that jumps, and some taken together, for others.
-    pub(super) steps: Vec<Block>,
-    pub(super) blocks: Vec<Block>,
+    pub(crate) steps: Vec<Block<B>>,
+    pub(crate) blocks: Vec<Block<B>>,
 }
 
 /// One or some steps of a window, so few that a torque is the same in all of them.
 #[derive(Clone)]
-pub(super) struct Block {
+pub(crate) struct Block<const B: usize> {
     /// Time (s) and state in the middle.
-    pub(super) t: f64,
-    pub(super) x: State<f64>,
+    pub(crate) t: f64,
+    pub(crate) x: State<f64>,
     /// Voltage at the motor then.
-    pub(super) volts: f64,
+    pub(crate) volts: f64,
     /// The initial state's change that a torque of one on arm or pendulum over the block is equal to.
-    pub(super) impulse: [Vector4<f64>; 2],
+    pub(crate) impulse: [Vector4<f64>; 2],
     /// The share of that which has happened by the ends of its steps, on average.
-    pub(super) share: f64,
+    pub(crate) share: f64,
     /// Sums over the block's steps and both angles: slopes times slopes, slopes times what is left.
-    pub(super) square: Matrix4<f64>,
-    pub(super) product: Vector4<f64>,
+    pub(crate) square: Matrix4<f64>,
+    pub(crate) product: Vector4<f64>,
     /// The same, slopes times those with respect to the base parameters.
-    pub(super) base: SMatrix<f64, 4, FIRST_EFFECT>,
+    pub(crate) base: SMatrix<f64, 4, B>,
 }
 
-/// One number for each parameter that every hypothesis has.
-pub(super) type Base = SVector<f64, FIRST_EFFECT>;
-
-/// What every window says about `fit`; those that say nothing that can be computed with are left out.
-pub(super) fn echoes(problem: &Problem<'_>, fit: &Fit) -> (Coefficients<f64>, Vec<Echo>) {
-    const N: usize = 4 + FIRST_EFFECT;
-    let inner = Inner::<N>::new(&fit.hypothesis, &fit.z, problem.nominal);
+/// The impulse responses about `fit`, and the coefficients of its plant; windows that say nothing that can be computed with are left out. `N` is `4 +
+/// B`; parameters that are `held` do not follow.
+pub(crate) fn impulse_responses<const N: usize, const B: usize, M: Model>(
+    problem: &Problem<'_>,
+    fit: &Fit<M>,
+    held: [bool; B],
+) -> (Coefficients<f64>, Vec<ImpulseResponse<B>>) {
+    let windows = Windows::<N>::new(&fit.model, &fit.z);
     let data = problem.data;
-    // A timing at its bound follows nobody.
-    let (low, high) = fit.hypothesis.bounds(problem.nominal, &fit.z)[TIMING];
-    let fixed = fit.z[TIMING] <= low || fit.z[TIMING] >= high;
-    let echoes = problem
+    let plant = &windows.plain().plant;
+    let responses = problem
         .windows
         .par_iter()
         .zip(&fit.states)
         .enumerate()
         .filter_map(|(window, (w, x0))| {
             let run = &data.runs[w.run];
-            let trace = inner.trace(data, w, *x0);
-            echo(inner.plain(), (window, run.recording), run.h, trace, fixed)
+            let trace = windows.trace(data, w, *x0);
+            response(plant, (window, run.recording), run.h, trace, held)
         })
         .collect();
-    (inner.plain().coefficients, echoes)
+    (plant.coefficients, responses)
 }
 
-fn echo(
+fn response<const N: usize, const B: usize>(
     plant: &Plant<f64>,
     (window, recording): (usize, usize),
     h: f64,
-    trace: Trace<{ 4 + FIRST_EFFECT }>,
-    timing_is_fixed: bool,
-) -> Option<Echo> {
+    trace: Trace<N>,
+    held: [bool; B],
+) -> Option<ImpulseResponse<B>> {
     let count = trace.steps.len();
-    let mut out = Echo {
+    let mut out = ImpulseResponse {
         window,
         recording,
         slopes: Vec::with_capacity(count),
@@ -106,7 +105,7 @@ fn echo(
         base: Vec::with_capacity(count),
         absorbed: SMatrix::zeros(),
         base_normal: SMatrix::zeros(),
-        base_gradient: Base::zeros(),
+        base_gradient: SVector::zeros(),
         steps: Vec::with_capacity(count),
         blocks: Vec::new(),
     };
@@ -126,14 +125,8 @@ fn echo(
         let left: [f64; 2] = std::array::from_fn(|c| step.left[c] * step.weight[c]);
         let row = |c: usize, i: usize| step.y[c].d[i] * step.weight[c];
         let slopes: [Vector4<f64>; 2] = std::array::from_fn(|c| Vector4::from_fn(|i, _| row(c, i)));
-        let base: [Base; 2] = std::array::from_fn(|c| {
-            Base::from_fn(|i, _| {
-                if i == TIMING && timing_is_fixed {
-                    0.0
-                } else {
-                    row(c, 4 + i)
-                }
-            })
+        let base: [SVector<f64, B>; 2] = std::array::from_fn(|c| {
+            SVector::from_fn(|i, _| if held[i] { 0.0 } else { row(c, 4 + i) })
         });
         let mut block = Block {
             t: step.t + 0.5 * h,
@@ -178,7 +171,7 @@ fn echo(
     Some(out)
 }
 
-impl Block {
+impl<const B: usize> Block<B> {
     /// Steps one after the other as one.
     fn sum(steps: &[Self]) -> Option<Self> {
         let (first, last) = (steps.first()?, steps.last()?);

@@ -4,17 +4,17 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 /// What a fit or a search asks before it goes on.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Stop<'a>(Option<&'a AtomicBool>);
+pub(crate) struct Stop<'a>(Option<&'a AtomicBool>);
 
 impl<'a> Stop<'a> {
-    pub(super) const NEVER: Self = Self(None);
+    pub(crate) const NEVER: Self = Self(None);
 
-    pub(super) const fn when(flag: Option<&'a AtomicBool>) -> Self {
+    pub(crate) const fn when(flag: Option<&'a AtomicBool>) -> Self {
         Self(flag)
     }
 
     /// Whether to go no further.
-    pub(super) fn wanted(self) -> bool {
+    pub(crate) fn wanted(self) -> bool {
         self.0.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 }
