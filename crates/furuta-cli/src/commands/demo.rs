@@ -378,7 +378,7 @@ fn find(logs: &[PathBuf], sheet: &Rig, out: &Path) -> Result<Outcome, Failure> {
         rig: sheet,
         verify: &[],
     };
-    let outcome = search(&request, false)?;
+    let outcome = search(&request, false, false)?;
     if outcome.diagnosis.interrupted {
         return Err(Failure::new("the diagnosis was interrupted"));
     }

@@ -33,6 +33,9 @@ pub(crate) struct Args {
     /// Where the data cannot tell effects apart, look for the experiment that would: simulates both with every test signal.
     #[arg(long)]
     plan: bool,
+    /// All recordings count their angles from the same zeros: no encoder was switched off between them. Otherwise each has zeros of its own.
+    #[arg(long)]
+    same_zero: bool,
 }
 
 /// Runs the command.
@@ -45,7 +48,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
         rig: &rig,
         verify: &verify,
     };
-    let mut outcome = search(&request, args.plan)?;
+    let mut outcome = search(&request, args.plan, args.same_zero)?;
     let interrupted = outcome.diagnosis.interrupted;
     outcome.diagnosis.notices.splice(0..0, notices);
     if let Some(path) = &args.report {
@@ -73,7 +76,11 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
 }
 
 /// Diagnoses with a progress bar where there is a terminal; Ctrl-C ends it early.
-pub(crate) fn search(request: &Request<'_>, plan: bool) -> Result<Outcome, Failure> {
+pub(crate) fn search(
+    request: &Request<'_>,
+    plan: bool,
+    same_zero: bool,
+) -> Result<Outcome, Failure> {
     let bar = ProgressBar::new(STAGES.len() as u64);
     let template = "{spinner} {elapsed:>4} [{bar:12}] {prefix} {wide_msg}";
     if let Ok(style) = ProgressStyle::with_template(template) {
@@ -84,6 +91,7 @@ pub(crate) fn search(request: &Request<'_>, plan: bool) -> Result<Outcome, Failu
     let options = Options {
         stop: Some(flag),
         plan,
+        same_zero,
     };
     let outcome = diagnose_with(request, options, &|progress| {
         let stage = STAGES.iter().position(|s| *s == progress.stage);
