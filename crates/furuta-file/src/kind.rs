@@ -24,7 +24,8 @@ impl Kind {
         match self {
             Self::Page => begins("<!doctype html"),
             Self::Picture => begins("<svg"),
-            Self::Json => begins("{") || begins("["),
+            // A list begins as a section of a TOML file does: ours are objects.
+            Self::Json => begins("{"),
             Self::Data => false,
         }
     }
