@@ -24,7 +24,8 @@ use crate::streams::note;
 struct Cli {
     #[command(subcommand)]
     command: commands::Command,
-    /// Replace files that are there already, whatever they hold, inputs of the command included. Without it only pages, pictures and JSON are replaced.
+    /// Replace files that are there already, inputs of the command included. Without it only pages, pictures and JSON
+    /// are replaced.
     #[arg(long, global = true)]
     force: bool,
 }

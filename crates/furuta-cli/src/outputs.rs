@@ -1,15 +1,17 @@
 //! The files that a command writes.
 //!
-//! An option that names such a file has the type [`Output`], and nothing else in this crate writes files (`clippy.toml`). So [`check`] finds all
-//! of them on any command line, before the command begins, and no new command can forget it:
+//! An option that names such a file has the type [`Output`], and nothing else in this crate writes files
+//! (`clippy.toml`). So [`check`] finds all of them on any command line, before the command begins, and no new command
+//! can forget it:
 //!
 //! - an output is not an input of the same command, nor another output of it, be it by a link;
-//! - a file that is there already is replaced without asking only by its own kind of what can be made again (a page, an SVG picture, JSON), as its first
-//!   bytes tell; never a recording, log, rig file, controller file or table. `--force` overrides both;
+//! - a file that is there already is replaced without asking only by its own kind of what can be made again (a page,
+//!   an SVG picture, JSON), as its first bytes tell; never a recording, log, rig file, controller file or table.
+//!   `--force` overrides both;
 //! - its folder exists and is writable.
 //!
-//! Files are written whole or not at all (crate `furuta-file`). One that cannot be written does not take the command's answer along: [`failed`] says so at
-//! the end.
+//! Files are written whole or not at all (crate `furuta-file`). One that cannot be written does not take the command's
+//! answer along: [`failed`] says so at the end.
 
 use std::ffi::OsStr;
 use std::fmt::Display;
@@ -68,7 +70,8 @@ impl Output {
         &self.path
     }
 
-    /// Writes the file, beside what the command answers: that it failed is said when the command is done. Whether it was written.
+    /// Writes the file, beside what the command answers: that it failed is said when the command is done. Whether it
+    /// was written.
     pub(crate) fn write(&self, content: impl AsRef<[u8]>) -> bool {
         let written = furuta_file::write(&self.path, content.as_ref());
         if let Err(error) = &written {
@@ -158,8 +161,11 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches, force: bool) -> Res
     let mut named = Named::default();
     loop {
         let json = matches.try_get_one::<bool>("json").ok().flatten();
+        let moved = command
+            .get_arguments()
+            .any(|arg| arg.get_id() == "json_file");
         for arg in command.get_arguments() {
-            if json == Some(&true) {
+            if moved && json == Some(&true) {
                 json_takes_no_value(arg, matches)?;
             }
             named.add(arg, matches);
@@ -206,6 +212,11 @@ impl<'a> Named<'a> {
         let mut places: Vec<(&str, Place)> = Vec::new();
         for (name, output) in &self.outputs {
             let refuse = |why: &dyn Display| Failure::new(format!("{name} {why}"));
+            if output.path == Path::new("-") {
+                return Err(refuse(
+                    &"-: names no file; for standard output: /dev/stdout",
+                ));
+            }
             let place = Place::of(&output.path).map_err(|e| refuse(&e))?;
             let same = |(_, other): &&(&str, Place)| !place.is_stream() && other.is(&output.path);
             if let Some((other, _)) = places.iter().find(same) {
@@ -259,7 +270,8 @@ fn given<'a>(arg: &Arg, matches: &'a ArgMatches) -> impl Iterator<Item = &'a OsS
     values.into_iter().flatten().filter(move |_| by_hand)
 }
 
-/// A person who still writes a file behind `--json`, as some commands once had it, is told before the file is taken for data.
+/// A person who still writes a file behind `--json`, as some commands once had it, is told before the file is taken
+/// for data.
 fn json_takes_no_value(arg: &Arg, matches: &ArgMatches) -> Result<(), Failure> {
     let meant = |value: &&OsStr| {
         let json = Path::new(value).extension().is_some_and(|e| e == "json");

@@ -271,6 +271,7 @@ fn where_nothing_can_be_written_nothing_runs() {
     for (path, says) in [
         (bench.path("no/such/answer.json"), "cannot be created"),
         (folder.clone(), "is a folder"),
+        ("-".to_owned(), "names no file"),
         (bench.path("run-0.csv/answer.json"), "cannot be created"),
     ] {
         // With a recording that does not exist: the output is refused before it is opened.
@@ -355,7 +356,8 @@ fn a_full_disk_leaves_nothing_half_written() {
         );
         std::fs::remove_file(&full).expect("a link");
     }
-    // A file system of its own, where one may be mounted: older files stay as they were, whatever is written over them.
+    // A file system of its own, where one may be mounted: older files stay as they were, whatever is written over
+    // them.
     let disk = bench.path("disk");
     std::fs::create_dir(&disk).expect("a folder");
     let Some(_disk) = Disk::mount(&disk) else {
@@ -384,7 +386,7 @@ fn a_full_disk_leaves_nothing_half_written() {
 }
 
 /// The folder goes away during the work: the answer is given all the same.
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 #[test]
 fn a_folder_that_goes_away_does_not_take_the_answer_along() {
     let bench = Bench::new("outputs-gone");
@@ -400,7 +402,17 @@ fn a_folder_that_goes_away_does_not_take_the_answer_along() {
         .spawn()
         .expect("runs");
     // Opens once the program reads the rig file: outputs have been checked by then.
-    let mut rig = std::fs::File::options().write(true).open(&pipe);
+    const O_NONBLOCK: i32 = 0o4000;
+    let mut how = std::fs::File::options();
+    std::os::unix::fs::OpenOptionsExt::custom_flags(how.write(true), O_NONBLOCK);
+    let mut rig = how.open(&pipe);
+    for _ in 0..1200 {
+        if rig.is_ok() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        rig = how.open(&pipe);
+    }
     std::fs::remove_dir(&gone).expect("empty: nothing stays of the check");
     let text = bench.bytes("rig.toml");
     std::io::Write::write_all(rig.as_mut().expect("a pipe"), &text).expect("read");

@@ -8,8 +8,9 @@ use crate::place::At;
 use crate::whole::beside;
 use crate::{FileError, Place};
 
-/// A log's file: what was written is there for readers, even if the program is killed. It is written at its place if nothing stands there, else beside
-/// it, as `NAME.xxxxxx.partial`, until [`GrowingFile::keep`] lets it replace what stands there.
+/// A log's file: what was written is there for readers, even if the program is killed. It is written at its place if
+/// nothing stands there, else beside it, as `NAME.xxxxxx.partial`, until [`GrowingFile::keep`] lets it replace what
+/// stands there.
 #[derive(Debug)]
 pub struct GrowingFile {
     path: PathBuf,

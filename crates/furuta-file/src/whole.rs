@@ -9,8 +9,8 @@ use tempfile::{Builder, NamedTempFile};
 use crate::place::{At, folder};
 use crate::{FileError, Place};
 
-/// A file that is written beside its place, under another name, and moved there when it is complete and on the disk. One that is dropped leaves
-/// nothing behind, and an older file as it was.
+/// A file that is written beside its place, under another name, and moved there when it is complete and on the disk.
+/// One that is dropped leaves nothing behind, and an older file as it was.
 ///
 /// ```
 /// use furuta_file::WholeFile;

@@ -101,7 +101,8 @@ impl<T: Transport> Session<T> {
     }
 
     /// Runs the loop, in a thread of its own with what [`LoopSettings::real_time`] asks for, and, if a path is given, logs it there. However the
-    /// run ends, the log is ended properly. An older log at the path is replaced when the run is over, by one that has records; see [`GrowingFile`].
+    /// run ends, the log is ended properly. An older log at the path is replaced when the run is over,
+    /// by one that has records; see [`GrowingFile`].
     ///
     /// # Errors
     /// [`SessionError`], before the run begins: the rig no longer answers, or the log cannot be written. What goes

@@ -114,7 +114,8 @@ impl PyCalibration {
         furuta_ident::report::calibration_card(&self.outcome.calibration)
     }
 
-    /// Writes the report, one self-contained HTML page, to this path. A file that is there and no such page is replaced only with `force`.
+    /// Writes the report, one self-contained HTML page, to this path. A file that is there and no
+    /// such page is replaced only with `force`.
     #[pyo3(signature = (path, *, force=false))]
     fn report(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
         file::write_page(py, &path, force, || {
