@@ -1,6 +1,7 @@
 //! The diagnosis: run in a thread of its own, so that Ctrl-C and progress work while Rust is at it.
 
 use crate::error;
+use crate::file;
 use crate::recording::{Read, read, refuse_suspicion};
 use crate::rig::PyRig;
 use furuta_ident::Insufficient;
@@ -128,13 +129,13 @@ impl PyDiagnosis {
         furuta_ident::report::card(&self.outcome.diagnosis)
     }
 
-    /// Writes the report, one self-contained HTML page, to this path.
-    fn report(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| {
-            let page = furuta_ident::report::html(&self.outcome.diagnosis, &self.outcome.curves);
-            std::fs::write(path, page)
-        })?;
-        Ok(())
+    /// Writes the report, one self-contained HTML page, to this path. A file that is there and no
+    /// such page is replaced only with `force`.
+    #[pyo3(signature = (path, *, force=false))]
+    fn report(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
+        file::write_page(py, &path, force, || {
+            furuta_ident::report::html(&self.outcome.diagnosis, &self.outcome.curves)
+        })
     }
 
     /// The rig with refitted parameters and the named effects.

@@ -113,7 +113,7 @@ def make_faint(seed: int, out: pathlib.Path, command: list[str], effects: list[s
         case = Case(f"{i:03d}-clean", families[(i + seed) % len(families)], (), 1000 * seed + i, spread=(0.03, 0.1, 0.2)[i % 3], noise=(0.0, 0.3, 1.0)[i // 3 % 3])
         if not (out / case.name / "truth.json").exists():
             case.write(out)
-        answer = json.loads(subprocess.run([*command, "diagnose", *map(str, sorted((out / case.name).glob("run-*.csv"))), "--rig", str(out / case.name / "rig.toml"), "--json", "-"], capture_output=True, text=True, check=True).stdout)  # fmt: skip
+        answer = json.loads(subprocess.run([*command, "diagnose", *map(str, sorted((out / case.name).glob("run-*.csv"))), "--rig", str(out / case.name / "rig.toml"), "--json"], capture_output=True, text=True, check=True).stdout)  # fmt: skip
         limit = next((limit for limit in answer["limits"] if limit["id"] == effect), None)
         if limit is None:
             print(case.name, effect, "has no limit here", answer["verdict"], flush=True)
@@ -139,11 +139,11 @@ def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, obj
             shutil.copy(file, copy)
         runs = sorted(map(str, pathlib.Path(copy).glob("run-*.csv")))
         try:
-            done = subprocess.run([*command, "diagnose", *runs, "--rig", f"{copy}/rig.toml", "--json", f"{copy}/out.json"], capture_output=True, text=True, timeout=limit)
-            answer = json.loads(pathlib.Path(copy, "out.json").read_text())
+            done = subprocess.run([*command, "diagnose", *runs, "--rig", f"{copy}/rig.toml", "--json"], capture_output=True, text=True, timeout=limit)
+            answer = json.loads(done.stdout)
         except subprocess.TimeoutExpired:
             answer, error = None, f"no answer in {limit} s"
-        except OSError:
+        except ValueError:  # no JSON: it failed
             answer, error = None, (done.stderr.strip().splitlines() or ["no answer"])[-1]
     row = {"case": case.name, "wanted": sorted(wanted), "seconds": time.perf_counter() - begin}
     if answer is None:

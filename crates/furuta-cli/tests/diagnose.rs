@@ -9,7 +9,7 @@ use common::{Folder, failure, furuta, rig_text, swing};
 /// The one line with which `diagnose` fails; nothing is written to standard output, nor any report.
 fn refusal(folder: &Folder, data: &Path, rig: &str) -> String {
     let report = folder.path("report.html");
-    let output = furuta(&["diagnose", "--rig", rig, "--json", "-", "--report"])
+    let output = furuta(&["diagnose", "--rig", rig, "--json", "--report"])
         .args([&report, data])
         .output()
         .expect("the binary runs");
@@ -162,7 +162,7 @@ fn ctrl_c_gives_what_is_known_so_far() {
     let [json, report, rig] = ["out.json", "out.html", "out.toml"].map(|name| folder.path(name));
     let child = furuta(&["diagnose", "--rig", "qube-servo-2"])
         .arg(&data)
-        .arg("--json")
+        .arg("--json-file")
         .arg(&json)
         .arg("--report")
         .arg(&report)

@@ -45,7 +45,7 @@ fn there_and_back_gives_the_same_file() {
     changed
         .write_mcap_keeping(&mcap, Some(&text))
         .expect("written");
-    assert!(convert(&mcap, &again, &[]).status.success());
+    assert!(convert(&mcap, &again, &["--force"]).status.success());
     assert_ne!(read(&again), read(&csv));
     let back = furuta_ident::recording::Recording::load(&again).expect("sound");
     assert_eq!(back.u, changed.u);
@@ -86,7 +86,7 @@ fn a_run_is_converted_there_and_back_bit_for_bit() {
     // A row that an editor has spoilt is named.
     let text = String::from_utf8(bytes(&csv)).expect("text");
     let spoilt = folder.file("spoilt.csv", text.replacen(",swing-up,", ",sleep,", 1));
-    let line = failure(&convert(&spoilt, &back, &[]));
+    let line = failure(&convert(&spoilt, &back, &["--force"]));
     assert!(
         line.contains("spoilt.csv: row ") && line.contains("`sleep`"),
         "{line}"
@@ -161,7 +161,7 @@ fn bad_recordings_give_one_clear_line() {
     assert!(
         failure(&convert(&sound, &folder.path("run.xls"), &[])).contains("ends in .csv or .mcap")
     );
-    assert!(failure(&convert(&sound, &sound, &[])).contains("is the recording itself"));
+    assert!(failure(&convert(&sound, &sound, &[])).contains("is an input of this command (IN)"));
     assert!(
         failure(&convert(
             &sound,

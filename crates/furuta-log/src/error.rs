@@ -13,6 +13,14 @@ pub enum LogError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The log is complete but cannot be moved to its place, or is not known to be on the disk.
+    #[error("{}: the log is complete, and stays here: {source}", at.display())]
+    Keep {
+        /// Where the log is.
+        at: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// The file could not be opened.
     #[error("{}: cannot be opened: {source}", path.display())]
     Open {

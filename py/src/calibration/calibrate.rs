@@ -2,6 +2,7 @@
 
 use super::{checked, field, parsed};
 use crate::error;
+use crate::file;
 use crate::rig::PyRig;
 use furuta_ident::calibrate::{Options, Outcome};
 use pyo3::prelude::*;
@@ -113,10 +114,13 @@ impl PyCalibration {
         furuta_ident::report::calibration_card(&self.outcome.calibration)
     }
 
-    /// Writes the report, one self-contained HTML page, to this path.
-    fn report(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| std::fs::write(path, furuta_ident::report::calibration(&self.outcome)))?;
-        Ok(())
+    /// Writes the report, one self-contained HTML page, to this path. A file that is there and no
+    /// such page is replaced only with `force`.
+    #[pyo3(signature = (path, *, force=false))]
+    fn report(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
+        file::write_page(py, &path, force, || {
+            furuta_ident::report::calibration(&self.outcome)
+        })
     }
 
     /// The rig with the fitted values.

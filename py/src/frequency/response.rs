@@ -2,6 +2,7 @@
 
 use super::fit::PyTransferFit;
 use crate::error;
+use crate::file;
 use crate::matrix::Vector;
 use crate::recording::read;
 use furuta_ident::diagnose::result::significant;
@@ -188,12 +189,15 @@ impl PyFrf {
     /// path : str or path
     /// fit : TransferFit, optional
     ///     Laid over the response.
-    #[pyo3(signature = (path, fit=None))]
+    /// force : bool
+    ///     Replace a file that is there already and is no such page.
+    #[pyo3(signature = (path, fit=None, *, force=false))]
     fn report(
         &self,
         py: Python<'_>,
         path: PathBuf,
         fit: Option<PyRef<'_, PyTransferFit>>,
+        force: bool,
     ) -> PyResult<()> {
         let mut bode = Bode::new(&self.what)
             .measured(&self.frf)
@@ -208,13 +212,9 @@ impl PyFrf {
             notices.extend(fit.notices().iter().map(ToString::to_string));
         }
         let title = format!("Frequency response {}", self.what);
-        py.detach(|| {
-            std::fs::write(
-                path,
-                furuta_ident::report::frequency(&title, bode, &text, &notices),
-            )
-        })?;
-        Ok(())
+        file::write_page(py, &path, force, || {
+            furuta_ident::report::frequency(&title, bode, &text, &notices)
+        })
     }
 
     /// Draws magnitude, phase and coherence with matplotlib.

@@ -1,6 +1,6 @@
 //! `furuta convert`: a recording from CSV to MCAP or back, without loss.
 
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use furuta_ident::recording::{Notice, NoticeKind, Recording, RecordingError, kept_source};
@@ -8,6 +8,7 @@ use furuta_log::{FIELDS, Log, is_csv, read_csv, read_from, write_csv};
 use serde_json::json;
 
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::streams::{self, note};
 
 /// Convert a recording between CSV and MCAP, there and back without loss: of a log of `furuta run` every bit of every sample and all that it says
@@ -18,8 +19,8 @@ pub(crate) struct Args {
     #[arg(value_name = "IN")]
     input: PathBuf,
     /// File to write; its ending, .csv or .mcap, gives the format.
-    #[arg(value_name = "OUT")]
-    output: PathBuf,
+    #[arg(value_name = "OUT", value_parser = outputs::data())]
+    output: Output,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -44,17 +45,12 @@ struct Converted {
 
 /// Runs the command. Of a log that was cut off, what could be read is written before the command fails.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let (input, output) = (args.input.display(), args.output.display());
-    let format = format(&args.output)?;
+    let (input, output) = (args.input.display(), &args.output);
+    let format = format(args.output.path())?;
     let bytes = std::fs::read(&args.input).map_err(|source| RecordingError::Io {
         path: args.input.clone(),
         source,
     })?;
-    if same_file(&args.input, &args.output) {
-        return Err(Failure::new(format!(
-            "{output}: is the recording itself; give another file to write"
-        )));
-    }
     let converted = match log_of_a_run(&args.input, &bytes)? {
         Some(log) => convert_log(&log, args, format)?,
         None => convert_recording(&bytes, args, format)?,
@@ -87,22 +83,8 @@ fn log_of_a_run(path: &Path, bytes: &[u8]) -> Result<Option<Log>, Failure> {
 /// Bit for bit, without a look at what the samples mean.
 fn convert_log(log: &Log, args: &Args, format: Format) -> Result<Converted, Failure> {
     match format {
-        Format::Csv => {
-            let written = std::fs::File::create(&args.output)
-                .and_then(|file| write_csv(log, BufWriter::new(file)));
-            written.map_err(|source| RecordingError::Io {
-                path: args.output.clone(),
-                source,
-            })?;
-        }
-        Format::Mcap => {
-            let file =
-                std::fs::File::create(&args.output).map_err(|source| RecordingError::Io {
-                    path: args.output.clone(),
-                    source,
-                })?;
-            log.write_to(BufWriter::new(file))?;
-        }
+        Format::Csv => args.output.write_by(|file| write_csv(log, file))?,
+        Format::Mcap => args.output.write_by(|file| log.write_to(file).map(drop))?,
     }
     // What a person should know about it, and what would make it useless to diagnose.
     let notices = match Recording::salvage(&args.input) {
@@ -127,20 +109,15 @@ fn convert_recording(bytes: &[u8], args: &Args, format: Format) -> Result<Conver
     let (recording, notices) = Recording::salvage(&args.input)?;
     let is_mcap = bytes.starts_with(b"\x89MCAP");
     match (is_mcap, format) {
-        (false, Format::Mcap) => recording.write_mcap_keeping(&args.output, Some(bytes))?,
+        (false, Format::Mcap) => recording.write_mcap_keeping(args.output.path(), Some(bytes))?,
         (true, Format::Csv) => match kept_source(bytes) {
-            Some(source) => {
-                std::fs::write(&args.output, source).map_err(|source| RecordingError::Io {
-                    path: args.output.clone(),
-                    source,
-                })?
-            }
-            None => recording.write_csv(&args.output)?,
+            Some(source) => args.output.write_by(|file| file.write_all(&source))?,
+            None => recording.write_csv(args.output.path())?,
         },
         (true, Format::Mcap) => {
-            recording.write_mcap_keeping(&args.output, kept_source(bytes).as_deref())?;
+            recording.write_mcap_keeping(args.output.path(), kept_source(bytes).as_deref())?;
         }
-        (false, Format::Csv) => recording.write_csv(&args.output)?,
+        (false, Format::Csv) => recording.write_csv(args.output.path())?,
     }
     let cut_off = notices.iter().find_map(|notice| match &notice.kind {
         NoticeKind::CutOff { what } => Some(what.clone()),
@@ -180,7 +157,7 @@ fn say(converted: &Converted, args: &Args) -> Result<(), Failure> {
     if args.json {
         let notices: Vec<_> = cut_off.iter().chain(notices).collect();
         let line = json!({
-            "input": args.input.to_string_lossy(), "output": args.output.to_string_lossy(), "samples": samples,
+            "input": args.input.to_string_lossy(), "output": args.output.path().to_string_lossy(), "samples": samples,
             "seconds": seconds, "columns": columns, "notices": notices,
         });
         writeln!(out, "{line}")?;
@@ -191,7 +168,7 @@ fn say(converted: &Converted, args: &Args) -> Result<(), Failure> {
         writeln!(
             out,
             "{}: {samples} samples, {seconds:.3} s, columns {}",
-            args.output.display(),
+            args.output,
             columns.join(", ")
         )?;
     }
@@ -212,8 +189,4 @@ fn format(output: &Path) -> Result<Format, Failure> {
             output.display()
         ))),
     }
-}
-
-fn same_file(input: &Path, output: &Path) -> bool {
-    matches!((input.canonicalize(), output.canonicalize()), (Ok(input), Ok(output)) if input == output)
 }

@@ -10,9 +10,10 @@ use furuta_ident::report;
 use furuta_model::Rig;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::recorded::{RecordedArgs, write};
+use super::recorded::RecordedArgs;
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::outputs::{self, Output};
 
 /// Find where recordings and model disagree, name the missing effects, and repair the rig file.
 ///
@@ -22,11 +23,11 @@ pub(crate) struct Args {
     #[command(flatten)]
     recorded: RecordedArgs,
     /// Write a report, one HTML page that needs no network.
-    #[arg(long, value_name = "OUT.html")]
-    report: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.html", value_parser = outputs::page())]
+    report: Option<Output>,
     /// Write the repaired rig file: refitted parameters and the named effects.
-    #[arg(long, value_name = "OUT.toml")]
-    write_rig: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
+    write_rig: Option<Output>,
     /// Recordings that the search must not see, predicted afterwards by the model as given, refitted and repaired.
     #[arg(long, value_name = "DATA", num_args = 1..)]
     verify: Vec<PathBuf>,
@@ -52,15 +53,15 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     let interrupted = outcome.diagnosis.interrupted;
     outcome.diagnosis.notices.splice(0..0, notices);
     if let Some(path) = &args.report {
-        write(path, &report::html(&outcome.diagnosis, &outcome.curves))?;
+        path.write(report::html(&outcome.diagnosis, &outcome.curves));
     }
     if let Some(path) = &args.write_rig {
-        write(path, &outcome.repaired.to_toml())?;
+        path.write(outcome.repaired.to_toml());
     }
     let text = || {
-        let repaired = args.write_rig.as_deref();
+        let repaired = args.write_rig.as_ref();
         let given = || args.recorded.rig.clone();
-        let rig = repaired.map_or_else(given, |path| path.display().to_string());
+        let rig = repaired.map_or_else(given, Output::to_string);
         let mut text = report::text(&outcome.diagnosis, &rig);
         if args.plan && outcome.diagnosis.plan.is_empty() {
             text += "\nNo experiment is planned: nothing is confusable that a recording could tell apart.\n";

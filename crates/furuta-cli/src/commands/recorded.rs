@@ -1,12 +1,13 @@
 //! What `diagnose`, `identify calibrate` and `identify validate` are given, a rig and recordings of it, and how they answer.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use furuta_ident::recording::{Notice, Recording, against_rig};
 use furuta_model::Rig;
 
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::streams;
 
 /// A rig, recordings of it, and where the answer goes.
@@ -18,9 +19,12 @@ pub(crate) struct RecordedArgs {
     /// Built-in rig or rig file: the model as it is known.
     #[arg(long, value_name = "RIG")]
     pub(crate) rig: String,
-    /// Write the answer as JSON to this file; `-` for standard output, in place of text.
-    #[arg(long, value_name = "OUT")]
-    json: Option<PathBuf>,
+    /// Print JSON in place of text.
+    #[arg(long)]
+    json: bool,
+    /// Write the same JSON to this file.
+    #[arg(long, value_name = "OUT.json", value_parser = outputs::json())]
+    json_file: Option<Output>,
     /// Use recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign, another rig).
     #[arg(long)]
     accept_suspicious: bool,
@@ -57,27 +61,27 @@ impl RecordedArgs {
         Ok(())
     }
 
-    /// Prints and writes the answer: as text, as JSON, or text and a file of JSON.
+    /// Prints the answer, as text or as JSON, and writes a file of JSON where one was asked for.
     pub(crate) fn answer(
         &self,
-        json: impl FnOnce() -> String,
-        text: impl FnOnce() -> String,
+        json: impl Fn() -> String,
+        text: impl Fn() -> String,
     ) -> Result<(), Failure> {
-        let text = match self.json.as_deref() {
-            Some(path) if path == Path::new("-") => json() + "\n",
-            Some(path) => {
-                write(path, &(json() + "\n"))?;
-                text()
-            }
-            None => text(),
-        };
-        streams::output().write_all(text.as_bytes())?;
-        Ok(())
+        answer(self.json, self.json_file.as_ref(), json, text)
     }
 }
 
-/// Writes a file whole.
-pub(crate) fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(path, text)
-        .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))
+/// As [`RecordedArgs::answer`], for a command without recordings.
+pub(crate) fn answer(
+    as_json: bool,
+    file: Option<&Output>,
+    json: impl Fn() -> String,
+    text: impl Fn() -> String,
+) -> Result<(), Failure> {
+    if let Some(file) = file {
+        file.write(json() + "\n");
+    }
+    let answer = if as_json { json() + "\n" } else { text() };
+    streams::output().write_all(answer.as_bytes())?;
+    Ok(())
 }

@@ -19,6 +19,7 @@ use super::foresight::Foresight;
 use super::signal::{Built, Kind, SignalArgs};
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::outputs::{self, Output};
 use crate::real_time::{RealTimeArgs, times};
 use crate::streams::{self, note};
 
@@ -58,8 +59,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "RAD", value_parser = angle)]
     arm_noise: Option<f64>,
     /// Log file (MCAP); none is written if not given.
-    #[arg(long, value_name = "OUT.mcap")]
-    log: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.mcap", value_parser = outputs::data())]
+    log: Option<Output>,
     /// Bits per second of the serial port.
     #[arg(long, default_value_t = SerialTransport::BAUD)]
     baud: u32,
@@ -200,7 +201,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             session.run(
                 &pilot,
                 &settings,
-                args.log.as_deref().map(|path| (path, &metadata)),
+                args.log.as_ref().map(|log| (log.path(), &metadata)),
             )?
         }
         Task::Balance => {
@@ -217,14 +218,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             session.run(
                 &pilot,
                 &settings,
-                args.log.as_deref().map(|path| (path, &metadata)),
+                args.log.as_ref().map(|log| (log.path(), &metadata)),
             )?
         }
     };
 
     let kept = recorded
         .as_ref()
-        .zip(args.log.as_deref())
+        .zip(args.log.as_ref())
         .map(|(recorded, path)| kept(recorded, path));
     let explanation = foresight.and_then(|f| f.explanation(&summary));
     if args.json {
@@ -288,8 +289,11 @@ fn foresee(rig: &Rig, period_us: u32, pilot: &SwingUpBalance) -> Option<Foresigh
     Some(Foresight::of(rig, emulated, pilot))
 }
 
-fn kept(recorded: &Recorded, path: &std::path::Path) -> String {
-    format!("{} samples logged in {}", recorded.records, path.display())
+fn kept(recorded: &Recorded, path: &Output) -> String {
+    if recorded.records == 0 {
+        return format!("nothing logged: {path} is not written");
+    }
+    format!("{} samples logged in {}", recorded.records, path)
 }
 
 /// What happened, for a person. The clock of an emulated rig waits for this machine, so that nothing is late.
@@ -354,7 +358,7 @@ fn report(
         "modes": s.modes.iter().map(|m| json!({ "t": m.t, "mode": m.mode.name() })).collect::<Vec<_>>(),
         "mode_changes": s.mode_changes,
         "explanation": explanation,
-        "log": args.log.as_ref().map(|p| p.display().to_string()),
+        "log": args.log.as_ref().map(Output::to_string),
         "logged": recorded.map(|r| r.records),
     })
 }

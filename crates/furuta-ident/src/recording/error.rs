@@ -8,7 +8,10 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
-    /// The file could not be read or written.
+    /// The file could not be written; an older one of its name is as it was.
+    #[error(transparent)]
+    File(#[from] furuta_file::FileError),
+    /// The file could not be read.
     #[error("{}: {source}; give the path of a CSV or MCAP recording", path.display())]
     Io {
         /// The path as given.

@@ -10,6 +10,7 @@ use std::path::Path;
 
 use ::mcap::records::{MessageHeader, Metadata as MetadataRecord};
 use ::mcap::{Compression, McapError, MessageStream, WriteOptions};
+use furuta_file::{FileError, WholeFile};
 use furuta_log::{FIELDS, Log, Record};
 use serde_json::{Map, Value, json};
 
@@ -190,7 +191,7 @@ impl Recording {
     /// Writes the recording as an MCAP log, in the form that `furuta run` writes.
     ///
     /// # Errors
-    /// [`RecordingError::Io`] where the file cannot be written, [`RecordingError::NotLoggable`] where a further column has the name of a
+    /// [`RecordingError::File`] where the file cannot be written, [`RecordingError::NotLoggable`] where a further column has the name of a
     /// field of the log and holds something else.
     pub fn write_mcap(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
         self.write_mcap_keeping(path, None)
@@ -208,15 +209,13 @@ impl Recording {
     ) -> Result<(), RecordingError> {
         let path = path.as_ref();
         self.fits_the_log()?;
-        let write = || {
-            let mut file = io::BufWriter::new(std::fs::File::create(path)?);
-            self.to_mcap(&mut file, source)?;
-            file.flush()
-        };
-        write().map_err(|source| RecordingError::Io {
+        let mut file = WholeFile::create(path)?;
+        let written = self.to_mcap(&mut file, source);
+        written.map_err(|source| FileError::Write {
             path: path.into(),
             source,
-        })
+        })?;
+        Ok(file.commit()?)
     }
 
     fn to_mcap(&self, out: impl Write + Seek, source: Option<&[u8]>) -> io::Result<()> {
