@@ -26,8 +26,9 @@ struct Cli {
 }
 
 /// Exit code 0: done; 1: failed, with one line that says what and what to do; 2: not a valid command line; 130: a diagnosis that Ctrl-C
-/// interrupted, with what was found by then.
+/// (or SIGTERM, SIGHUP) interrupted, with what was found by then. A run, an emulated rig that such a signal ends is done: 0.
 fn main() -> ExitCode {
+    interrupt::survive_file_limits();
     match Cli::parse().command.run() {
         Ok(code) => code,
         Err(failure) => {
