@@ -207,14 +207,20 @@ fn a_clock_that_stands_still_or_creeps_back_ends_the_run() {
 #[test]
 fn a_rig_at_another_speed_than_the_hosts_clock_ends_the_run() {
     type Host = fn(f64) -> f64;
-    let speeds: [(Host, f64, f64); 4] = [
+    let speeds: [(Host, f64, f64); 6] = [
         (|t| 2.0 * t, 0.5, 3.0),
         (|t| 0.5 * t, 2.0, 1.0),
         (|t| 10.0 * t, 0.1, 1.5),
         (|t| 0.1 * t, 10.0, 0.2),
+        (|t| 1.5 * t, 1.0 / 1.5, 7.0),
+        (|t| t / 1.5, 1.5, 2.1),
     ];
+    let ten_seconds = LoopSettings {
+        duration: Duration::from_secs(10),
+        ..three_seconds()
+    };
     for (host, rate, within) in speeds {
-        let (summary, lasted) = drive(|_, s| Some(s), host, &three_seconds());
+        let (summary, lasted) = drive(|_, s| Some(s), host, &ten_seconds);
         let (found, _) = wrong_rate(&summary);
         assert!((found / rate - 1.0).abs() < 0.05, "{found}");
         assert!(lasted < within, "{rate}: {lasted} s");
