@@ -155,7 +155,7 @@ impl Trial<'_> {
     }
 
     fn pilot(&self, rig: &Rig) -> Option<SwingUpBalance> {
-        SwingUpBalance::from_config(self.config, rig, self.period(), self.reference.clone()).ok()
+        SwingUpBalance::from_config(self.config, rig, self.period(), self.reference).ok()
     }
 
     fn rehearse(

@@ -221,7 +221,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
                 period_us: session.hello().period_us,
                 ..Emulation::default()
             };
-            foresight = Foresight::of(&rig, &emulation, &file.config, reference.clone());
+            foresight = Foresight::of(&rig, &emulation, &file.config, reference);
             if let Some(warning) = foresight.as_ref().and_then(Foresight::warning) {
                 note!("note: {warning}");
             }
