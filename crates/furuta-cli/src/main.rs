@@ -31,8 +31,9 @@ struct Cli {
 }
 
 /// Exit code 0: done; 1: failed, with one line that says what and what to do; 2: not a valid command line; 130: a diagnosis that Ctrl-C
-/// interrupted, with what was found by then.
+/// (or SIGTERM, SIGHUP) interrupted, with what was found by then. A run, an emulated rig that such a signal ends is done: 0.
 fn main() -> ExitCode {
+    interrupt::survive_file_limits();
     let mut command = Cli::command();
     let matches = command.get_matches_mut();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.format(&mut command).exit());

@@ -11,7 +11,7 @@ use furuta_model::Rig;
 use furuta_wire::Hello;
 
 use crate::control_loop::{LoopSettings, Summary, run};
-use crate::identity::{self, Mismatch, WrongRig, mismatches};
+use crate::identity::{self, Change, Mismatch, WrongRig, listed, mismatches};
 use crate::link::{Link, LinkError};
 use crate::pilot::Pilot;
 use crate::recorder::{RecordSender, Recorded, Recorder};
@@ -34,13 +34,12 @@ pub enum SessionError {
     Log(#[from] LogError),
     /// The rig is no longer the one that was there when the port was opened.
     #[error(
-        "the rig on this port was {was} and is now {is}, or its settings have changed: start again"
+        "the rig on this port is not as it was when the port was opened: {}; start again",
+        listed(.changes)
     )]
     AnotherRig {
-        /// Name before.
-        was: String,
-        /// Name now.
-        is: String,
+        /// Everything that it says otherwise; never empty.
+        changes: Vec<Change>,
     },
     /// The system starts no thread for the loop or the log.
     #[error("cannot start a thread: {0}")]
@@ -198,13 +197,10 @@ fn put(mut recorded: Recorded, log: GrowingFile) -> Recorded {
 /// Throws away what arrived before; the rig must be the one that was there.
 fn ask_again<T: Transport>(link: &mut Link<T>, was: &Hello) -> Result<(), SessionError> {
     let hello = link.ask(HELLO_TIMEOUT)?;
-    if hello != *was {
-        return Err(SessionError::AnotherRig {
-            was: was.rig.to_string(),
-            is: hello.rig.to_string(),
-        });
+    match identity::changes(was, &hello) {
+        changes if changes.is_empty() => Ok(()),
+        changes => Err(SessionError::AnotherRig { changes }),
     }
-    Ok(())
 }
 
 impl From<TransportError> for SessionError {

@@ -35,6 +35,11 @@ pub enum LogError {
     /// Writing failed, for example because the disk is full.
     #[error("log cannot be written further: {}", root(.0))]
     Write(#[source] mcap::McapError),
+    /// The file was removed, replaced or truncated meanwhile: nothing of it is kept.
+    #[error(
+        "log {0} while it was written: what was recorded is lost; leave the file alone until the run has ended"
+    )]
+    Tampered(#[source] crate::Tampered),
     /// A record could not be made JSON.
     #[error("record cannot be encoded: {0}")]
     Encode(#[source] serde_json::Error),
@@ -71,6 +76,18 @@ pub enum LogError {
         /// What JSON says.
         cause: serde_json::Error,
     },
+}
+
+impl LogError {
+    /// Why a write failed.
+    pub(crate) fn of_write(error: mcap::McapError) -> Self {
+        if let mcap::McapError::Io(io) = &error
+            && let Some(tampered) = io.get_ref().and_then(|inner| inner.downcast_ref())
+        {
+            return Self::Tampered(*tampered);
+        }
+        Self::Write(error)
+    }
 }
 
 /// `McapError::Io` hides the system's words, and these are what the reader needs ("No space left on device").

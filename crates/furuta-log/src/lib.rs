@@ -37,6 +37,7 @@ mod read;
 mod record;
 mod schema;
 mod timing;
+mod watched;
 mod write;
 
 pub use csv::{CsvError, is_csv, read_csv, write_csv};
@@ -47,6 +48,7 @@ pub use read::{Log, Notice, read, read_from};
 pub use record::{Mode, Record};
 pub use schema::{FIELDS, Field};
 pub use timing::{Quantiles, Timing, TimingSummary};
+pub use watched::{Tampered, WatchedFile};
 pub use write::LogWriter;
 
 /// Topic of the samples.

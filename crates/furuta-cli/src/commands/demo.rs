@@ -10,7 +10,7 @@ use furuta_ctrl::ControllerFile;
 use furuta_hw::emulate::hidden_effect;
 use furuta_hw::{
     EmulatedRig, Emulation, End, Excitation, LoopSettings, OpenLoop, Pace, Pilot, PtyRig,
-    Reference, SerialTransport, Session, Summary, SwingUpBalance, Task, provenance,
+    Reference, RigClock, SerialTransport, Session, Summary, SwingUpBalance, Task, provenance,
 };
 use furuta_ident::diagnose::result::Diagnosis;
 use furuta_ident::diagnose::{Outcome, Request};
@@ -283,6 +283,7 @@ impl Bench<'_> {
         let settings = LoopSettings {
             stop: Some(interrupt::flag()),
             probe: Some(LoopSettings::PROBE),
+            clock: RigClock::Emulated,
             ..LoopSettings::new(rig, self.session.period(), duration)
         };
         let flown = self.session.run(pilot, &settings, Some((&path, said)));

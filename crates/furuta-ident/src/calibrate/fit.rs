@@ -148,7 +148,7 @@ impl<'a> Problem<'a> {
     /// The initial states that suit these values, from several starts.
     pub(super) fn settle(&self, values: &[f64]) -> Fit {
         let model = self.model(values, &[]);
-        let z = with_zeros_found(self.data, &model, &model.vector(&[]));
+        let z = with_zeros_found(self.data, |_| true, &model, &model.vector(&[]));
         Self::known(self.engine().settle(&model, &z, None))
     }
 

@@ -73,7 +73,7 @@ impl Problem<'_> {
     /// Where to start a fit with `spec` added to `from`.
     pub(super) fn starts(&self, from: &Fit, spec: &'static Spec, screen: &Screen) -> Vec<Vec<f64>> {
         // A recalibration without the effect may be far off: where the gap is large, the data sheet is a better start.
-        let far = self.chi(from) > 5.0 && from.model.effects.is_empty();
+        let far = !self.explains(from) && from.model.effects.is_empty();
         let mut starts = Vec::new();
         for nominal in [true, false] {
             if nominal && !far {

@@ -48,7 +48,7 @@ pub(super) const CRITERIA: Criteria = Criteria {
     // White noise gains 25 from the best of some hundred entries and starts, of two numbers each, once in 2,700 data sets: `100 exp(-25/2)`.
     effect: 25.0,
     // Above `ln(3e4) = 10.3`, what the Bayesian criterion charges at 30 s of 500 Hz, two angles.
-    number: 15.0,
+    number: 25.0,
     // White noise gains 1 from each; `chi²` of one degree of freedom exceeds 6 once in 70.
     zero: 6.0,
     // Some 700 orders and frequencies: `2 ln 700 = 13` more for the same rate, of which the first number's 25 holds a part already.

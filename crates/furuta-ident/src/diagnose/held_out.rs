@@ -1,9 +1,9 @@
 //! Judging by data that were not fitted: each part is predicted by a model fitted to the others.
 
-use super::predict::{self, rms};
+use super::predict::{self, Predictor, rms};
 use super::result::HeldOut;
 use super::{Fit, REPORT, SEARCH};
-use crate::shooting::{Data, Effort, Problem, Window};
+use crate::shooting::{Data, Effort, Model, Problem, Window, with_zeros_found};
 
 use rayon::prelude::*;
 
@@ -46,6 +46,27 @@ impl Folds {
     }
 }
 
+impl Folds {
+    /// What predicts a part that a fit has not seen. A recording that was kept apart comes with data of its own, since its encoders' zeros are found in its
+    /// first seconds.
+    fn apart(&self, data: &Data, part: usize, fitted: &Fit) -> (Option<Data>, Predictor) {
+        if matches!(self, Self::Blocks) || !fitted.model.nominal.own_zeros {
+            return (None, fitted.into());
+        }
+        let mut apart = data.clone();
+        apart.recordings = 2;
+        for run in &mut apart.runs {
+            // The others are not looked at.
+            run.recording = usize::from(run.recording == part);
+        }
+        let hypothesis = fitted.model.for_others(&apart);
+        let mut z = fitted.z[..hypothesis.shared()].to_vec();
+        z.resize(hypothesis.layout().len(), 0.0);
+        let z = with_zeros_found(&apart, |run| run.recording == 1, &hypothesis, &z);
+        (Some(apart), Predictor { hypothesis, z })
+    }
+}
+
 /// Prediction errors on every part by a model fitted to the others.
 pub(super) fn errors(data: &Data, folds: &Folds, fit: &Fit) -> Vec<[f64; 2]> {
     (0..folds.count())
@@ -69,8 +90,9 @@ pub(super) fn errors(data: &Data, folds: &Folds, fit: &Fit) -> Vec<[f64; 2]> {
                 &states,
                 Effort::FULL,
             );
-            let problem = Problem::new(data, unseen);
-            let predictions = predict::windowed(&problem, &(&fitted).into());
+            let (apart, predictor) = folds.apart(data, part, &fitted);
+            let problem = Problem::new(apart.as_ref().unwrap_or(data), unseen);
+            let predictions = predict::windowed(&problem, &predictor);
             predict::errors(&problem, &predictions).concat()
         })
         .flatten()

@@ -25,8 +25,8 @@ pub(super) const FIRST_EFFECT: usize = BASE + 1;
 const MOST_TIMING: f64 = 0.1;
 /// By which factor inertias and gain may differ from the data sheet.
 const MOST_FACTOR: f64 = 4.0;
-/// By which share the arm's length may: a ruler laid wrongly, no other arm.
-const MOST_LENGTH: f64 = 0.25;
+/// By which share the arm's length may: three standard deviations of a ruler.
+const MOST_LENGTH: f64 = 3.0 * RULER;
 /// Standard deviation of the arm's length in a data sheet, a share: a millimetre or two on a desk-top rig.
 const RULER: f64 = 0.02;
 /// The rig as given, and what a step in each parameter means.
@@ -118,6 +118,14 @@ impl Hypothesis {
         Self {
             effects: Vec::new(),
             nominal: Arc::clone(nominal),
+        }
+    }
+
+    /// The same effects for other recordings of the same rig.
+    pub(super) fn for_others(&self, data: &Data) -> Self {
+        Self {
+            effects: self.effects.clone(),
+            nominal: Arc::new(self.nominal.for_others(data)),
         }
     }
 

@@ -351,7 +351,7 @@ fn search(
     gap(&data, models, &mut diagnosis, &mut curves);
     if !request.verify.is_empty() {
         stage("verifying");
-        verify::verify(request, &nominal, models, &mut diagnosis, &mut curves);
+        verify::verify(request, models, &mut diagnosis, &mut curves);
     }
     diagnosis.seconds = begin.elapsed().as_secs_f64();
     Ok(Outcome {

@@ -185,6 +185,13 @@ impl<'a> Search<'a> {
     /// cannot are abandoned, and none is taken up that does not convince beside the rest.
     fn add(&mut self, from: &Fit, instead: Option<(&'static Spec, f64)>) {
         let trials = self.problem.additions(from, instead, self.report);
+        if std::env::var("FDEBUG").is_ok() {
+            eprintln!("ADD to {:?} cost {:.0} chi {:.2} instead {:?}", set(&from.model), from.cost, self.problem.chi(from), instead.map(|i| (i.0.id, i.1)));
+            for t in trials.iter().take(8) {
+                let e = &t.evidence;
+                eprintln!("    {} cost {:.0} conv {} gain {:.0} rob {:.0} else {:.0} win {:.1}/{:.1} least {:.0} fac {:.2} bic {:.0}", t.spec.id, t.fit.cost, e.convinces(), e.gain, e.robust, e.elsewhere, e.windows, e.windows_needed, e.least, e.factor, e.delta_bic);
+            }
+        }
         // Of a round that was broken off, the best may not have been looked at: no effect is named by it.
         if self.problem.stop.wanted() {
             return;
@@ -243,6 +250,9 @@ impl<'a> Search<'a> {
                 })
                 .collect();
             for f in fits {
+                if std::env::var("FDEBUG").is_ok() {
+                    eprintln!("EXCHANGE {:?} -> {:?} cost {:.0} vs {:.0}", here, set(&f.model), f.cost, fit.cost);
+                }
                 let eligible = self.problem.evidence(&smaller, &f).convinces();
                 self.keep(f, eligible);
             }

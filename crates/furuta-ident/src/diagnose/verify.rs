@@ -1,33 +1,25 @@
 //! Predicting recordings that the search never saw, by the models side by side.
 
-use std::sync::Arc;
-
-use super::hypothesis::{Hypothesis, Nominal};
 use super::predict::{self, Predictor, rms};
 use super::result::{Channel, Curves, Diagnosis, RunCurves, VerificationRow};
 use super::{REPORT, Request};
-use crate::shooting::{Data, Problem, with_zeros_found};
+use crate::shooting::{Data, Model, Problem, with_zeros_found};
 
 /// Adds to diagnosis and curves the predictions of the recordings in `request.verify`: over their whole length where the pendulum hangs, over
 /// the reported horizon where it does not (upright, no model predicts for long without its controller).
 pub(super) fn verify(
     request: &Request<'_>,
-    nominal: &Nominal,
     models: &[Predictor; 3],
     diagnosis: &mut Diagnosis,
     curves: &mut Curves,
 ) {
     // Behind the recordings of the search, whose first is the reference of all zeros.
     let data = Data::new(request.verify, request.rig).after(1);
-    let nominal = Arc::new(nominal.for_others(&data));
     let models = &models.each_ref().map(|m| {
-        let hypothesis = Hypothesis {
-            effects: m.hypothesis.effects.clone(),
-            nominal: Arc::clone(&nominal),
-        };
+        let hypothesis = m.hypothesis.for_others(&data);
         let mut z = m.z[..hypothesis.shared()].to_vec();
-        z.resize(hypothesis.len(), 0.0);
-        let z = with_zeros_found(&data, &hypothesis, &z);
+        z.resize(hypothesis.layout().len(), 0.0);
+        let z = with_zeros_found(&data, |_| true, &hypothesis, &z);
         Predictor { hypothesis, z }
     });
     let windows = data.windows(REPORT, |r| !r.hangs());

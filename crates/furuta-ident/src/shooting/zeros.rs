@@ -2,7 +2,7 @@
 
 use furuta_model::Jet;
 
-use super::data::{Data, Window};
+use super::data::{Data, Run, Window};
 use super::fit::{Effort, Problem};
 use super::model::{Layout, Model, Observed, Prior};
 
@@ -95,13 +95,18 @@ impl<M: Model> Model for OnlyZeros<M> {
 const FIRST: f64 = 3.0;
 const WINDOW: f64 = 0.5;
 
-/// The vector with the zeros that suit the first seconds of each recording, everything else held.
-pub(crate) fn with_zeros_found<M: Model>(data: &Data, model: &M, z: &[f64]) -> Vec<f64> {
+/// The vector with the zeros that suit the first seconds of each recording that is `wanted`, everything else held.
+pub(crate) fn with_zeros_found<M: Model>(
+    data: &Data,
+    wanted: impl Fn(&Run) -> bool,
+    model: &M,
+    z: &[f64],
+) -> Vec<f64> {
     if model.layout().zeros == 0 {
         return z.to_vec();
     }
     let early = |w: &Window| (w.start as f64) * data.runs[w.run].h < FIRST;
-    let mut windows = data.windows(WINDOW, |_| true);
+    let mut windows = data.windows(WINDOW, wanted);
     windows.retain(early);
     let problem = Problem::new(data, windows);
     let settled = problem.settle(model, z, None);

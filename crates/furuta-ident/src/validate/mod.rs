@@ -137,7 +137,7 @@ pub fn validate(recordings: &[Recording], rig: &Rig) -> Result<Validation, Insuf
         rig,
         recordings: data.recordings,
     };
-    let z = with_zeros_found(&data, &model, &vec![0.0; model.layout().len()]);
+    let z = with_zeros_found(&data, |_| true, &model, &vec![0.0; model.layout().len()]);
     let windows = Windows::new(&model, &z);
     let mut channels = Vec::new();
     let mut notices = Vec::new();
