@@ -9,8 +9,8 @@
 `--near-the-limit` hides one effect so small that the data say little of it: 3 to 25 times the standard deviation with which the recordings determine its
 strength (the Cramer-Rao bound, which `furuta diagnose` of the same rig without the effect reports in `limits`).
 
-A foreign case (what no catalogue has, alone or with a catalogue effect beside) counts as exact when the verdict is `unexplained`, nothing false is named,
-and the effect beside is; the table counts the three apart, too.
+A foreign case (what no catalogue has, alone or with a catalogue effect beside) counts as exact when the verdict is
+`unexplained`, nothing false is named, and the effect beside is; the table counts the three apart, too.
 
 Another seed is another set of rigs, sizes, pairs and data sheets. The program under test sees a copy without truth.json.
 """
@@ -43,7 +43,10 @@ SIGMAS = (3, 4, 6, 12, 25)
 
 
 def diagnose(command: list[str], folder: pathlib.Path, limit: float | None = None) -> dict[str, object]:
-    """The program's answer on the recordings and the data sheet in this folder. Raises ``ValueError`` with its last line where there is none."""
+    """The program's answer on the recordings and the data sheet in this folder.
+
+    Raises ``ValueError`` with the last line it wrote where there is none.
+    """
     call = [*command, "diagnose", *map(str, sorted(folder.glob("run-*.csv"))), "--rig", str(folder / "rig.toml"), "--json"]
     done = subprocess.run(call, capture_output=True, text=True, timeout=limit)
     if done.returncode == 2:  # a version whose --json takes a file
@@ -116,7 +119,10 @@ def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, obj
 
 
 def table(rows: list[dict[str, object]], groups: list[str]) -> list[str]:
-    """How many of each group: exact, near; with something named that is not there; `unexplained` of foreign effects alone; named beside them."""
+    """How many of each group are exact or near, and how many have something named that is not there.
+
+    Of foreign effects: how many were `unexplained` alone, and beside how many the catalogue effect was named.
+    """
     lines = [f"{'group':10} {'exact':>8} {'near':>6} {'false':>6} {'unexplained':>12} {'beside':>8} {'seconds':>8}"]
     for group in [*groups, "all"]:
         of = [r for r in rows if group in ("all", r["case"].split("-", 1)[1])]

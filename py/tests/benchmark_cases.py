@@ -94,7 +94,10 @@ GEARED = {"x.inductance", "x.current_limit"}
 
 
 def conditions(rng: np.random.Generator) -> dict[str, object]:
-    """How laboratories record: a sheet 6 to 12 % off, lengths within 3 %, a zero of its own for each of three recordings of 10 s, noisy encoders."""
+    """How laboratories record: three runs of 10 s, each with zeros of its own, noisy encoders.
+
+    The sheet is 6 to 12 % off, its lengths within 3 %.
+    """
     return {
         "spread": float(rng.uniform(0.06, 0.12)), "noise": float(rng.choice([0.0, 0.3, 0.6])), "rate": float(rng.choice([250, 400, 500])), "seconds": 10.0,
         "runs": (("multisine", "steps", "balance"), ("multisine", "decay", "balance"), ("multisine", "steps", "decay"))[int(rng.integers(3))],
@@ -108,7 +111,10 @@ def askable(ids: tuple[str, ...]) -> bool:
 
 
 def laboratory(seed: int, first: int) -> list[Case]:
-    """The groups recorded as laboratories record, numbered from ``first``: `rough`, 45 of `foreign`, `lookalike`. Each group has a stream of its own."""
+    """The groups recorded as laboratories record, numbered from ``first``: `rough`, 45 of `foreign`, `lookalike`.
+
+    Each group has a stream of its own.
+    """
     families, cases = sorted(FAMILIES), []
 
     def add(rng: np.random.Generator, group: str, effects: tuple[str, ...], encoder: str | None = None) -> None:

@@ -1,8 +1,9 @@
 """Recordings of the MuJoCo rig, as an owner would make them: two hanging runs with a rich command and one balanced upright.
 
-A case is a folder with a data sheet (``rig.toml``, a few per cent off the truth), recordings (``run-*.csv``) and ``truth.json``. Each recording
-counts from zeros of its own: the arm's encoder from where the arm rested when it was switched on, the pendulum's from where friction held it.
-Everything else, in the plant as in the truth, is in the true frame: theta from the base's x axis, alpha from upright.
+A case is a folder with a data sheet (``rig.toml``, a few per cent off the truth), recordings (``run-*.csv``) and
+``truth.json``. Each recording counts from zeros of its own: the arm's encoder from where the arm rested when it was switched on, the
+pendulum's from where friction held it. Everything else, in the plant as in the truth, is in the true frame: theta from
+the base's x axis, alpha from upright.
 
     python py/tests/mujoco_case.py --out DIR --rig qube-like --effect arm.coulomb --effect motor.delay:delay=0.011 --seed 7
 """
@@ -54,7 +55,7 @@ def steps(rig: TrueRig, t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def decay(rig: TrueRig, effects: Effects, run: int, samples: int, rng: np.random.Generator, noise: float) -> np.ndarray:
-    """Rows of a run in which the pendulum is lifted by one to two radians and let go; the command is zero throughout."""
+    """Rows of a run in which the pendulum is lifted by one to two radians and let go, the command zero throughout."""
     lifted = np.pi + rng.choice([-1.0, 1.0]) * rng.uniform(1.0, 2.0)
     plant, rows = Plant(rig, effects, alpha=lifted, run=run), []
     for k in range(samples):
@@ -154,7 +155,10 @@ def record(
 
 
 def draw_zeros(rig: TrueRig, rng: np.random.Generator) -> np.ndarray:
-    """Counts that one recording adds to [theta, alpha]: the arm rested anywhere within 1.5 rad, the pendulum a few counts from hanging."""
+    """Counts that one recording adds to [theta, alpha].
+
+    The arm rested anywhere within 1.5 rad, friction held the pendulum a few counts from hanging.
+    """
     arm = rng.uniform(-1.5, 1.5) * rig.arm_counts / (2 * np.pi)
     return np.round([arm, 1.5 * rng.standard_normal()])
 

@@ -1,15 +1,25 @@
-"""What can be hidden in the MuJoCo rig and is in no catalogue, to be reported as unexplained: sizes that recordings show many times over.
+"""What can be hidden in the MuJoCo rig and is in no catalogue, to be reported as unexplained.
 
-- ``x.memory``: drag by the arm's speed as a rubber sleeve remembers it. ``x.maxwell_cable``: a spring in series with a dashpot, a cable that relaxes.
-- ``x.gear_friction``: dry friction in proportion to the torque the motor transmits. ``x.friction_angle``: dry friction that depends on the arm's
-  angle. ``x.fading_friction``: dry friction that wears off as the rig warms up. ``x.sqrt_friction``: torque by the root of the speed.
-- ``x.gain_angle``: a torque constant that varies once a turn. ``x.inductance``: the current follows voltage less back-EMF late.
-  ``x.current_limit``: an amplifier that limits the current, not the voltage.
-- ``x.voltage_backlash``: the amplifier's input has play. ``x.pwm_sag``: few levels of voltage, from a supply that sags under load.
-- ``x.cross_drag``: the pendulum's drag grows with the arm's speed. ``x.detent``: a magnet holds the pendulum at some angles.
-  ``x.flexible_rod``: the rod bends above its middle: a second mode. ``x.end_stops``: the arm meets rubber.
-- ``x.eccentric_theta``, ``x.eccentric_alpha``: an encoder's disc off its axis. ``x.lost_counts``: theta's zero steps, in every run.
-  ``x.clock_jitter``: samples are taken around the moments that their stamps claim.
+Sizes are such that recordings show each several times above an encoder's noise within half a second.
+
+- ``x.memory``: drag by the arm's speed as a rubber sleeve remembers it.
+- ``x.maxwell_cable``: a spring in series with a dashpot, a cable that relaxes.
+- ``x.gear_friction``: dry friction in proportion to the torque the motor transmits.
+- ``x.friction_angle``: dry friction that depends on the arm's angle.
+- ``x.fading_friction``: dry friction that wears off as the rig warms up.
+- ``x.sqrt_friction``: torque by the root of the speed.
+- ``x.gain_angle``: a torque constant that varies once a turn.
+- ``x.inductance``: the current follows voltage less back-EMF late.
+- ``x.current_limit``: an amplifier that limits the current, not the voltage.
+- ``x.voltage_backlash``: the amplifier's input has play.
+- ``x.pwm_sag``: few levels of voltage, from a supply that sags under load.
+- ``x.cross_drag``: the pendulum's drag grows with the arm's speed.
+- ``x.detent``: a magnet holds the pendulum at some angles.
+- ``x.flexible_rod``: the rod bends below its middle: a second mode.
+- ``x.end_stops``: the arm meets rubber.
+- ``x.eccentric_theta``, ``x.eccentric_alpha``: an encoder's disc off its axis.
+- ``x.lost_counts``: theta's zero steps, in every run.
+- ``x.clock_jitter``: samples are taken around the moments that their stamps claim.
 """
 
 from __future__ import annotations
@@ -32,7 +42,10 @@ Draw = Callable[[float, float], float]
 
 
 def draw_foreign(effect: str, rig: TrueRig, rng: np.random.Generator, between: Draw, plain: Draw, seconds: float) -> dict[str, float] | None:
-    """Parameters (SI) of one of `FOREIGN`, or None: ``between`` draws how much, ``plain`` where; something happens within ``seconds``."""
+    """Parameters (SI) of one of `FOREIGN`, or None.
+
+    ``between`` draws how much, ``plain`` where or when, ``seconds`` is the usual length of a recording.
+    """
     torque = rig.torque_per_volt * rig.vmax
     match effect:
         case "x.memory":

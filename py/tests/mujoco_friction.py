@@ -1,6 +1,7 @@
 """Dry friction whose size changes: MuJoCo's constraint holds the joint, its limit is set at every step.
 
-A law is called in the middle of each step with the time, the angles, the speeds and the motor's torque, and gives a torque that is not negative.
+A law is called in the middle of each step with the time, the angles, the speeds and the motor's torque,
+and gives a torque that is not negative.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ def frictions(effects: Effects, rig: TrueRig, motor: int) -> list[Law]:
     for effect, p in effects.items():
         match effect:
             case "arm.stribeck":
-                laws.append(lambda t, angle, speed, driving, p=p: p["coulomb"] + (p["static"] - p["coulomb"]) * np.exp(-((speed[motor] / p["velocity"]) ** 2)))
+                laws.append(
+                    lambda t, angle, speed, driving, p=p: p["coulomb"] + (p["static"] - p["coulomb"]) * np.exp(-((speed[motor] / p["velocity"]) ** 2))
+                )
             case "x.gear_friction":
                 laws.append(lambda t, angle, speed, driving, p=p: p["coefficient"] * abs(driving - rig.back_emf_damping * speed[motor]))
             case "x.friction_angle":

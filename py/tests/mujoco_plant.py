@@ -49,7 +49,10 @@ def principal(rig: TrueRig, extra: float) -> tuple[float, tuple[float, float, fl
 
 
 class Clock:
-    """How many steps into the recording each sample is taken. With ``x.clock_jitter``: late or early by a spread, which a correlation time changes."""
+    """How many steps into the recording each sample is taken.
+
+    With ``x.clock_jitter``: late or early, with a standard deviation and a correlation time.
+    """
 
     def __init__(self, jitter: dict[str, float] | None, rate: float, run: int):
         self.jitter, self.rate, self.away = jitter, rate, 0.0
@@ -65,7 +68,10 @@ class Clock:
 
 
 class Supply:
-    """What the amplifier makes of a command, in command units: play, then few levels from a supply that sags (effects of ``mujoco_foreign.py``)."""
+    """What the amplifier makes of a command, in command units: play, then few levels from a supply that sags.
+
+    Both are effects of ``mujoco_foreign.py``.
+    """
 
     def __init__(self, effects: Effects, rig: TrueRig):
         self.play, self.pwm, self.rig = effects.get("x.voltage_backlash"), effects.get("x.pwm_sag"), rig

@@ -82,8 +82,9 @@ def draw_rig(family: str, rng: np.random.Generator, spread: float = 0.15) -> Tru
 def data_sheet(rig: TrueRig, rng: np.random.Generator, spread: float, length_error: float = 0.03) -> TrueRig:
     """What the owner believes of the rig.
 
-    What a maker cannot know exactly is off by a normal error of ``spread`` (clipped at two), the arm's length, taken with a ruler, by up to
-    ``length_error`` either way. Teeth, encoder lines and limits can be counted: they are right. The ruler's error is drawn from a stream of its own.
+    What a maker cannot know exactly is off by a normal error of ``spread`` (clipped at two), the arm's length, taken
+    with a ruler, by up to ``length_error`` either way; the ruler's error has a stream of its own. The gear with its
+    efficiency, the amplifier, the encoders and gravity are as on their makers' sheets: right.
     """
     keys = ("arm_inertia", "arm_viscous", "pend_mass", "pend_com", "pend_inertia", "pend_viscous", "R", "kt")
     ruler = rng.spawn(1)[0]
