@@ -44,7 +44,7 @@ def case(tmp_path_factory):
             rig = draw_rig(HIDDEN[effect], rng)
             effects = {} if effect == "nothing" else {effect: draw_effect(effect, rig, rng)}
             made[effect] = tmp_path_factory.mktemp(effect), rig, effects
-            write_case(made[effect][0], rig, effects, seed=77, spread=0.03, seconds=8.0)
+            write_case(made[effect][0], rig, effects, seed=77, spread=0.03, seconds=8.0, length_error=0.0, own_zeros=False)
         return made[effect]
 
     return make

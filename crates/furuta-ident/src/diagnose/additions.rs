@@ -22,7 +22,7 @@ const STARTS: usize = 2;
 const FAVOURITES: usize = 2;
 /// What promises less than this share of the best, or of what would convince, is not followed: over the catalogue, a fit gains up to four times what
 /// the score test promises where the effect's form depends on its parameters.
-const WORTH: f64 = 0.25;
+const WORTH: f64 = 0.1;
 /// The same for effects whose place (order, frequency, moment) was looked for: there the score test promises what a fit then gains.
 const WORTH_SCANNED: f64 = 0.7;
 /// The same beside one that explains everything.
@@ -162,6 +162,11 @@ impl Problem<'_> {
     ) -> Vec<Trial> {
         let screen = Screen::new(self, from);
         let mut starts = self.promising(from, &screen, report);
+        if std::env::var("FDEBUG").is_ok() {
+            for s in starts.iter().take(24) {
+                eprintln!("    START {} promise {:.0}", s.spec.id, s.promise);
+            }
+        }
         let per_sample = self.per_sample(from);
         let mut bar = from.cost - WORTH_SCANNED * CRITERIA.effect * per_sample;
         if let Some((known, reaches)) = instead {
