@@ -7,12 +7,10 @@ use super::additions::Trial;
 use super::hypothesis::Hypothesis;
 use super::predict;
 use super::search::Search;
-use super::{Fit, REPORT};
+use super::{Fit, LONG, REPORT};
 use crate::shooting::{Data, Effort, Problem, Run, Window};
 use crate::stop::Stop;
 
-/// Length of the windows on which a name must hold as well, where the plant is stable, s.
-const LONG: f64 = 2.0;
 /// Horizons by which an incomplete model is led to whole runs, s.
 const LADDER: [f64; 4] = [1.0, LONG, 5.0, 10.0];
 

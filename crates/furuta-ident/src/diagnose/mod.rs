@@ -15,6 +15,7 @@ mod expression;
 mod held_out;
 mod horizons;
 mod hypothesis;
+mod judge;
 mod limits;
 mod location;
 mod parts;
@@ -54,6 +55,8 @@ type Fit = shooting::Fit<Hypothesis>;
 const SEARCH: f64 = 0.25;
 /// Length of the windows whose prediction errors are reported, s.
 const REPORT: f64 = 0.5;
+/// Length of the windows on which a name must hold as well, where the plant is stable, s.
+const LONG: f64 = 2.0;
 /// Of each worker thread, bytes.
 const STACK: usize = 16 << 20;
 
@@ -254,16 +257,24 @@ fn search(
         rivals = Search::new(&calm, recalibrated.clone(), &|_| true, &searching).rivals(&named);
     }
 
-    let explained = explains(&named);
     let folds = held_out::folds(&data);
-    let unseen = |fit: &Fit| held_out::errors(&data, &folds, fit);
-    let (mut custom, mut after) = (None, None);
+    let unseen = |fit: &Fit| held_out::unseen(&data, &folds, fit, true);
+    let mut suspected = Vec::new();
+    let mut after = None;
+    if !stop.wanted() {
+        stage("judging");
+        let judged = judge::judge(&calm, &unseen, named, rivals, &search);
+        (named, rivals, suspected) = (judged.named, judged.rivals, judged.suspected);
+        after = judged.unseen;
+    }
+    let explained = explains(&named);
+    let mut custom = None;
     if !explained && stop.wanted() {
         unfinished.push(Part::Expression);
     } else if !explained {
         stage("looking for an expression");
-        let without = after.insert(unseen(&named));
-        custom = custom::propose(&calm, &folds, &recalibrated, (&named, without));
+        let without = after.get_or_insert_with(|| unseen(&named));
+        custom = custom::propose(&calm, &folds, &recalibrated, (&named, &without.errors));
     }
     let whole = custom.as_ref().map_or(&named, |c| &c.fit);
     rivals.retain(|r| whole.model.has(r.spec.id));
@@ -304,18 +315,19 @@ fn search(
             None if named.model.effects.is_empty() => before.clone(),
             None => unseen(&named),
         };
-        let whole = custom.as_ref().map_or(&after, |c| &c.errors);
-        diagnosis.held_out = held_out::compared(&data, &before, whole);
+        let whole = custom.as_ref().map_or(&after.errors, |c| &c.errors);
+        diagnosis.held_out = held_out::compared(&data, &before.errors, whole);
         let gain = |without: &Fit| {
             let without = if without.model.effects.is_empty() {
                 before.clone()
             } else {
                 unseen(without)
             };
-            held_out::removed(&data, &without, &after)
+            held_out::removed(&data, &without.errors, &after.errors)
         };
         diagnosis.effects = name(&calm, &named, &named_fit, rivals, &gain);
     }
+    diagnosis.suspected = suspected;
     diagnosis.custom = custom.as_ref().map(|c| c.refitted(&named_fit));
     if unfinished.contains(&Part::Rivals) {
         for effect in &mut diagnosis.effects {

@@ -23,6 +23,10 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
     for e in &d.effects {
         effect(e, d.unfinished.contains(&Part::Rivals), &mut out);
     }
+    for e in &d.suspected {
+        out.push(String::new());
+        out.push(format!("Suspected, not named: {} ({}): {}.", e.name, e.id, e.reason));
+    }
     expression(d, &mut out);
     out.push(String::new());
     let repaired = match (&d.custom, d.effects.is_empty()) {

@@ -76,7 +76,7 @@ pub(super) fn propose(
     if !lasts(problem, &[recalibrated, named], &fit) {
         return None;
     }
-    let with = held_out::errors(data, folds, &fit);
+    let with = held_out::unseen(data, folds, &fit, true).errors;
     let gain = held_out::removed(data, without, &with);
     if gain.is_nan() || gain < LEAST_GAIN {
         return None;

@@ -6,6 +6,7 @@
 mod curves;
 mod missing_torque;
 mod sentence;
+mod suspected;
 #[cfg(test)]
 mod tests;
 
@@ -15,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::curves::{CandidateEvidence, Curves, GapBar, RunCurves, TorqueByState, TorqueInTime};
 pub use self::missing_torque::{MissingTorque, Shape};
+pub use self::suspected::Suspected;
 pub use crate::answer::{Channel, significant};
 use crate::answer::null_if_not_finite;
 pub use super::expression::{CustomTerm, Expression};
@@ -344,6 +346,9 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Effects that are missing, the strongest evidence first.
     pub effects: Vec<NamedEffect>,
+    /// Effects that fit the recordings better and predict data kept apart worse; left out of the JSON where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub suspected: Vec<Suspected>,
     /// An empirical expression for what no effect explains, where the verdict is `unexplained` and one helps; left out of the JSON otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub custom: Option<Expression>,
@@ -403,6 +408,7 @@ impl Diagnosis {
             schema: SCHEMA,
             verdict,
             effects: Vec::new(),
+            suspected: Vec::new(),
             custom: None,
             parameters: BTreeMap::new(),
             limits: Vec::new(),

@@ -88,8 +88,9 @@ impl Diagnosis {
         };
         let (before, after) = (before.get(channel), after.get(channel));
         if before.is_finite() && after.is_finite() {
+            let verb = if after < before { "falls" } else { "changes" };
             format!(
-                "the prediction error of the {} falls from {} to {} rad",
+                "the prediction error of the {} {verb} from {} to {} rad",
                 channel.part(),
                 significant(before, 2),
                 significant(after, 2)
