@@ -48,6 +48,11 @@ impl Free<'_> {
         self.space.parameters[self.free[k]].scale
     }
 
+    /// Whether an angle of rest is free: then the first recording's zero of theta is what it is counted from.
+    fn rests_move(&self) -> bool {
+        self.space.has_rest(&self.free)
+    }
+
     /// The values of all parameters for a vector.
     fn values(&self, z: &[f64]) -> Vec<f64> {
         let mut values = self.values.clone();
@@ -71,7 +76,8 @@ impl Model for Free<'_> {
     fn layout(&self) -> Layout {
         Layout {
             shared: self.free.len(),
-            zeros: if self.recordings > 1 { ZEROS } else { 0 },
+            lead: self.free.len(),
+            zeros: ZEROS,
             recordings: self.recordings,
         }
     }
@@ -90,7 +96,11 @@ impl Model for Free<'_> {
         let mut bounds: Vec<(f64, f64)> = scaled
             .map(|(k, (low, high))| (low / self.scale(k), high / self.scale(k)))
             .collect();
-        bounds.extend(zero_bounds(&self.layout(), self.space.sees_angle()));
+        bounds.extend(zero_bounds(
+            &self.layout(),
+            self.space.sees_angle(),
+            self.rests_move().then_some(0),
+        ));
         bounds
     }
 
@@ -168,7 +178,7 @@ impl<'a> Problem<'a> {
     fn reduced(&self, fit: &Fit, free: &[usize]) -> Reduced {
         let model = self.model(&fit.values, free);
         let z = model.vector(&fit.zeros);
-        reduced(&model, &z, self.data, &self.windows, &fit.states)
+        reduced(&model, &z, self.data, &self.windows, &fit.states, 1.0)
     }
 
     /// What the windows say of the free parameters, in units of their scales, initial states and zeros eliminated.
@@ -224,9 +234,7 @@ impl<'a> Problem<'a> {
                                 for k in 0..layout.local() {
                                     let by_states: f64 =
                                         (0..4).map(|j| d[j] * response[(j, k)]).sum();
-                                    if let Some(place) = layout.place(recording, k) {
-                                        score[place] += (d[4 + k] - by_states) * e;
-                                    }
+                                    score[layout.place(recording, k)] += (d[4 + k] - by_states) * e;
                                 }
                             }
                         }

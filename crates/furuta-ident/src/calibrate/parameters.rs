@@ -1,6 +1,6 @@
 //! The numbers of a rig file that can be calibrated, by their keys, and how a plain vector of them becomes a plant.
 
-use furuta_model::effects::{Acts, MAX_PARAMETERS};
+use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
 use furuta_model::params::{Coefficients, RANGES};
 use furuta_model::{Effect, Jet, Params, Plant, Rig};
 
@@ -303,6 +303,18 @@ impl Space {
     pub(super) fn sees_angle(&self) -> bool {
         let effects = &self.rig.effects;
         effects.iter().any(|e| e.spec().acts.includes(Acts::ANGLE))
+    }
+
+    /// Whether one of these is an angle of the arm from which an effect is counted, or a phase.
+    pub(super) fn has_rest(&self, free: &[usize]) -> bool {
+        let is_rest = |place: Place| match place {
+            Place::Rig(_) => false,
+            Place::Effect(i, k) => {
+                let kind = self.rig.effects[i].spec().parameters[k].kind;
+                matches!(kind, Kind::Rest | Kind::Phase)
+            }
+        };
+        free.iter().any(|&i| is_rest(self.parameters[i].place))
     }
 
     /// By how much the rig file's delays make everything late, s.

@@ -57,11 +57,21 @@ impl Problem<'_> {
     pub(super) fn evidence(&self, smaller: &Fit, larger: &Fit) -> Evidence {
         let floor = self.floor();
         let per_sample = (larger.cost / floor).max(1.0);
-        let gains: Vec<f64> = smaller
-            .costs
-            .iter()
-            .zip(&larger.costs)
-            .map(|(a, b)| (a - b) / per_sample)
+        // What is known beforehand is gained or lost in all windows that depend on it.
+        let (before, after) = (smaller.prior_by_recording(), larger.prior_by_recording());
+        let mut windows_of = vec![0.0; self.data.recordings];
+        for w in &self.windows {
+            windows_of[self.data.runs[w.run].recording] += 1.0;
+        }
+        let prior = |w: &Window| {
+            let r = self.data.runs[w.run].recording;
+            let zeros = |p: &[f64]| p.get(r).copied().unwrap_or(0.0) / windows_of[r];
+            let shared = (before.0 - after.0) / self.windows.len() as f64;
+            shared + zeros(&before.1) - zeros(&after.1)
+        };
+        let gains: Vec<f64> = (smaller.costs.iter().zip(&larger.costs))
+            .zip(&self.windows)
+            .map(|((a, b), w)| (a - b) / per_sample + prior(w))
             .collect();
         let gain: f64 = gains.iter().sum();
         let squares: f64 = gains.iter().map(|g| g * g).sum();

@@ -3,7 +3,7 @@
 use super::predict::{self, Predictor, rms};
 use super::result::HeldOut;
 use super::{Fit, LONG, REPORT, SEARCH};
-use crate::shooting::{Data, Effort, Model, Problem, Run, Window, with_zeros_found};
+use crate::shooting::{Data, Effort, Problem, Run, Window, with_zeros_found};
 
 use rayon::prelude::*;
 
@@ -47,7 +47,7 @@ impl Folds {
 }
 
 impl Folds {
-    /// What predicts a part that a fit has not seen. A recording that was kept apart comes with data of its own, in which it is the second, since its
+    /// What predicts a part that a fit has not seen. A recording that was kept apart comes with data of its own, since its
     /// encoders' zeros are found in its first seconds.
     fn apart(&self, data: &Data, part: usize, fitted: &Fit) -> (Option<Data>, Predictor) {
         if !self.comes_apart(fitted) {
@@ -55,13 +55,11 @@ impl Folds {
         }
         let mut apart = data.clone();
         apart.runs.retain(|run| run.recording == part);
-        apart.recordings = 2;
+        apart.recordings = 1;
         for run in &mut apart.runs {
-            run.recording = 1;
+            run.recording = 0;
         }
-        let hypothesis = fitted.model.for_others(&apart);
-        let mut z = fitted.z[..hypothesis.shared()].to_vec();
-        z.resize(hypothesis.layout().len(), 0.0);
+        let (hypothesis, z) = fitted.model.for_others(&fitted.z, &apart);
         let z = with_zeros_found(&apart, |_| true, &hypothesis, &z);
         (Some(apart), Predictor { hypothesis, z })
     }
@@ -72,13 +70,13 @@ impl Folds {
 
     /// The index of a part's recording in the data that [`Self::apart`] gives.
     fn index_apart(&self, part: usize, fitted: &Fit) -> usize {
-        if self.comes_apart(fitted) { 1 } else { part }
+        if self.comes_apart(fitted) { 0 } else { part }
     }
 
     /// Whether a window of the data that [`Self::apart`] gives belongs to the part.
     fn part_apart(&self, data: &Data, w: &Window, part: usize) -> bool {
         // Data of its own holds nothing else.
-        let alone = data.runs.iter().all(|run| run.recording == 1) && data.recordings == 2;
+        let alone = data.recordings == 1;
         (alone && matches!(self, Self::Recordings(_))) || self.part(data, w) == part
     }
 }

@@ -41,9 +41,10 @@ pub(super) struct Nominal {
     pub(super) end: f64,
     /// How many recordings there are.
     pub(super) recordings: usize,
-    /// Whether each recording has zeros of its own, and whether there are two that may differ.
-    own_zeros_allowed: bool,
+    /// Whether each recording has zeros of its own.
     pub(super) own_zeros: bool,
+    /// The recording from whose zero of theta angles of rest are counted; none of recordings that the fit has not seen.
+    pub(super) reference: Option<usize>,
     /// Effects that the rig file already has: part of every hypothesis, their values fixed.
     pub(super) present: Vec<Effect<f64>>,
 }
@@ -71,17 +72,17 @@ impl Nominal {
                 .map(|r| r.t0 + r.y.len() as f64 * r.h)
                 .fold(0.0, f64::max),
             recordings: data.recordings,
-            own_zeros_allowed: own_zeros,
-            own_zeros: own_zeros && data.recordings > 1,
+            own_zeros,
+            reference: Some(0),
             present: rig.effects.clone(),
         }
     }
 
-    /// The same rig with other recordings.
+    /// The same rig with recordings that the fit has not seen.
     pub(super) fn for_others(&self, data: &Data) -> Self {
         Self {
             recordings: data.recordings,
-            own_zeros: self.own_zeros_allowed && data.recordings > 1,
+            reference: None,
             ..self.clone()
         }
     }
@@ -106,7 +107,7 @@ pub(super) fn is_late(spec: &Spec) -> bool {
 
 /// A set of effects to be fitted beside the base parameters.
 ///
-/// The vector: base parameters, timing, the parameters of the effects, and for each recording but the first the zeros of its encoders.
+/// The vector: base parameters, timing, the parameters of the effects, and for each recording the zeros of its encoders.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
     pub(super) effects: Vec<&'static Spec>,
@@ -121,12 +122,23 @@ impl Hypothesis {
         }
     }
 
-    /// The same effects for other recordings of the same rig.
-    pub(super) fn for_others(&self, data: &Data) -> Self {
-        Self {
+    /// The same effects for recordings that the fit has not seen, their zeros where they should be, and the vector for them: what acts once in a recording
+    /// acts in none of these.
+    pub(super) fn for_others(&self, z: &[f64], data: &Data) -> (Self, Vec<f64>) {
+        let other = Self {
             effects: self.effects.clone(),
             nominal: Arc::new(self.nominal.for_others(data)),
+        };
+        let mut z = z[..self.shared()].to_vec();
+        z.resize(other.len(), 0.0);
+        for (i, spec) in self.effects.iter().enumerate() {
+            for (k, p) in spec.parameters.iter().enumerate() {
+                if p.kind == Kind::Run {
+                    z[self.offset(i) + k] = data.recordings as f64;
+                }
+            }
         }
+        (other, z)
     }
 
     pub(super) fn has(&self, id: &str) -> bool {
@@ -290,8 +302,8 @@ impl Hypothesis {
     /// The zeros `[theta, alpha]` of each recording's encoders against those of the first, rad.
     pub(super) fn zeros(&self, z: &[f64]) -> Vec<[f64; ZEROS]> {
         let (layout, values) = (self.layout(), self.physical(z));
-        let zero = |r: usize, k: usize| match (r, layout.zeros) {
-            (0, _) | (_, 0) => 0.0,
+        let zero = |r: usize, k: usize| match layout.zeros {
+            0 => 0.0,
             _ => values[layout.zero(r, k)],
         };
         (0..self.nominal.recordings)
@@ -304,6 +316,7 @@ impl Model for Hypothesis {
     fn layout(&self) -> Layout {
         Layout {
             shared: self.shared(),
+            lead: FIRST_EFFECT,
             zeros: if self.nominal.own_zeros { ZEROS } else { 0 },
             recordings: self.nominal.recordings,
         }
@@ -350,7 +363,11 @@ impl Model for Hypothesis {
             };
             ((least - p.off) / scale, (p.max - p.off) / scale)
         }));
-        bounds.extend(zero_bounds(&self.layout(), self.sees_angle()));
+        bounds.extend(zero_bounds(
+            &self.layout(),
+            self.sees_angle(),
+            nominal.reference,
+        ));
         bounds
     }
 
@@ -369,8 +386,9 @@ impl Model for Hypothesis {
         let layout = self.layout();
         let variable = |i: usize| {
             let mut x = Jet::<f64, N>::constant(origins[i] + z[i] * scales[i]);
-            if 4 + i < N {
-                x.d[4 + i] = scales[i];
+            let local = 4 + layout.local_of(i);
+            if local < N {
+                x.d[local] = scales[i];
             }
             x
         };

@@ -45,7 +45,7 @@ use crate::stop::Stop;
 use hypothesis::{Hypothesis, Nominal};
 use location::Residual;
 use predict::{Predictor, rms};
-use result::{CandidateEvidence, NamedEffect, RunCurves};
+use result::{CandidateEvidence, NamedEffect, RunCurves, Zero};
 use search::{Rival, Search};
 
 /// A fitted hypothesis.
@@ -345,6 +345,7 @@ fn search(
 
     let repaired = repair::repaired(request.rig, &named_fit);
     diagnosis.parameters = repair::parameters(request.rig, &repaired, &named_fit);
+    diagnosis.zeros = zeros(request.recordings, &named_fit);
     let mut curves = Curves {
         rig: request.rig.name.clone(),
         repaired_rig: Some(repaired.to_toml()),
@@ -400,6 +401,24 @@ fn name(
         .collect();
     effects.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
     effects
+}
+
+/// The zeros of each recording's encoders against those of the first.
+fn zeros(recordings: &[Recording], fit: &Fit) -> Vec<Zero> {
+    if !fit.model.nominal.own_zeros || recordings.len() < 2 {
+        return Vec::new();
+    }
+    let shows = fit.model.sees_angle();
+    fit.model
+        .zeros(&fit.z)
+        .into_iter()
+        .zip(recordings)
+        .map(|([theta, alpha], recording)| Zero {
+            run: recording.name.clone(),
+            theta: if shows { theta } else { f64::NAN },
+            alpha,
+        })
+        .collect()
 }
 
 /// The look-alikes that the catalogue lists, for an effect whose rivals were not compared.

@@ -11,13 +11,15 @@ use furuta_model::dynamics::Angle;
 use furuta_model::effects::{Acts, Clock, Instant, Kind, Law, ParameterSpec};
 use furuta_model::params::Coefficients;
 use furuta_model::{Effect, Spec, State};
-use nalgebra::{Cholesky, Const, DMatrix, DVector, Matrix2, SMatrix, SVector, Vector2, Vector4};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix2, SVector, Vector2, Vector4};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::Fit;
 use super::hypothesis::{FIRST_EFFECT, Hypothesis, TIMING};
-use crate::shooting::{Block, ImpulseResponse, Model, Problem, Windows, impulse_responses};
+use crate::shooting::{
+    Block, ImpulseResponse, Model, Problem, Windows, ZEROS, impulse_responses,
+};
 
 /// Places that are handed to the fit.
 const PLACES: usize = 2;
@@ -36,16 +38,25 @@ const SLOPE: f64 = 1e-3;
 /// A place in the turn is not looked for farther off than this, rad.
 const MOST_OFFSET: f64 = 6.0;
 
-/// One number for each base parameter.
-type Base = SVector<f64, FIRST_EFFECT>;
-type Response = ImpulseResponse<FIRST_EFFECT>;
+/// What follows in a window: the base parameters, and the zeros of its recording.
+pub(super) const FOLLOW: usize = FIRST_EFFECT + ZEROS;
+pub(super) type Response = ImpulseResponse<FOLLOW>;
 
-/// The impulse responses about a fit, whose base parameters follow; a timing at its bound follows nothing.
+/// The impulse responses about a fit, whose base parameters and zeros follow; what is held or at its bound does not.
 pub(super) fn responses(problem: &Problem<'_>, fit: &Fit) -> (Coefficients<f64>, Vec<Response>) {
-    let (low, high) = fit.model.bounds(&fit.z)[TIMING];
-    let mut held = [false; FIRST_EFFECT];
+    let layout = fit.model.layout();
+    let bounds = fit.model.bounds(&fit.z);
+    let (low, high) = bounds[TIMING];
+    let mut held = [false; FOLLOW];
     held[TIMING] = fit.z[TIMING] <= low || fit.z[TIMING] >= high;
-    impulse_responses::<{ 4 + FIRST_EFFECT }, FIRST_EFFECT, _>(problem, fit, held)
+    for k in 0..ZEROS {
+        let is_held = |r: usize| {
+            let (low, high) = bounds[layout.zero(r, k)];
+            low == high
+        };
+        held[FIRST_EFFECT + k] = layout.zeros == 0 || (0..layout.recordings).all(is_held);
+    }
+    impulse_responses::<{ 4 + FOLLOW }, FOLLOW, _>(problem, fit, held)
 }
 
 /// A score statistic from one simulation, in units of the noise; what initial states and base parameters can follow taken out.
@@ -84,9 +95,9 @@ pub(super) struct Screen {
     /// For a place, every `every`-th of the responses is asked, but for one in time.
     every: usize,
     coefficients: Coefficients<f64>,
-    /// Normal equations of the base parameters, the initial states taken out.
-    normal: Option<Cholesky<f64, Const<FIRST_EFFECT>>>,
-    gradient: Base,
+    /// Normal equations of the base parameters and the zeros of all recordings, the initial states taken out.
+    normal: Option<Cholesky<f64, Dyn>>,
+    gradient: DVector<f64>,
     recordings: usize,
     /// Whether each recording has a zero of theta of its own that no effect of the fit tells.
     zeros_open: bool,
@@ -115,29 +126,50 @@ impl Screen {
     pub(super) fn new(problem: &Problem<'_>, fit: &Fit) -> Self {
         let data = problem.data;
         let (coefficients, responses) = responses(problem, fit);
-        let mut normal = SMatrix::<f64, FIRST_EFFECT, FIRST_EFFECT>::zeros();
-        let mut gradient = Base::zeros();
+        let nominal = &fit.model.nominal;
+        let size = followers(nominal.recordings);
+        let mut normal = DMatrix::<f64>::zeros(size, size);
+        let mut gradient = DVector::<f64>::zeros(size);
         let every = if problem.chi(fit) > FAR {
             (responses.len() / LEAST_SCREENED).clamp(1, EVERY)
         } else {
             1
         };
         for response in &responses {
-            normal += response.base_normal;
-            gradient += response.base_gradient;
+            for i in 0..FOLLOW {
+                let at = follower(response.recording, i);
+                gradient[at] += response.base_gradient[i];
+                for j in 0..FOLLOW {
+                    normal[(at, follower(response.recording, j))] += response.base_normal[(i, j)];
+                }
+            }
         }
         // What is known beforehand holds a parameter that the data leave open.
-        for (i, prior) in fit.model.priors().iter().take(FIRST_EFFECT).enumerate() {
+        let (priors, bounds) = (fit.model.priors(), fit.model.bounds(&fit.z));
+        let layout = fit.model.layout();
+        let weight = problem.per_sample(fit);
+        for i in 0..size {
             normal[(i, i)] += 1e-9 + 1e-9 * normal[(i, i)];
-            if let Some(prior) = prior {
-                let weight = prior.std.powi(-2);
+            let place = if i < FIRST_EFFECT {
+                i
+            } else if layout.zeros > 0 {
+                layout.shared + i - FIRST_EFFECT
+            } else {
+                continue;
+            };
+            if bounds[place].0 == bounds[place].1 {
+                normal.row_mut(i).fill(0.0);
+                normal.column_mut(i).fill(0.0);
+                normal[(i, i)] = 1.0;
+                gradient[i] = 0.0;
+            } else if let Some(prior) = priors[place] {
+                let weight = weight * prior.std.powi(-2);
                 normal[(i, i)] += weight;
-                gradient[i] += weight * (prior.mean - fit.z[i]);
+                gradient[i] += weight * (prior.mean - fit.z[place]);
             }
         }
         let angles = data.runs.iter().flat_map(|r| &r.y).map(|y| y[0]);
         let (least, most) = angles.fold((f64::MAX, f64::MIN), |(a, b), y| (a.min(y), b.max(y)));
-        let nominal = &fit.model.nominal;
         Self {
             responses,
             every,
@@ -163,12 +195,13 @@ impl Screen {
     ) -> Option<Score> {
         let base = self.normal.as_ref()?;
         let windows = Windows::<4>::new(h, z);
-        let (mut square, mut product, mut cross) = (0.0, 0.0, Base::zeros());
+        let (mut square, mut product) = (0.0, 0.0);
+        let mut cross = DVector::<f64>::zeros(self.gradient.len());
         for response in &self.responses {
             let w = &problem.windows[response.window];
             let with = windows.predictions(problem.data, w, fit.states[response.window]);
             let (mut own, mut left, mut shared) = (0.0, 0.0, Vector4::zeros());
-            let mut towards = Base::zeros();
+            let mut towards = SVector::<f64, FOLLOW>::zeros();
             for (k, with) in with.iter().enumerate() {
                 for (c, with) in with.iter().enumerate() {
                     let y = (with - response.y[k][c]) * response.weight[k][c];
@@ -185,7 +218,10 @@ impl Screen {
             }
             square += gain;
             product += left - absorbed.dot(&response.gradient);
-            cross += towards - response.absorbed.tr_mul(&shared);
+            let own = towards - response.absorbed.tr_mul(&shared);
+            for i in 0..FOLLOW {
+                cross[follower(response.recording, i)] += own[i];
+            }
         }
         let follows = base.solve(&cross);
         Some(Score {
@@ -291,7 +327,8 @@ impl Screen {
         };
         // A place in the turn is one for each recording whose encoder has a zero of its own, until an effect has told these zeros.
         let apart = self.zeros_open && spec.acts.includes(Acts::ANGLE);
-        let mut sums = vec![Sums::default(); if apart { self.recordings } else { 1 }];
+        let mut sums =
+            vec![Sums::zero(self.gradient.len()); if apart { self.recordings } else { 1 }];
         let every = if spec.acts.includes(Acts::JUMPS) {
             1
         } else {
@@ -427,8 +464,7 @@ impl Screen {
                     sums.square[(0, 1)] += follows[0].dot(&here);
                 }
                 if with_base {
-                    let mut column = sums.base.column_mut(i);
-                    column += block.base.tr_mul(&here);
+                    sums.follow(response.recording, i, &block.base.tr_mul(&here), 1.0);
                 }
             }
         }
@@ -440,8 +476,8 @@ impl Screen {
                 sums.square[(i, j)] -= absorbed.dot(&cross[j]);
             }
             if with_base {
-                let mut column = sums.base.column_mut(i);
-                column -= response.absorbed.tr_mul(&cross[i]);
+                let absorbed = response.absorbed.tr_mul(&cross[i]);
+                sums.follow(response.recording, i, &absorbed, -1.0);
             }
         }
     }
@@ -450,7 +486,7 @@ impl Screen {
     fn torques(
         &self,
         response: &Response,
-        block: &Block<FIRST_EFFECT>,
+        block: &Block<FOLLOW>,
         first: &Effect<f64>,
         second: &Second<'_>,
     ) -> [[f64; 2]; 2] {
@@ -537,17 +573,37 @@ enum Second<'a> {
 struct Sums {
     square: Matrix2<f64>,
     product: Vector2<f64>,
-    /// Their products with the base parameters' slopes.
-    base: SMatrix<f64, FIRST_EFFECT, 2>,
+    /// Their products with the slopes of what follows.
+    base: DMatrix<f64>,
 }
 
-impl Default for Sums {
-    fn default() -> Self {
+impl Sums {
+    fn zero(followers: usize) -> Self {
         Self {
             square: Matrix2::zeros(),
             product: Vector2::zeros(),
-            base: SMatrix::zeros(),
+            base: DMatrix::zeros(followers, 2),
         }
+    }
+
+    fn follow(&mut self, recording: usize, course: usize, by: &SVector<f64, FOLLOW>, sign: f64) {
+        for i in 0..FOLLOW {
+            self.base[(follower(recording, i), course)] += sign * by[i];
+        }
+    }
+}
+
+/// How many numbers follow: the base parameters, and each recording's zeros.
+const fn followers(recordings: usize) -> usize {
+    FIRST_EFFECT + recordings * ZEROS
+}
+
+/// Where the `i`-th number that follows in a window of a recording stands among all that do.
+const fn follower(recording: usize, i: usize) -> usize {
+    if i < FIRST_EFFECT {
+        i
+    } else {
+        i + recording * ZEROS
     }
 }
 

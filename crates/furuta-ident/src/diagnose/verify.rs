@@ -3,7 +3,7 @@
 use super::predict::{self, Predictor, rms};
 use super::result::{Channel, Curves, Diagnosis, RunCurves, VerificationRow};
 use super::{REPORT, Request};
-use crate::shooting::{Data, Model, Problem, with_zeros_found};
+use crate::shooting::{Data, Problem, with_zeros_found};
 
 /// Adds to diagnosis and curves the predictions of the recordings in `request.verify`: over their whole length where the pendulum hangs, over
 /// the reported horizon where it does not (upright, no model predicts for long without its controller).
@@ -13,12 +13,9 @@ pub(super) fn verify(
     diagnosis: &mut Diagnosis,
     curves: &mut Curves,
 ) {
-    // Behind the recordings of the search, whose first is the reference of all zeros.
-    let data = Data::new(request.verify, request.rig).after(1);
+    let data = Data::new(request.verify, request.rig);
     let models = &models.each_ref().map(|m| {
-        let hypothesis = m.hypothesis.for_others(&data);
-        let mut z = m.z[..hypothesis.shared()].to_vec();
-        z.resize(hypothesis.layout().len(), 0.0);
+        let (hypothesis, z) = m.hypothesis.for_others(&m.z, &data);
         let z = with_zeros_found(&data, |_| true, &hypothesis, &z);
         Predictor { hypothesis, z }
     });

@@ -3,7 +3,7 @@
 use furuta_model::effects;
 
 use crate::diagnose::result::{
-    Channel, Diagnosis, NamedEffect, Part, VerificationRow, plain, significant,
+    Channel, Diagnosis, NamedEffect, Part, VerificationRow, Zero, plain, significant,
 };
 
 /// The answer for a person: what is missing and by how much, where the model disagrees, what is ruled out, what to measure next. `rig` is how the rig
@@ -23,6 +23,7 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
     for e in &d.effects {
         effect(e, d.unfinished.contains(&Part::Rivals), &mut out);
     }
+    out.extend(d.zeros.iter().filter_map(Zero::sentence));
     for e in &d.suspected {
         out.push(String::new());
         out.push(format!("Suspected, not named: {} ({}): {}.", e.name, e.id, e.reason));

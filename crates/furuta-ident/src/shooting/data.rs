@@ -110,15 +110,6 @@ impl Data {
         }
     }
 
-    /// The same as recordings that others came before: their zeros are not the reference.
-    pub(crate) fn after(mut self, others: usize) -> Self {
-        self.recordings += others;
-        for run in &mut self.runs {
-            run.recording += others;
-        }
-        self
-    }
-
     /// Consecutive windows of about `seconds` over the runs that `wanted` keeps; a remainder shorter than half a window is left out.
     pub(crate) fn windows(&self, seconds: f64, wanted: impl Fn(&Run) -> bool) -> Vec<Window> {
         let mut windows = Vec::new();

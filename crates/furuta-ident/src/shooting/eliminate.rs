@@ -40,28 +40,27 @@ impl Response {
     ) -> State<f64> {
         let mut by = self.own;
         for i in 0..layout.local() {
-            if let Some(place) = layout.place(recording, i) {
-                by -= self.by_parameters.column(i) * step[place];
-            }
+            by -= self.by_parameters.column(i) * step[layout.place(recording, i)];
         }
         let x = x.to_array();
         State::from(std::array::from_fn(|i| x[i] - by[i]))
     }
 }
 
-/// Linearises all windows in the parameters of `model`.
+/// Linearises all windows in the parameters of `model`; what is known beforehand counts `prior_weight` times.
 pub(crate) fn reduced<M: Model>(
     model: &M,
     z: &[f64],
     data: &Data,
     windows: &[Window],
     states: &[State<f64>],
+    prior_weight: f64,
 ) -> Reduced {
     match model.layout().local() {
-        0..=8 => reduced_n::<12, M>(model, z, data, windows, states),
-        9..=12 => reduced_n::<16, M>(model, z, data, windows, states),
-        13..=16 => reduced_n::<20, M>(model, z, data, windows, states),
-        _ => reduced_n::<{ 4 + MAX_FREE }, M>(model, z, data, windows, states),
+        0..=8 => reduced_n::<12, M>(model, z, data, windows, states, prior_weight),
+        9..=12 => reduced_n::<16, M>(model, z, data, windows, states, prior_weight),
+        13..=16 => reduced_n::<20, M>(model, z, data, windows, states, prior_weight),
+        _ => reduced_n::<{ 4 + MAX_FREE }, M>(model, z, data, windows, states, prior_weight),
     }
 }
 
@@ -71,6 +70,7 @@ fn reduced_n<const N: usize, M: Model>(
     data: &Data,
     windows: &[Window],
     states: &[State<f64>],
+    prior_weight: f64,
 ) -> Reduced {
     let seen = model.observed::<N>(z);
     let layout = model.layout();
@@ -97,7 +97,7 @@ fn reduced_n<const N: usize, M: Model>(
     }
     for (i, prior) in model.priors().into_iter().enumerate() {
         if let Some(prior) = prior {
-            let weight = prior.std.powi(-2);
+            let weight = prior_weight * prior.std.powi(-2);
             out.gradient[i] += weight * (z[i] - prior.mean);
             out.matrix[(i, i)] += weight;
         }
@@ -114,7 +114,7 @@ fn eliminated<const N: usize>(
     matrix: &mut DMatrix<f64>,
 ) -> Response {
     let places: Vec<(usize, usize)> = (0..layout.local())
-        .filter_map(|i| Some((i, layout.place(recording, i)?)))
+        .map(|i| (i, layout.place(recording, i)))
         .collect();
     let mut response = Response {
         by_parameters: SMatrix::zeros(),

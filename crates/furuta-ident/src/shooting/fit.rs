@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::data::{Data, Window};
 use super::eliminate::{Reduced, reduced};
-use super::model::Model;
+use super::model::{Model, Prior};
 use super::window::Windows;
 use crate::least_squares::{LeastSquares, Rules, minimise};
 use crate::stop::Stop;
@@ -33,8 +33,8 @@ pub(crate) struct Fit<M> {
     pub(crate) states: Vec<State<f64>>,
     /// Cost of each window: squared residuals in units of the noise.
     pub(crate) costs: Vec<f64>,
-    /// What the parameters cost by what is known of them beforehand.
-    pub(crate) prior: f64,
+    /// What each parameter costs by what is known of it beforehand, in units of what is left per sample.
+    pub(crate) priors: Vec<f64>,
     /// Sum of both.
     pub(crate) cost: f64,
     /// Standard deviations of `z`, robust against errors that are correlated within a window.
@@ -42,12 +42,29 @@ pub(crate) struct Fit<M> {
 }
 
 impl<M: Model> Fit<M> {
-    fn add_up(&mut self) {
-        self.prior = (self.model.priors().iter().zip(&self.z))
-            .filter_map(|(prior, z)| prior.map(|p| ((z - p.mean) / p.std).powi(2)))
-            .sum();
-        self.cost = self.costs.iter().sum::<f64>() + self.prior;
+    /// What a model leaves per sample is what its errors are: where that is more than the noise, what is known beforehand counts as much more (the
+    /// likelihood of errors of unknown size).
+    fn add_up(&mut self, floor: f64) {
+        let of = |(prior, z): (&Option<Prior>, &f64)| {
+            prior.map_or(0.0, |p| ((z - p.mean) / p.std).powi(2))
+        };
+        self.priors = self.model.priors().iter().zip(&self.z).map(of).collect();
+        let left: f64 = self.costs.iter().sum();
+        self.cost = left + prior_weight(left, floor) * self.priors.iter().sum::<f64>();
     }
+
+    /// What the prior of everything that windows share costs, and of the zeros of each recording.
+    pub(crate) fn prior_by_recording(&self) -> (f64, Vec<f64>) {
+        let layout = self.model.layout();
+        let (shared, zeros) = self.priors.split_at(layout.shared);
+        let zeros = zeros.chunks(layout.zeros.max(1)).map(|z| z.iter().sum());
+        (shared.iter().sum(), zeros.collect())
+    }
+}
+
+/// How much what is known beforehand counts where the windows leave this much.
+fn prior_weight(left: f64, floor: f64) -> f64 {
+    (left / floor).max(1.0)
 }
 
 /// How long a fit may go on.
@@ -192,11 +209,11 @@ impl<'a> Problem<'a> {
             z: z.to_vec(),
             states,
             costs,
-            prior: 0.0,
+            priors: Vec::new(),
             cost: 0.0,
             std: vec![f64::NAN; z.len()],
         };
-        fit.add_up();
+        fit.add_up(self.floor());
         fit
     }
 
@@ -218,7 +235,7 @@ impl<'a> Problem<'a> {
             model: model.clone(),
             states: states.to_vec(),
             costs: Vec::new(),
-            prior: 0.0,
+            priors: Vec::new(),
             cost: 0.0,
             std: vec![f64::NAN; z.len()],
             z,
@@ -244,7 +261,8 @@ impl<'a> Problem<'a> {
 
     /// All windows linearised about a fit.
     pub(crate) fn linearise<M: Model>(&self, f: &Fit<M>) -> Reduced {
-        reduced(&f.model, &f.z, self.data, &self.windows, &f.states)
+        let weight = prior_weight(f.costs.iter().sum(), self.floor());
+        reduced(&f.model, &f.z, self.data, &self.windows, &f.states, weight)
     }
 
     /// Brings every window's initial state to its optimum; the cost is infinite where a coupling is stiffer than samples follow.
@@ -262,7 +280,7 @@ impl<'a> Problem<'a> {
                 .map(|(w, x)| windows.solve(self.data, w, *x, iterations))
                 .unzip();
         }
-        f.add_up();
+        f.add_up(self.floor());
     }
 
     /// Where the step leads, the initial states following.
@@ -295,7 +313,7 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-        trial.add_up();
+        trial.add_up(self.floor());
         trial
     }
 
@@ -344,7 +362,7 @@ impl<'a> Problem<'a> {
             f.states[i] = state;
             f.costs[i] = cost;
         }
-        f.add_up();
+        f.add_up(self.floor());
     }
 }
 

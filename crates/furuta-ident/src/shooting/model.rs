@@ -38,31 +38,26 @@ impl<S: Scalar<Real = f64>> Observed<S> {
     }
 }
 
-/// How a vector of numbers is laid out: first those that all recordings share, then the zeros of each recording but the first, whose zeros are the
-/// reference.
+/// How a vector of numbers is laid out: first those that all recordings share, then the zeros of each recording.
+///
+/// A window depends on the shared numbers and on the zeros of its own recording, which come behind the `lead` first ones: what every model has stands at the
+/// same places, whatever follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Layout {
     /// Numbers that all recordings share.
     pub(crate) shared: usize,
-    /// Zeros of one recording that are free.
+    /// How many of them come before the zeros among those that a window depends on.
+    pub(crate) lead: usize,
+    /// Zeros of one recording.
     pub(crate) zeros: usize,
     /// Recordings that there are.
     pub(crate) recordings: usize,
 }
 
 impl Layout {
-    /// One vector for all recordings.
-    pub(crate) const fn shared(numbers: usize) -> Self {
-        Self {
-            shared: numbers,
-            zeros: 0,
-            recordings: 1,
-        }
-    }
-
     /// Length of the vector.
     pub(crate) const fn len(&self) -> usize {
-        self.shared + self.zeros * self.recordings.saturating_sub(1)
+        self.shared + self.zeros * self.recordings
     }
 
     /// How many of its numbers one window can depend on.
@@ -70,20 +65,25 @@ impl Layout {
         self.shared + self.zeros
     }
 
-    /// Where in the vector the `i`-th number that a window of this recording depends on stands; `None` for a zero that is the reference.
-    pub(crate) const fn place(&self, recording: usize, i: usize) -> Option<usize> {
-        if i < self.shared {
-            Some(i)
-        } else if recording == 0 {
-            None
+    /// Where in the vector the `i`-th number that a window of this recording depends on stands.
+    pub(crate) const fn place(&self, recording: usize, i: usize) -> usize {
+        if i < self.lead {
+            i
+        } else if i < self.lead + self.zeros {
+            self.zero(recording, i - self.lead)
         } else {
-            Some(self.zero(recording, i - self.shared))
+            i - self.zeros
         }
     }
 
-    /// Where the `k`-th zero of a recording other than the first stands.
+    /// Where the `i`-th shared number stands among those that a window depends on.
+    pub(crate) const fn local_of(&self, i: usize) -> usize {
+        if i < self.lead { i } else { i + self.zeros }
+    }
+
+    /// Where the `k`-th zero of a recording stands in the vector.
     pub(crate) const fn zero(&self, recording: usize, k: usize) -> usize {
-        self.shared + (recording - 1) * self.zeros + k
+        self.shared + recording * self.zeros + k
     }
 }
 

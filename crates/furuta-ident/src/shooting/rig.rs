@@ -17,7 +17,8 @@ impl Model for AsGiven<'_> {
     fn layout(&self) -> Layout {
         Layout {
             shared: 0,
-            zeros: if self.recordings > 1 { ZEROS } else { 0 },
+            lead: 0,
+            zeros: ZEROS,
             recordings: self.recordings,
         }
     }
@@ -44,7 +45,7 @@ impl Model for AsGiven<'_> {
     fn bounds(&self, _: &[f64]) -> Vec<(f64, f64)> {
         let mut effects = self.rig.effects.iter();
         let sees_angle = effects.any(|e| e.spec().acts.includes(Acts::ANGLE));
-        zero_bounds(&self.layout(), sees_angle)
+        zero_bounds(&self.layout(), sees_angle, None)
     }
 
     fn priors(&self) -> Vec<Option<Prior>> {

@@ -9,17 +9,22 @@ use super::model::{Layout, Model, Observed, Prior};
 /// Zeros of a recording: theta's, alpha's.
 pub(crate) const ZEROS: usize = 2;
 /// The unit of each, and its standard deviation in it, rad: an arm rests at any angle within half a turn when its encoder is switched on (uniform: `pi /
-/// sqrt(3)`); a pendulum hangs within its hinge's friction.
+/// sqrt(3)`); a pendulum hangs within its hinge's friction, a count or two.
 const UNIT: [f64; ZEROS] = [1.0, 0.01];
-const STD: [f64; ZEROS] = [1.8, 1.0];
-/// How far each may be from the first recording's, in its unit.
+const STD: [f64; ZEROS] = [1.8, 0.5];
+/// How far each may be from where it should, in its unit.
 const MOST: [f64; ZEROS] = [100.0, 10.0];
 
-/// Bounds of the zeros of all recordings; theta's rest where nothing depends on the arm's absolute angle.
-pub(crate) fn zero_bounds(layout: &Layout, sees_angle: bool) -> Vec<(f64, f64)> {
+/// Bounds of the zeros of all recordings. Theta's rest where nothing depends on the arm's absolute angle, and in the `reference`, from whose zero angles of
+/// rest are counted.
+pub(crate) fn zero_bounds(
+    layout: &Layout,
+    sees_angle: bool,
+    reference: Option<usize>,
+) -> Vec<(f64, f64)> {
     let zeros = layout.len() - layout.shared;
     let bound = |i: usize| match i % ZEROS {
-        0 if !sees_angle => (0.0, 0.0),
+        0 if !sees_angle || Some(i / ZEROS) == reference => (0.0, 0.0),
         k => (-MOST[k], MOST[k]),
     };
     (0..zeros).map(bound).collect()
@@ -48,11 +53,8 @@ impl<const N: usize> Observed<Jet<f64, N>> {
             return;
         }
         let zero = |r: usize, k: usize| {
-            if r == 0 {
-                return Jet::constant(0.0);
-            }
             let mut x = Jet::constant(z[layout.zero(r, k)] * UNIT[k]);
-            let local = 4 + layout.shared + k;
+            let local = 4 + layout.lead + k;
             if local < N {
                 x.d[local] = UNIT[k];
             }

@@ -104,7 +104,7 @@ pub(super) fn normals<'a>(
                 for c in 0..2 {
                     let speed = (y[c] - before[c]) / run.h;
                     for (i, late) in late.iter().enumerate().take(layout.shared) {
-                        step.y[c].d[4 + i] -= late * speed;
+                        step.y[c].d[4 + layout.local_of(i)] -= late * speed;
                     }
                     step.left[c] = measured[c] - y[c];
                 }
@@ -166,7 +166,8 @@ fn normal<const N: usize>(
                 rows[(i, a)] = slope[a];
             }
             for a in 0..layout.local() {
-                if let Some(place) = layout.place(recording, a).filter(|p| free[*p]) {
+                let place = layout.place(recording, a);
+                if free[place] {
                     rows[(i, 4 + place)] = step.y[c].d[4 + a] * weight;
                 }
             }

@@ -206,6 +206,36 @@ pub struct NamedEffect {
     pub confusable_with: Vec<String>,
 }
 
+/// Where a recording's encoders read zero, against those of the first recording.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Zero {
+    /// Name of the recording.
+    pub run: String,
+    /// By how much the arm's true angle was greater when its encoder read zero, rad; `NaN` where nothing depends on the arm's absolute angle, so that no
+    /// recording shows it.
+    #[serde(with = "null_if_not_finite")]
+    pub theta: f64,
+    /// The same of the pendulum, rad.
+    #[serde(with = "null_if_not_finite")]
+    pub alpha: f64,
+}
+
+impl Zero {
+    /// `theta's zero: +1.10 rad against the first recording`, where it is known and more than a count.
+    #[must_use]
+    pub fn sentence(&self) -> Option<String> {
+        (self.theta.abs() > LEAST_ZERO).then(|| {
+            format!(
+                "{}: theta's zero: {:+.3} rad against the first recording",
+                self.run, self.theta
+            )
+        })
+    }
+}
+
+/// A zero of theta that is worth a line, rad: a few counts of a usual encoder.
+const LEAST_ZERO: f64 = 0.01;
+
 /// An effect that was not named, and how large it could be all the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limit {
@@ -352,6 +382,9 @@ pub struct Diagnosis {
     /// An empirical expression for what no effect explains, where the verdict is `unexplained` and one helps; left out of the JSON otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub custom: Option<Expression>,
+    /// The zeros of the recordings' encoders, where each has its own; left out of the JSON where there is one recording.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub zeros: Vec<Zero>,
     /// The rig file's parameters by `table.key`.
     pub parameters: BTreeMap<String, ParameterEstimate>,
     /// How large each effect that was not named could still be, what is ruled out most firmly (against its typical size) first.
@@ -410,6 +443,7 @@ impl Diagnosis {
             effects: Vec::new(),
             suspected: Vec::new(),
             custom: None,
+            zeros: Vec::new(),
             parameters: BTreeMap::new(),
             limits: Vec::new(),
             gap,

@@ -4,9 +4,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::shooting::Problem;
-use super::super::hypothesis::FIRST_EFFECT;
 use super::super::result::TorqueInTime;
-use super::{Normal, Response, Responses};
+use super::{FOLLOW, Normal, Response, Responses};
 
 /// Blocks with the same torque.
 const TOGETHER: usize = 3;
@@ -34,7 +33,7 @@ impl Slices {
             .collect();
         Self {
             normal: Normal::of(response, n, |k, _| [(k / TOGETHER, 1.0), (0, 0.0)])
-                .holding(&std::array::from_fn::<_, FIRST_EFFECT, _>(|i| 2 * n + i)),
+                .holding(&std::array::from_fn::<_, FOLLOW, _>(|i| 2 * n + i)),
             alike: DMatrix::from_fn(n, n, |i, j| (-(t[i] - t[j]).abs() / MEMORY).exp()),
             t,
         }

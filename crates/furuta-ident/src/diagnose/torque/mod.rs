@@ -12,14 +12,11 @@ pub(super) use by_state::by_state;
 pub(super) use in_time::in_time;
 
 use super::Fit;
-use super::hypothesis::FIRST_EFFECT;
 use super::predict::Predictor;
-use super::screen::responses;
-use crate::shooting::{self, ImpulseResponse, Problem};
+use super::screen::{FOLLOW, Response, responses};
+use crate::shooting::{self, Problem};
 
-/// What a window says about torques, the base parameters following.
-type Response = ImpulseResponse<FIRST_EFFECT>;
-type Block = shooting::Block<FIRST_EFFECT>;
+type Block = shooting::Block<FOLLOW>;
 
 /// The impulse responses about a model, and how far off it is.
 pub(super) struct Responses {
@@ -58,7 +55,7 @@ struct Normal {
 
 impl Normal {
     fn zero(functions: usize) -> Self {
-        let size = 2 * functions + FIRST_EFFECT;
+        let size = 2 * functions + FOLLOW;
         Self {
             matrix: DMatrix::zeros(size, size),
             gradient: DVector::zeros(size),
@@ -80,7 +77,7 @@ impl Normal {
         let mut moved = Matrix4xX::<f64>::zeros(torques);
         let mut cross = Matrix4xX::<f64>::zeros(torques);
         let mut matrix = DMatrix::zeros(torques, torques);
-        let mut with_base = DMatrix::zeros(torques, FIRST_EFFECT);
+        let mut with_base = DMatrix::zeros(torques, FOLLOW);
         let mut gradient = DVector::zeros(torques);
         for (k, block) in response.blocks.iter().enumerate() {
             let mut here = moved.clone();
@@ -104,19 +101,19 @@ impl Normal {
         with_base.gemm_tr(-1.0, &cross, &response.absorbed, 1.0);
         gradient.gemv_tr(-1.0, &absorbed, &response.gradient, 1.0);
         let mut out = Self::zero(functions);
-        let (all, base) = ((torques, torques), (torques, FIRST_EFFECT));
+        let (all, base) = ((torques, torques), (torques, FOLLOW));
         out.matrix.view_mut((0, 0), all).copy_from(&matrix);
         out.matrix
             .view_mut((0, torques), base)
             .copy_from(&with_base);
-        let mut below = out.matrix.view_mut((torques, 0), (FIRST_EFFECT, torques));
+        let mut below = out.matrix.view_mut((torques, 0), (FOLLOW, torques));
         below.copy_from(&with_base.transpose());
         let mut corner = out
             .matrix
-            .fixed_view_mut::<FIRST_EFFECT, FIRST_EFFECT>(torques, torques);
+            .fixed_view_mut::<FOLLOW, FOLLOW>(torques, torques);
         corner.copy_from(&response.base_normal);
         out.gradient.rows_mut(0, torques).copy_from(&gradient);
-        let mut last = out.gradient.rows_mut(torques, FIRST_EFFECT);
+        let mut last = out.gradient.rows_mut(torques, FOLLOW);
         last.copy_from(&response.base_gradient);
         out
     }
