@@ -1,11 +1,10 @@
 //! The diagnosis: run in a thread of its own, so that Ctrl-C and progress work while Rust is at it.
 
 use crate::error;
-use crate::recording::{Read, read, refuse_suspicion};
+use crate::recording::{Chosen, choose};
 use crate::rig::PyRig;
 use furuta_ident::Insufficient;
 use furuta_ident::diagnose::{Options, Outcome, Progress, Request};
-use furuta_ident::recording::{Recording, against_rig};
 use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -325,24 +324,12 @@ pub(crate) fn diagnose(
     accept_suspicious: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyDiagnosis> {
-    let Read {
-        recordings,
-        mut notices,
-    } = read(recordings, accept_suspicious)?;
-    let verify = match verify {
-        Some(given) => {
-            let more = read(given, accept_suspicious)?;
-            notices.extend(more.notices);
-            more.recordings
-        }
-        None => Vec::new(),
-    };
     let rig = rig.rig.clone();
-    let everything: Vec<Recording> = recordings.iter().chain(&verify).cloned().collect();
-    for notice in against_rig(&everything, &rig) {
-        refuse_suspicion(&notice, accept_suspicious)?;
-        notices.push(notice.to_string());
-    }
+    let Chosen {
+        recordings,
+        verify,
+        notices,
+    } = choose(recordings, verify, &rig, accept_suspicious)?;
     let (send, receive) = channel::<Progress>();
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);

@@ -7,6 +7,7 @@ pub mod frequency;
 mod insufficient;
 pub mod recording;
 pub mod report;
+pub mod selection;
 pub mod validate;
 
 pub use insufficient::Insufficient;
