@@ -203,8 +203,15 @@ fn wrong_counts_of_the_pendulum_are_named() {
                 continue;
             }
             count += 1;
-            let q = made.rig.sensors.resolution()[1];
+            let counts = made.rig.sensors.pendulum_counts_per_rev;
             for (i, scale) in [0.5, 2.0, 1000.0 / 1024.0].into_iter().enumerate() {
+                // An encoder of 2000 is taken for one of 2048, or 2000 are taken for its 2048.
+                let taken = if i == 2 && counts == 2000.0 {
+                    2048.0
+                } else {
+                    counts
+                };
+                let q = TAU / taken;
                 let kind = changed(&made, |[t, u, theta, alpha]| {
                     [t, u, theta, PI + ((alpha - PI) * scale / q).round() * q]
                 });
@@ -218,7 +225,7 @@ fn wrong_counts_of_the_pendulum_are_named() {
                         named[i] += 1;
                     }
                     Some(NoticeKind::EitherCountsSuspected {
-                        pendulum: (taken, encoder),
+                        pendulum: (encoder, taken),
                         ..
                     }) if (encoder / taken / scale - 1.0).abs() < 0.1 => {
                         named[i] += 1;
@@ -279,7 +286,7 @@ fn wrong_counts_of_the_arm_are_named() {
                         ..
                     })
                     | Some(NoticeKind::EitherCountsSuspected {
-                        arm: (taken, encoder),
+                        arm: (encoder, taken),
                         ..
                     }) if (encoder / taken / scale - 1.0).abs() < 0.1 => {}
                     other => wrong.push(format!("{} {scale}: {other:?}", made.what)),

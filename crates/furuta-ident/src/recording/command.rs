@@ -78,12 +78,15 @@ pub(super) fn sign(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     (wrong < LEAVES && BETTER * wrong < left(1.0)).then_some(NoticeKind::CommandSignSuspected)
 }
 
-/// Volts for one unit of the column, by the sheet's inertias.
+/// Volts for one unit of the column, by the sheet's inertias: from the arm's own or from the pendulum's pull, whichever shows better.
 fn volts_per_unit(recording: &Recording, rig: &Rig) -> Option<f64> {
-    let solution = needs(recording, rig, 0.0)?.only([0, 2, 4, 5]).solve(1.0)?;
-    let [inertia, ..] = solution.coefficients;
+    let needed = needs(recording, rig, 0.0)?.solve(1.0)?.coefficients;
     let c = rig.params.coefficients();
-    (inertia.sign(0.0, 3.0) == Some(1.0)).then(|| c.arm / c.drive / inertia.value)
+    [(needed[0], c.arm / c.drive), (needed[1], 1.0 / c.drive)]
+        .into_iter()
+        .filter(|(e, _)| e.value > 0.0)
+        .min_by(|(a, _), (b, _)| (a.std / a.value).total_cmp(&(b.std / b.value)))
+        .map(|(e, sheet)| sheet / e.value)
 }
 
 /// The command regressed on what the arm does.

@@ -5,7 +5,7 @@
 use core::f64::consts::PI;
 
 use super::regression::{Estimate, Regression};
-use super::{NoticeKind, Recording};
+use super::{NoticeKind, Recording, weak};
 
 /// No encoder of the bench has fewer counts a turn: a resolution coarser than `2 pi` over this is not in radians.
 const COUNTS_AT_LEAST: f64 = 150.0;
@@ -27,8 +27,8 @@ pub(super) fn time_unit(period: f64) -> Option<NoticeKind> {
 /// Suspects counts or degrees: whole numbers, or steps far coarser than any encoder's in radians.
 pub(super) fn coarse(column: &'static str, values: &[f64]) -> Option<NoticeKind> {
     let (resolution, largest) = steps(values);
-    let coarse = resolution > core::f64::consts::TAU / COUNTS_AT_LEAST && largest > PI;
-    coarse.then(|| {
+    let coarse = resolution.is_finite() && resolution > core::f64::consts::TAU / COUNTS_AT_LEAST;
+    (coarse && largest > PI).then(|| {
         if values.iter().all(|value| value.fract() == 0.0) {
             NoticeKind::RawCountsSuspected {
                 column,
@@ -49,9 +49,6 @@ pub(super) fn coarse(column: &'static str, values: &[f64]) -> Option<NoticeKind>
 /// decides, which holds in radians alone; and a pendulum that hangs at half a turn.
 pub(super) fn degrees(recording: &Recording) -> Vec<NoticeKind> {
     let (theta, alpha) = (&recording.theta, &recording.alpha);
-    let radians = |values: &[f64]| values.iter().map(|v| v.to_radians()).collect::<Vec<_>>();
-    let holds = |theta: &[f64], alpha: &[f64]| PendulumLaw::of(recording, theta, alpha);
-    let left = |law: Option<PendulumLaw>| law.map_or(1.0, |law| law.left);
     let suspicion = |column, values: &[f64]| {
         let (resolution, largest) = steps(values);
         NoticeKind::DegreesSuspected {
@@ -66,24 +63,29 @@ pub(super) fn degrees(recording: &Recording) -> Vec<NoticeKind> {
     };
     let mut found = Vec::new();
     let beyond = |values: &[f64]| steps(values).1 > ANGLE_AT_MOST;
+    let degrees = PI.recip() * 180.0;
+    let law = |scale: f64| {
+        let regression = weak::regression(recording, scale, 0.0).only(weak::PLAIN);
+        regression.solve(weak::CORRELATED)
+    };
     let in_degrees = beyond(alpha) && {
-        let (converted, given) = (holds(theta, &radians(alpha)), holds(theta, alpha));
+        let left = |scale: f64| law(scale).map_or(1.0, |law| law.left);
         let about_half_a_turn = alpha.iter().all(|a| (a.abs() - 180.0).abs() < 90.0);
-        about_half_a_turn || left(converted) < LEFT_IN_RADIANS * left(given)
+        about_half_a_turn || left(degrees) < LEFT_IN_RADIANS * left(1.0)
     };
     // An arm in degrees moves the pendulum by a sixtieth of what any arm would.
     if beyond(theta) {
-        let law = if in_degrees {
-            holds(theta, &radians(alpha))
-        } else {
-            holds(theta, alpha)
-        };
-        let weak = |law: PendulumLaw| {
+        let scale = if in_degrees { degrees } else { 1.0 };
+        let weak = law(scale).is_some_and(|law| {
+            let [value, std] = {
+                let e = law.coefficients[weak::COUPLING];
+                [e.value / scale, e.std / scale]
+            };
             law.left < SWAPPED_LEAVES
-                && law.coupling.value > SIGNIFICANT * law.coupling.std
-                && law.coupling.value + SIGNIFICANT * law.coupling.std < COUPLING_AT_LEAST
-        };
-        if law.is_some_and(weak) {
+                && value > SIGNIFICANT * std
+                && value + SIGNIFICANT * std < COUPLING_AT_LEAST
+        });
+        if weak {
             found.push(suspicion("theta", theta));
         }
     }

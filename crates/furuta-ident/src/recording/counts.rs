@@ -8,8 +8,8 @@ use core::f64::consts::{PI, TAU};
 
 use furuta_model::{Effect, Rig};
 
-use super::regression::Solution;
-use super::weak::{self, CENTRIFUGAL, CORRELATED, COUPLING, GRAVITY, SMALL, TERMS};
+use super::regression::{Estimate, Solution};
+use super::weak::{self, CENTRIFUGAL, CORRELATED, COUPLING, GRAVITY, PLAIN, SMALL, TERMS};
 use super::{NoticeKind, Recording};
 
 /// Counts per turn of usual encoders, quadrature included or forgotten.
@@ -28,6 +28,8 @@ const EXPLAINED: f64 = 0.02;
 const SAMPLES: f64 = 40.0;
 /// The scale that fits best lies as near as this to one that is named.
 const NEAR: f64 = 0.003;
+/// The smallest step of an angle tells its counts within this.
+const LATTICE: f64 = 1e-3;
 /// By so much (chi squared) the best scale may explain more than one that is named.
 const WITHIN: f64 = 12.0;
 /// A data sheet may be wrong by this factor about how far the arm moves the pendulum.
@@ -39,13 +41,68 @@ const GRAVITY_KNOWN: f64 = 1.3;
 /// Standard deviations that tell the arm's encoder from the pendulum's.
 const APART: f64 = 4.0;
 
-/// Ratios of the true counts per turn to those that were taken, where either is the rig file's.
-fn usual(rig: f64) -> impl Iterator<Item = f64> {
-    let others = USUAL.into_iter().flat_map(move |n| [n / rig, rig / n]);
-    QUADRATURE
-        .into_iter()
-        .chain(others)
-        .filter(|f| (1.0 / MOST..MOST).contains(f) && (f - 1.0).abs() > 1e-9)
+/// Counts per turn with which an angle was made, and those that its encoder may have instead.
+struct Counts {
+    in_rig_file: f64,
+    /// As the smallest step of the angle tells; the rig file's where it tells nothing.
+    taken: f64,
+    known: bool,
+}
+
+impl Counts {
+    fn of(values: &[f64], in_rig_file: f64) -> Self {
+        let step = values
+            .iter()
+            .zip(values.iter().skip(1))
+            .map(|(a, b)| (b - a).abs())
+            .filter(|step| *step > 1e-9)
+            .fold(f64::INFINITY, f64::min);
+        let told = USUAL
+            .into_iter()
+            .chain([in_rig_file])
+            .find(|n| (TAU / step / n - 1.0).abs() < LATTICE);
+        Self {
+            in_rig_file,
+            taken: told.unwrap_or(in_rig_file),
+            known: told.is_some(),
+        }
+    }
+
+    /// The encoder's counts over those taken, quadrature first.
+    fn scales(&self) -> impl Iterator<Item = f64> {
+        let (rig, taken, known) = (self.in_rig_file, self.taken, self.known);
+        let others = USUAL.into_iter().chain([rig]).map(move |n| n / taken);
+        // Angles without steps may have been made with any usual counts from an encoder that is the rig file's.
+        let unknown = USUAL.into_iter().filter(move |_| !known);
+        QUADRATURE
+            .into_iter()
+            .chain(others)
+            .chain(unknown.map(move |n| rig / n))
+            .filter(|f| (1.0 / MOST..MOST).contains(f) && (f - 1.0).abs() > 1e-9)
+    }
+
+    /// Names a scale.
+    fn suspected(&self, column: &'static str, scale: f64, zero: f64) -> NoticeKind {
+        let (encoder, taken) = self.pair(scale);
+        NoticeKind::CountsSuspected {
+            column,
+            encoder,
+            taken,
+            in_rig_file: self.in_rig_file,
+            zero,
+        }
+    }
+
+    /// The encoder's counts and those taken.
+    fn pair(&self, scale: f64) -> (f64, f64) {
+        let encoder = self.taken * scale;
+        let whole = (encoder - encoder.round()).abs() < 1e-6;
+        if whole {
+            (encoder.round(), self.taken)
+        } else {
+            (self.in_rig_file, (self.in_rig_file / scale).round())
+        }
+    }
 }
 
 /// Suspects the counts per turn of either encoder.
@@ -92,7 +149,8 @@ fn shape(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
         gravity > 0.0 && (1.0 / SHEET..SHEET).contains(&ratio)
     };
     let mut best: Option<Tried> = None;
-    for scale in usual(rig.sensors.pendulum_counts_per_rev) {
+    let counts = Counts::of(&recording.alpha, rig.sensors.pendulum_counts_per_rev);
+    for scale in counts.scales() {
         for zero in [hanging, upright] {
             let Some((tried, _)) = attempt(scale, zero) else {
                 continue;
@@ -120,52 +178,50 @@ fn shape(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     if best.solution.left > nearest * (1.0 + WITHIN / freedom) {
         return None;
     }
-    let expected = rig.sensors.pendulum_counts_per_rev;
-    let taken = lattice(&recording.alpha, expected);
-    Some(NoticeKind::CountsSuspected {
-        column: "alpha",
-        encoder: (taken * best.scale).round(),
-        taken,
-        in_rig_file: expected,
-        zero: best.zero,
-    })
+    Some(counts.suspected("alpha", best.scale, best.zero))
 }
 
 /// A gross factor between the angles, as small swings show it.
 fn coupling(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     let c = rig.params.coefficients();
-    let hanging = PI;
-    let regression = weak::regression(recording, 1.0, hanging);
-    let small = regression.only(SMALL).solve(CORRELATED)?;
-    let [gravity, coupling] = [GRAVITY, COUPLING].map(|i| small.coefficients[i]);
-    let known = gravity.value * c.pendulum / c.weight;
+    let regression = weak::regression(recording, 1.0, PI);
+    let known = |gravity: Estimate| {
+        let ratio = gravity.value * c.pendulum / c.weight;
+        (1.0 / GRAVITY_KNOWN..GRAVITY_KNOWN).contains(&ratio)
+    };
+    let plain = regression
+        .only(PLAIN)
+        .solve(CORRELATED)
+        .map(|s| (s.coefficients[0], s.coefficients[1], s.left));
+    let small = regression
+        .only(SMALL)
+        .solve(CORRELATED)
+        .map(|s| (s.coefficients[0], s.coefficients[1], s.left));
+    let (_, coupling, left) = plain
+        .filter(|s| known(s.0))
+        .or(small.filter(|s| known(s.0)))?;
     let ratio = coupling.value * c.pendulum / c.coupling;
     let gross = ratio > SHEET || (0.0..1.0 / SHEET).contains(&ratio);
     let sure = coupling.std < 0.05 * coupling.value
-        && small.left < 2.0 * EXPLAINED
-        && (1.0 / GRAVITY_KNOWN..GRAVITY_KNOWN).contains(&known)
+        && left < 2.0 * EXPLAINED
         && regression.freedom(CORRELATED) > SAMPLES;
     if !(gross && sure) {
         return None;
     }
-    let nearest = |expected: f64, ratio: f64| {
+    let [arm, pendulum] = [
+        Counts::of(&recording.theta, rig.sensors.arm_counts_per_rev),
+        Counts::of(&recording.alpha, rig.sensors.pendulum_counts_per_rev),
+    ];
+    let nearest = |counts: &Counts, ratio: f64| {
         let off = |f: &f64| (f / ratio).ln().abs();
-        usual(expected)
+        counts
+            .scales()
             .filter(|f| off(f) < RATIO)
             .min_by(|a, b| off(a).total_cmp(&off(b)))
     };
-    let of = [&recording.theta, &recording.alpha];
-    let rig_counts = [
-        rig.sensors.arm_counts_per_rev,
-        rig.sensors.pendulum_counts_per_rev,
-    ];
-    let [arm, pendulum] = [0, 1].map(|i| {
-        let taken = lattice(of[i], rig_counts[i]);
-        let factor = if i == 0 { ratio.recip() } else { ratio };
-        nearest(rig_counts[i], factor).map(|f| (taken, (taken * f).round()))
-    });
+    let (of_arm, of_pendulum) = (nearest(&arm, ratio.recip()), nearest(&pendulum, ratio));
     // The arm's speed squared throws the pendulum outwards: that goes with the square of theta's scale, and with no length.
-    let centrifugal = regression.solve(CORRELATED).map(|solution| {
+    let centrifugal = regression.only(PLAIN).solve(CORRELATED).map(|solution| {
         let e = solution.coefficients[CENTRIFUGAL];
         [e.value, e.std].map(|v| v * c.pendulum / c.swing)
     });
@@ -173,44 +229,16 @@ fn coupling(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
         centrifugal
             .is_none_or(|[value, std]| (value - expected).abs() < APART * std + RATIO * expected)
     };
-    match (
-        arm.filter(|_| fits(ratio * ratio)),
-        pendulum.filter(|_| fits(ratio)),
-    ) {
-        (Some((taken, encoder)), None) => Some(NoticeKind::CountsSuspected {
-            column: "theta",
-            encoder,
-            taken,
-            in_rig_file: rig_counts[0],
-            zero: 0.0,
-        }),
-        (None, Some((taken, encoder))) => Some(NoticeKind::CountsSuspected {
-            column: "alpha",
-            encoder,
-            taken,
-            in_rig_file: rig_counts[1],
-            zero: hanging,
-        }),
-        (Some(arm), Some(pendulum)) => Some(NoticeKind::EitherCountsSuspected {
+    let of_arm = of_arm.filter(|_| fits(ratio * ratio));
+    let of_pendulum = of_pendulum.filter(|_| fits(ratio));
+    match (of_arm, of_pendulum) {
+        (Some(scale), None) => Some(arm.suspected("theta", scale, 0.0)),
+        (None, Some(scale)) => Some(pendulum.suspected("alpha", scale, PI)),
+        (Some(of_arm), Some(of_pendulum)) => Some(NoticeKind::EitherCountsSuspected {
             ratio,
-            arm,
-            pendulum,
+            arm: arm.pair(of_arm),
+            pendulum: pendulum.pair(of_pendulum),
         }),
         (None, None) => None,
     }
-}
-
-/// The counts per turn with which a column was made, from its smallest step; the rig file's where that is none of an encoder.
-fn lattice(values: &[f64], expected: f64) -> f64 {
-    let step = values
-        .iter()
-        .zip(values.iter().skip(1))
-        .map(|(a, b)| (b - a).abs())
-        .filter(|step| *step > 1e-9)
-        .fold(f64::INFINITY, f64::min);
-    let counts = TAU / step;
-    USUAL
-        .into_iter()
-        .find(|n| (counts / n - 1.0).abs() < 1e-3)
-        .unwrap_or(expected)
 }

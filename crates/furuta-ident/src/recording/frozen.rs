@@ -1,16 +1,18 @@
 //! Whether an encoder stops counting while its axis must move.
 
+use core::f64::consts::PI;
+
 use furuta_model::Rig;
 
 use super::convention::{DIFFERENCE, differences};
-use super::{NoticeKind, Recording};
+use super::{NoticeKind, Recording, weak};
 
 /// The shortest standstill that is looked at, s.
 const SHORTEST: f64 = 0.7;
 /// Samples of it at least.
 const SAMPLES: usize = 20;
 /// An arm that stands leaves the pendulum's equation this share of its motion at most; one that moves unseen leaves more.
-const LEFT: f64 = 0.25;
+const LEFT: f64 = 0.004;
 /// The pendulum's acceleration in that time at least, as a share of that of its full weight.
 const MOVES: f64 = 0.05;
 /// A standing pendulum that is pushed by this share of its weight is held by no friction.
@@ -23,11 +25,10 @@ pub(super) fn frozen(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
         .into_iter()
         .find_map(|(column, values)| {
             let (start, end) = standstill(recording, values)?;
-            let moves = |k: usize| (start..end).contains(&k);
             let must = if column == "theta" {
-                arm_moves(recording, rig, moves)
+                arm_moves(recording, rig, (start, end))
             } else {
-                pendulum_is_pushed(recording, rig, moves)
+                pendulum_is_pushed(recording, rig, (start, end))
             };
             let at = |k: usize| recording.t.get(k).copied().unwrap_or_default();
             must.then(|| NoticeKind::FrozenSuspected {
@@ -57,34 +58,29 @@ fn standstill(recording: &Recording, values: &[f64]) -> Option<(usize, usize)> {
     (longest.1 - longest.0 >= samples).then_some(longest)
 }
 
-/// Whether the pendulum's equation fails while theta stands: `alpha'' = a sin(alpha) - c alpha'` is what a standing arm leaves of it.
-fn arm_moves(recording: &Recording, rig: &Rig, within: impl Fn(usize) -> bool) -> bool {
+/// Whether the pendulum's equation fails while theta stands: gravity and friction are what a standing arm leaves of it.
+fn arm_moves(recording: &Recording, rig: &Rig, (start, end): (usize, usize)) -> bool {
     let c = rig.params.coefficients();
-    let columns = [recording.theta.as_slice(), recording.alpha.as_slice()];
-    let mut regression = super::regression::Regression::<4>::default();
-    let (mut squares, mut count) = (0.0, 0.0);
-    let lag = differences(recording, columns, DIFFERENCE, |[_, a]| {
-        if within(a.index) {
-            let (sin, cos) = a.angle.sin_cos();
-            regression.add([sin, cos, a.speed, 1.0], a.acceleration);
-            squares += a.acceleration * a.acceleration;
-            count += 1.0;
-        }
+    let stretch = recording.part(start..end);
+    let regression = weak::regression(&stretch, 1.0, PI).only(weak::STANDING);
+    let left = regression.solve(weak::CORRELATED).map(|s| s.left);
+    let columns = [stretch.theta.as_slice(), stretch.alpha.as_slice()];
+    let (mut squares, mut count) = (0.0_f64, 0.0_f64);
+    differences(&stretch, columns, DIFFERENCE, |[_, a]| {
+        squares += a.acceleration * a.acceleration;
+        count += 1.0;
     });
-    let Some(solution) = lag.and_then(|lag| regression.solve((2 * lag + 1) as f64)) else {
-        return false;
-    };
     let size = (squares / count).sqrt() * c.pendulum / c.weight;
-    size > MOVES && solution.left > LEFT
+    size > MOVES && left.is_some_and(|left| left > LEFT)
 }
 
 /// Whether arm and weight push a pendulum that seems to stand.
-fn pendulum_is_pushed(recording: &Recording, rig: &Rig, within: impl Fn(usize) -> bool) -> bool {
+fn pendulum_is_pushed(recording: &Recording, rig: &Rig, (start, end): (usize, usize)) -> bool {
     let c = rig.params.coefficients();
     let columns = [recording.theta.as_slice(), recording.alpha.as_slice()];
     let (mut squares, mut count) = (0.0_f64, 0.0_f64);
     differences(recording, columns, DIFFERENCE, |[t, a]| {
-        if within(a.index) {
+        if (start..end).contains(&a.index) {
             let (sin, cos) = a.angle.sin_cos();
             let push = c.weight * sin + c.coupling * cos * t.acceleration;
             squares += push * push;

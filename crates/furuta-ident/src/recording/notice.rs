@@ -181,7 +181,7 @@ pub enum NoticeKind {
     EitherCountsSuspected {
         /// Coupling of arm and pendulum over the rig's.
         ratio: f64,
-        /// Counts per turn that theta was made with, and those of its encoder if that is the wrong one.
+        /// Counts per turn of the arm's encoder if that is the wrong one, and those that theta was made with.
         arm: (f64, f64),
         /// The same of alpha.
         pendulum: (f64, f64),
@@ -397,8 +397,8 @@ impl fmt::Display for NoticeKind {
             }
             Self::EitherCountsSuspected {
                 ratio,
-                arm: (arm_taken, arm),
-                pendulum: (pendulum_taken, pendulum),
+                arm: (arm, arm_taken),
+                pendulum: (pendulum, pendulum_taken),
             } => write!(
                 f,
                 "the arm moves the pendulum {ratio:.3} times as much as on this rig: counts per turn of the pendulum's encoder look like {pendulum} where {pendulum_taken} \

@@ -45,8 +45,8 @@ impl<const N: usize> Default for Regression<N> {
     }
 }
 
-/// The least determinant of regressors of length one: below, one is nearly the sum of others.
-const INDEPENDENT: f64 = 1e-12;
+/// The least squared part of a regressor of length one that the others do not make up.
+const INDEPENDENT: f64 = 1e-11;
 /// Independent samples that a solution needs beyond its coefficients.
 const FREEDOM: f64 = 10.0;
 
@@ -81,8 +81,8 @@ impl<const N: usize> Regression<N> {
         let unit =
             SMatrix::<f64, N, N>::from_fn(|i, j| self.xx[(i, j)] / (lengths[i] * lengths[j]));
         let cholesky = unit.cholesky()?;
-        let determinant: f64 = (0..N).map(|i| cholesky.l_dirty()[(i, i)].powi(2)).product();
-        if !(determinant > INDEPENDENT && freedom > FREEDOM) {
+        let independent = (0..N).all(|i| cholesky.l_dirty()[(i, i)].powi(2) > INDEPENDENT);
+        if !(independent && freedom > FREEDOM) {
             return None;
         }
         let inverse = cholesky.inverse();

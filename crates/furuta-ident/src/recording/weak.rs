@@ -18,14 +18,19 @@ const SLOW: f64 = 0.1;
 pub(super) const CORRELATED: f64 = 2.0;
 
 /// Regressors: gravity `sin(alpha)`, coupling `cos(alpha) theta''`, centrifugal `sin cos theta'²`, damping, then what an encoder's offset, a constant
-/// torque, a spring and dry friction add.
-pub(super) const TERMS: usize = 8;
+/// torque, a spring, dry friction and a tilted base add.
+pub(super) const TERMS: usize = 10;
 /// Places of those that are looked at.
 pub(super) const GRAVITY: usize = 0;
 pub(super) const COUPLING: usize = 1;
 pub(super) const CENTRIFUGAL: usize = 2;
-/// Gravity, coupling, damping and a constant torque: what swings too small to tell more have.
-pub(super) const SMALL: [usize; 4] = [0, 1, 3, 5];
+/// The equation of a level rig with a constant torque.
+pub(super) const PLAIN: [usize; 5] = [GRAVITY, COUPLING, CENTRIFUGAL, 3, 5];
+/// The same for swings too small, or an arm too slow, to tell more.
+pub(super) const SMALL: [usize; 4] = [GRAVITY, COUPLING, 3, 5];
+
+/// What is left of it where the arm stands.
+pub(super) const STANDING: [usize; 4] = [GRAVITY, 3, 5, 7];
 
 /// The pendulum's equation over a recording whose alpha is `scale` times the true one, counted from `zero`: terms for the acceleration as recorded.
 pub(super) fn regression(recording: &Recording, scale: f64, zero: f64) -> Regression<TERMS> {
@@ -68,6 +73,9 @@ pub(super) fn regression(recording: &Recording, scale: f64, zero: f64) -> Regres
                 x[5] += phi;
                 x[6] += phi * (at - zero);
                 x[7] += phi * (pendulum / SLOW).tanh();
+                let (side, front) = theta.get(j + lag).map_or((0.0, 1.0), |t| t.sin_cos());
+                x[8] += phi * cos * side;
+                x[9] += phi * cos * (1.0 - front);
             }
             regression.add(x, y);
         }
