@@ -1,7 +1,7 @@
 //! Recordings given from Python: paths of files, or columns as arrays.
 
 use crate::error;
-use furuta_ident::recording::{Recording, RecordingError};
+use furuta_ident::recording::{Notice, Recording, RecordingError};
 use furuta_ident::selection::{Read, SelectionError, read_unseen, select};
 use furuta_model::Rig;
 use numpy::{AllowTypeChange, PyArrayLike1};
@@ -37,9 +37,7 @@ pub(crate) fn choose(
         }
     }
     let selection = select(seen, unseen, rig, accept_suspicious).map_err(|e| match e {
-        SelectionError::Suspicious(notice) => error::recording(format!(
-            "{notice}; mend the recording, or pass accept_suspicious=True if it is right as it is"
-        )),
+        SelectionError::Suspicious(notice) => suspicious(&notice),
         other => error::recording(other),
     })?;
     let notices = unreadable.iter().chain(&selection.notices);
@@ -48,6 +46,30 @@ pub(crate) fn choose(
         recordings: selection.recordings,
         verify: selection.verify,
     })
+}
+
+/// Recordings of a rig that is not known, with notices, one sentence each: none may be suspicious, unless the person knows better.
+pub(crate) fn read(
+    given: &Bound<'_, PyAny>,
+    accept_suspicious: bool,
+) -> PyResult<(Vec<Recording>, Vec<String>)> {
+    let (mut recordings, mut said) = (Vec::new(), Vec::new());
+    for (_, read) in each(given)? {
+        let (recording, notices) = read.map_err(error::recording)?;
+        let refused = notices.iter().find(|n| n.kind.is_suspicion());
+        if let Some(notice) = refused.filter(|_| !accept_suspicious) {
+            return Err(suspicious(notice));
+        }
+        said.extend(notices.iter().map(ToString::to_string));
+        recordings.push(recording);
+    }
+    Ok((recordings, said))
+}
+
+fn suspicious(notice: &Notice) -> PyErr {
+    error::recording(format!(
+        "{notice}; mend the recording, or pass accept_suspicious=True if it is right as it is"
+    ))
 }
 
 /// Reads one recording or a sequence of them, each a path or a mapping of columns, by their names.

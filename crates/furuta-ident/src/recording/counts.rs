@@ -69,16 +69,24 @@ impl Counts {
     }
 
     /// The encoder's counts over those taken, quadrature first.
-    fn scales(&self) -> impl Iterator<Item = f64> {
+    fn scales(&self) -> Vec<f64> {
         let (rig, taken, known) = (self.in_rig_file, self.taken, self.known);
         let others = USUAL.into_iter().chain([rig]).map(move |n| n / taken);
         // Angles without steps may have been made with any usual counts from an encoder that is the rig file's.
         let unknown = USUAL.into_iter().filter(move |_| !known);
-        QUADRATURE
+        let mut scales = Vec::new();
+        for scale in QUADRATURE
             .into_iter()
             .chain(others)
             .chain(unknown.map(move |n| rig / n))
-            .filter(|f| (1.0 / MOST..MOST).contains(f) && (f - 1.0).abs() > 1e-9)
+        {
+            let known = |f: &f64| (f / scale - 1.0).abs() < 1e-9;
+            let is_new = !scales.iter().chain(&[1.0]).any(known);
+            if is_new && (1.0 / MOST..MOST).contains(&scale) {
+                scales.push(scale);
+            }
+        }
+        scales
     }
 
     /// Names a scale.
@@ -142,7 +150,7 @@ fn shape(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
         ))
     };
     let (as_it_is, freedom) = attempt(1.0, hanging)?;
-    // Where the pendulum swings too little, every scale leaves the same: the search would only cost time.
+    // Counted from the other zero, gravity turns round.
     let physical = |t: &Tried| {
         let [gravity, coupling] = [GRAVITY, COUPLING].map(|i| t.solution.coefficients[i].value);
         let ratio = coupling / t.scale * c.pendulum / c.coupling;
@@ -216,6 +224,7 @@ fn coupling(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
         let off = |f: &f64| (f / ratio).ln().abs();
         counts
             .scales()
+            .into_iter()
             .filter(|f| off(f) < RATIO)
             .min_by(|a, b| off(a).total_cmp(&off(b)))
     };

@@ -14,6 +14,8 @@ const LEAST_HALF: usize = 6;
 const SPEED: f64 = 0.006;
 /// Speed below which the direction of dry friction is smooth, rad/s.
 const SLOW: f64 = 0.1;
+/// Bumps over a recording at most; over a longer one they lie further apart.
+const BUMPS: usize = 1000;
 /// Bumps overlap: one in so many is independent.
 pub(super) const CORRELATED: f64 = 2.0;
 
@@ -42,6 +44,7 @@ pub(super) fn regression(recording: &Recording, scale: f64, zero: f64) -> Regres
         .map(|j| bump(j as f64 / half as f64 - 1.0, half as f64 * h))
         .collect();
     let reach = half + lag;
+    let stride = half.div_ceil(2).max(recording.len() / BUMPS);
     for segment in &recording.segments {
         let (Some(theta), Some(alpha)) = (
             recording.theta.get(segment.clone()),
@@ -52,7 +55,7 @@ pub(super) fn regression(recording: &Recording, scale: f64, zero: f64) -> Regres
         let windows = theta
             .windows(2 * reach + 1)
             .zip(alpha.windows(2 * reach + 1));
-        for (theta, alpha) in windows.step_by(half.div_ceil(2)) {
+        for (theta, alpha) in windows.step_by(stride) {
             let (mut x, mut y) = ([0.0; TERMS], 0.0);
             for (j, [phi, slope, curvature]) in bump.iter().enumerate() {
                 let speed = |values: &[f64]| {
