@@ -10,6 +10,7 @@ mod insufficient;
 mod least_squares;
 pub mod recording;
 pub mod report;
+pub mod selection;
 mod shooting;
 mod stop;
 pub mod validate;

@@ -1,8 +1,9 @@
 //! Rig files fitted to recordings.
 
-use super::{checked, field, parsed};
+use super::{field, parsed};
 use crate::error;
 use crate::file;
+use crate::recording::choose;
 use crate::rig::PyRig;
 use furuta_ident::calibrate::{Options, Outcome};
 use pyo3::prelude::*;
@@ -266,7 +267,7 @@ pub(crate) fn calibrate(
     accept_suspicious: bool,
 ) -> PyResult<PyCalibration> {
     let rig = rig.rig.clone();
-    let given = checked(recordings, &rig, accept_suspicious)?;
+    let given = choose(recordings, verify.as_ref(), &rig, accept_suspicious)?;
     let options = Options {
         free: free.unwrap_or_default(),
         hold: hold.unwrap_or_default(),
@@ -278,11 +279,9 @@ pub(crate) fn calibrate(
         .detach(|| furuta_ident::calibrate::calibrate(&given.recordings, &rig, &options))
         .map_err(error::calibrate)?;
     outcome.calibration.notices.splice(0..0, given.notices);
-    if let Some(verify) = verify {
-        let unseen = checked(&verify, &rig, accept_suspicious)?;
-        py.detach(|| outcome.verify(&unseen.recordings, &rig))
+    if !given.verify.is_empty() {
+        py.detach(|| outcome.verify(&given.verify, &rig))
             .map_err(error::calibrate)?;
-        outcome.calibration.notices.extend(unseen.notices);
     }
     let contract = parsed(py, &outcome.calibration.to_json())?.unbind();
     Ok(PyCalibration { outcome, contract })

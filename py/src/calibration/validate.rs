@@ -1,7 +1,8 @@
 //! Rig files judged by recordings.
 
-use super::{checked, field, parsed};
+use super::{field, parsed};
 use crate::error;
+use crate::recording::choose;
 use crate::rig::PyRig;
 use furuta_ident::validate::Validation;
 use pyo3::prelude::*;
@@ -101,7 +102,7 @@ pub(crate) fn validate(
     accept_suspicious: bool,
 ) -> PyResult<PyValidation> {
     let rig = rig.rig.clone();
-    let given = checked(recordings, &rig, accept_suspicious)?;
+    let given = choose(recordings, None, &rig, accept_suspicious)?;
     let mut validation = py
         .detach(|| furuta_ident::validate::validate(&given.recordings, &rig))
         .map_err(error::calibrate)?;

@@ -314,8 +314,7 @@ pub(crate) fn frf(
     band: Option<(f64, f64)>,
     accept_suspicious: bool,
 ) -> PyResult<PyFrf> {
-    let data = read(recordings, accept_suspicious)?;
-    let mut notices = data.notices;
+    let (recordings, mut notices) = read(recordings, accept_suspicious)?;
     let estimator = match (reference, estimator) {
         (Some(_), _) => Estimator::Joint,
         (None, "H1") => Estimator::H1,
@@ -338,7 +337,7 @@ pub(crate) fn frf(
         external: reference,
     };
     let measured = py.detach(|| {
-        let taken = Taken::from_recordings(&data.recordings, columns)?;
+        let taken = Taken::from_recordings(&recordings, columns)?;
         let mut said = taken.notices.clone();
         let mut frf = match period {
             Some(period) => {

@@ -3,7 +3,8 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use furuta_ident::recording::{Notice, Recording, against_rig};
+use furuta_ident::recording::Recording;
+use furuta_ident::selection::{SelectionError, read_unseen, select};
 use furuta_model::Rig;
 
 use crate::failure::Failure;
@@ -31,34 +32,29 @@ pub(crate) struct RecordedArgs {
 }
 
 impl RecordedArgs {
-    /// The recordings, and those of `more`, all checked against the rig; what was noticed is added to `notices`.
+    /// The recordings, and those of `unseen`, all checked against the rig; what was noticed is added to `notices`. A suspicious one is left out where the
+    /// others suffice.
     pub(crate) fn load(
         &self,
         rig: &Rig,
-        more: &[PathBuf],
+        unseen: &[PathBuf],
         notices: &mut Vec<String>,
     ) -> Result<[Vec<Recording>; 2], Failure> {
-        let mut all = Vec::new();
-        for path in self.data.iter().chain(more) {
-            let (recording, found) = Recording::load_with_notices(path)?;
-            self.judge(found, notices)?;
-            all.push(recording);
+        let search = self
+            .data
+            .iter()
+            .map(Recording::load_with_notices)
+            .collect::<Result<Vec<_>, _>>()?;
+        let (mut verify, mut unreadable) = (Vec::new(), Vec::new());
+        for path in unseen {
+            let name = path.display().to_string();
+            let read = Recording::load_with_notices(path);
+            verify.extend(read_unseen(&name, read, &mut unreadable)?);
         }
-        self.judge(against_rig(&all, rig), notices)?;
-        let more = all.split_off(self.data.len());
-        Ok([all, more])
-    }
-
-    fn judge(&self, found: Vec<Notice>, notices: &mut Vec<String>) -> Result<(), Failure> {
-        for notice in found {
-            if notice.kind.is_suspicion() && !self.accept_suspicious {
-                return Err(Failure::new(format!(
-                    "{notice}; mend the recording, or pass --accept-suspicious if it is right as it is"
-                )));
-            }
-            notices.push(notice.to_string());
-        }
-        Ok(())
+        let selection = select(search, verify, rig, self.accept_suspicious).map_err(refused)?;
+        let said = unreadable.iter().chain(&selection.notices);
+        notices.extend(said.map(ToString::to_string));
+        Ok([selection.recordings, selection.verify])
     }
 
     /// Prints the answer, as text or as JSON, and writes a file of JSON where one was asked for.
@@ -84,4 +80,14 @@ pub(crate) fn answer(
     let answer = if as_json { json() + "\n" } else { text() };
     streams::output().write_all(answer.as_bytes())?;
     Ok(())
+}
+
+/// A refusal in one line, with the way around it where there is one.
+fn refused(error: SelectionError) -> Failure {
+    match error {
+        SelectionError::Suspicious(notice) => Failure::new(format!(
+            "{notice}; mend the recording, or pass --accept-suspicious if it is right as it is"
+        )),
+        other => other.into(),
+    }
 }

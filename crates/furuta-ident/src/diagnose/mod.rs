@@ -45,7 +45,7 @@ use crate::stop::Stop;
 use hypothesis::{Hypothesis, Nominal};
 use location::Residual;
 use predict::{Predictor, rms};
-use result::{CandidateEvidence, NamedEffect, RunCurves, Zero};
+use result::{Best, CandidateEvidence, NamedEffect, RunCurves, Zero};
 use search::{Rival, Search};
 
 /// A fitted hypothesis.
@@ -112,7 +112,7 @@ pub struct Outcome {
     pub diagnosis: Diagnosis,
     /// Curves and evidence for the report.
     pub curves: Curves,
-    /// The rig with refitted parameters and the named effects.
+    /// The rig that predicts data kept apart best ([`Diagnosis::best`]): most often the one with refitted parameters and the named effects.
     pub repaired: Rig,
 }
 
@@ -326,6 +326,9 @@ fn search(
             held_out::removed(&data, &without.errors, &after.errors)
         };
         diagnosis.effects = name(&calm, &named, &named_fit, rivals, &gain);
+        let repaired = custom.as_ref().map_or(after.level(), |c| unseen(&c.fit).level());
+        let given = held_out::unseen(&data, &folds, &as_given, false);
+        diagnosis.best = Best::of([given.level(), before.level(), repaired]);
     }
     diagnosis.suspected = suspected;
     diagnosis.custom = custom.as_ref().map(|c| c.refitted(&named_fit));
@@ -344,11 +347,16 @@ fn search(
     diagnosis.unfinished = unfinished;
 
     let repaired = repair::repaired(request.rig, &named_fit);
+    let best = match diagnosis.best {
+        Best::Given => request.rig.clone(),
+        Best::Refitted => repair::repaired(request.rig, &base_fit),
+        Best::Repaired => repaired.clone(),
+    };
     diagnosis.parameters = repair::parameters(request.rig, &repaired, &named_fit);
     diagnosis.zeros = zeros(request.recordings, &named_fit);
     let mut curves = Curves {
         rig: request.rig.name.clone(),
-        repaired_rig: Some(repaired.to_toml()),
+        repaired_rig: Some(best.to_toml()),
         ..Curves::default()
     };
     curves.evidence = first
@@ -370,7 +378,7 @@ fn search(
     Ok(Outcome {
         diagnosis,
         curves,
-        repaired,
+        repaired: best,
     })
 }
 

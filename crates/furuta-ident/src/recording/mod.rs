@@ -7,19 +7,24 @@
 mod against_rig;
 mod checks;
 mod clipped;
+mod command;
 mod convention;
+mod counts;
 mod csv;
 mod error;
+mod frozen;
 mod mcap;
 mod notice;
 mod regression;
 mod source;
+mod weak;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
 pub use against_rig::against_rig;
+pub(crate) use against_rig::each_against_rig;
 pub use checks::{GAP_FACTOR, IRREGULAR_SHARE, JITTER_TOLERATED, MIN_SEGMENT};
 pub use error::RecordingError;
 pub use notice::{Notice, NoticeKind};

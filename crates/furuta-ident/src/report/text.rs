@@ -58,6 +58,7 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
             repaired, h.augmented.theta, h.augmented.alpha
         ));
     }
+    out.extend(d.best.sentence().map(str::to_owned));
     let mut where_it_sits = d.location.iter().take(3).peekable();
     if where_it_sits.peek().is_some() {
         out.push(String::new());

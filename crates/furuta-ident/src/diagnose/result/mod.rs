@@ -3,6 +3,7 @@
 //! [`Diagnosis`] is read by other programs: fields may be added, but none of the present ones changes name, unit or meaning without a new
 //! [`SCHEMA`]. A number that could not be determined is `NaN` here and `null` in the JSON, never an invented zero.
 
+mod best;
 mod curves;
 mod missing_torque;
 mod sentence;
@@ -14,6 +15,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub use self::best::Best;
 pub use self::curves::{CandidateEvidence, Curves, GapBar, RunCurves, TorqueByState, TorqueInTime};
 pub use self::missing_torque::{MissingTorque, Shape};
 pub use self::suspected::Suspected;
@@ -395,6 +397,9 @@ pub struct Diagnosis {
     /// Prediction error on data kept apart; absent where there were too few.
     #[serde(default)]
     pub held_out: Option<HeldOut>,
+    /// Which of the three models predicts data kept apart best: the one that is written as a rig file.
+    #[serde(default)]
+    pub best: Best,
     /// Where the gap of the recalibrated model sits, the largest share first.
     #[serde(rename = "where")]
     pub location: Vec<GapShare>,
@@ -448,6 +453,7 @@ impl Diagnosis {
             limits: Vec::new(),
             gap,
             held_out: None,
+            best: Best::Repaired,
             location: Vec::new(),
             missing_torque: Vec::new(),
             next_experiment: None,
