@@ -2,7 +2,7 @@
 
 use furuta_model::Rig;
 
-use crate::diagnose::data::Data;
+use crate::shooting::Data;
 use crate::insufficient;
 use crate::recording::{Notice, NoticeKind, Recording, RecordingError, each_against_rig};
 
