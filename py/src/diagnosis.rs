@@ -278,7 +278,8 @@ impl PyDiagnosis {
                 "suspected",
                 "zeros",
             ]
-            .contains(&name) => {
+            .contains(&name) =>
+            {
                 Ok(pyo3::types::PyList::empty(py).into_any())
             }
             None => Err(PyKeyError::new_err(name.to_owned())),

@@ -17,21 +17,11 @@ pub(crate) trait LeastSquares<Place> {
     fn linearise(&self, place: &mut Place) -> Self::Linear;
 
     /// The damped step, and by how much the linear model says that it lowers the cost. `None` where there is none.
-    fn step(
-        &self,
-        place: &Place,
-        linear: &Self::Linear,
-        damping: f64,
-    ) -> Option<(Self::Step, f64)>;
+    fn step(&self, place: &Place, linear: &Self::Linear, damping: f64)
+    -> Option<(Self::Step, f64)>;
 
     /// Where a step leads. After the `last` one nothing is linearised.
-    fn trial(
-        &self,
-        place: &Place,
-        linear: &Self::Linear,
-        step: &Self::Step,
-        last: bool,
-    ) -> Place;
+    fn trial(&self, place: &Place, linear: &Self::Linear, step: &Self::Step, last: bool) -> Place;
 
     /// Whether to try a step that is predicted to lower the cost by `predicted`, after `iteration` others.
     fn promises(&self, place: &Place, predicted: f64, iteration: usize) -> bool {

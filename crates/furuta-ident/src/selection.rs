@@ -2,9 +2,9 @@
 
 use furuta_model::Rig;
 
-use crate::shooting::Data;
 use crate::insufficient;
 use crate::recording::{Notice, NoticeKind, Recording, RecordingError, each_against_rig};
+use crate::shooting::Data;
 
 /// A recording as it was read, with what was noticed on the way.
 pub type Read = (Recording, Vec<Notice>);

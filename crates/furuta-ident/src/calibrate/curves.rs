@@ -4,8 +4,8 @@ use super::Curve;
 use super::fit::{Fit, Problem};
 use super::result::ChannelFit;
 use crate::answer::{Channel, fit_percent};
-use crate::shooting::Data;
 use crate::recording::Recording;
+use crate::shooting::Data;
 
 /// Measured angles beside the predictions, window after window.
 pub(super) fn curves(problem: &Problem<'_>, nominal: &Fit, fitted: &Fit) -> Vec<Curve> {

@@ -304,12 +304,14 @@ impl Nearest<'_> {
         // Only ratios to the weight are known.
         let ratio = base(&c).map(|b| b / c.weight);
         let in_units = |i: usize, x: f64| x * self.weight / self.found.unit[i];
-        let left = SVector::<f64, BASE>::from_fn(|i, _| {
-            in_units(i, ratio[i].v) - self.found.value[i]
-        });
-        let slopes =
-            DMatrix::from_fn(BASE, self.free.len(), |i, k| in_units(i, ratio[i].d[k]));
-        let moved: f64 = self.free.iter().map(|&i| self.moved(&values, i).powi(2)).sum();
+        let left =
+            SVector::<f64, BASE>::from_fn(|i, _| in_units(i, ratio[i].v) - self.found.value[i]);
+        let slopes = DMatrix::from_fn(BASE, self.free.len(), |i, k| in_units(i, ratio[i].d[k]));
+        let moved: f64 = self
+            .free
+            .iter()
+            .map(|&i| self.moved(&values, i).powi(2))
+            .sum();
         Place {
             cost: (left.transpose() * self.firmness * left)[0] + FAINT * moved,
             values,
@@ -351,7 +353,11 @@ impl LeastSquares<Place> for Nearest<'_> {
 
     fn step(&self, place: &Place, r: &Reduced, damping: f64) -> Option<(DVector<f64>, f64)> {
         let scale = |i: usize| self.space.parameters[i].scale;
-        let z: Vec<f64> = self.free.iter().map(|&i| place.values[i] / scale(i)).collect();
+        let z: Vec<f64> = self
+            .free
+            .iter()
+            .map(|&i| place.values[i] / scale(i))
+            .collect();
         let bounds: Vec<(f64, f64)> = self
             .space
             .bounds(&place.values, self.free)

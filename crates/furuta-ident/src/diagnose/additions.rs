@@ -162,11 +162,6 @@ impl Problem<'_> {
     ) -> Vec<Trial> {
         let screen = Screen::new(self, from);
         let mut starts = self.promising(from, &screen, report);
-        if std::env::var("FDEBUG").is_ok() {
-            for s in starts.iter().take(24) {
-                eprintln!("    START {} promise {:.0}", s.spec.id, s.promise);
-            }
-        }
         let per_sample = self.per_sample(from);
         let mut bar = from.cost - WORTH_SCANNED * CRITERIA.effect * per_sample;
         if let Some((known, reaches)) = instead {
@@ -232,7 +227,11 @@ impl Problem<'_> {
     fn promising(&self, from: &Fit, screen: &Screen, report: &(dyn Fn(&str) + Sync)) -> Vec<Start> {
         let jobs: Vec<(&'static Spec, Vec<f64>)> = self
             .addable(from)
-            .flat_map(|s| self.starts(from, s, screen).into_iter().map(move |z| (s, z)))
+            .flat_map(|s| {
+                self.starts(from, s, screen)
+                    .into_iter()
+                    .map(move |z| (s, z))
+            })
             .collect();
         let small = self.chi(from) < SMALL;
         let mut starts: Vec<Start> = jobs

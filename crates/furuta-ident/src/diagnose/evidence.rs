@@ -116,7 +116,9 @@ impl Problem<'_> {
             .iter()
             .filter(|e| !smaller.model.has(e.id));
         Evidence {
-            least: added.map(|e| CRITERIA.least(e)).fold(CRITERIA.effect, f64::max),
+            least: added
+                .map(|e| CRITERIA.least(e))
+                .fold(CRITERIA.effect, f64::max),
             gain,
             robust: if gain < CRITERIA.weak * CRITERIA.effect {
                 farthest(smaller, larger)
@@ -155,15 +157,15 @@ impl Problem<'_> {
         let run = &self.data.runs[w.run];
         let begin = run.t0 + w.start as f64 * run.h;
         let end = begin + w.len as f64 * run.h;
-        fit.model.local(&fit.z).any(|e| {
-            match e.jump_after(run.recording, f64::NEG_INFINITY) {
+        fit.model
+            .local(&fit.z)
+            .any(|e| match e.jump_after(run.recording, f64::NEG_INFINITY) {
                 Some(edge) => {
                     let over = e.jump_after(run.recording, edge).unwrap_or(edge);
                     edge < end && over > begin && over > edge
                 }
                 None => false,
-            }
-        })
+            })
     }
 }
 

@@ -105,7 +105,12 @@ impl Unseen {
 
     /// Mean of the logarithms of the horizons that there are: the lower, the better the model predicts all in all.
     pub(super) fn level(&self) -> f64 {
-        let known: Vec<f64> = self.horizons.iter().filter(|e| e.is_finite()).map(|e| e.ln()).collect();
+        let known: Vec<f64> = self
+            .horizons
+            .iter()
+            .filter(|e| e.is_finite())
+            .map(|e| e.ln())
+            .collect();
         known.iter().sum::<f64>() / known.len().max(1) as f64
     }
 }
@@ -153,7 +158,9 @@ fn of_part(
     let (apart, predictor) = folds.apart(data, part, &fitted);
     let data = apart.as_ref().unwrap_or(data);
     let squared = |errors: &[[f64; 2]]| -> (f64, usize) {
-        let squared = errors.iter().flat_map(|e| [e[0] / data.noise[0], e[1] / data.noise[1]]);
+        let squared = errors
+            .iter()
+            .flat_map(|e| [e[0] / data.noise[0], e[1] / data.noise[1]]);
         (squared.map(|e| e * e).sum(), 2 * errors.len())
     };
     let windowed = |seconds: f64, wanted: &dyn Fn(&Run) -> bool| {

@@ -51,12 +51,7 @@ pub(super) fn search(
     if found.model.effects.len() == named.model.effects.len() {
         return named;
     }
-    short.fit(
-        &found.model,
-        found.z.clone(),
-        &named.states,
-        Effort::FULL,
-    )
+    short.fit(&found.model, found.z.clone(), &named.states, Effort::FULL)
 }
 
 /// An incomplete model without those of its kicks that do not help over long windows: what is wrong everywhere looks like a kick somewhere.
@@ -79,12 +74,7 @@ pub(super) fn lasting(short: &Problem<'_>, data: &Data, mut named: Fit) -> Fit {
 
 /// The parameters to be used: from half-second windows for a model that explains the data. For one that does not, what it lacks pulls the
 /// parameters of each horizon elsewhere: of those led to longer and longer windows, those that predict whole runs best. In a hurry, those at hand.
-pub(super) fn finish(
-    data: &Data,
-    fit: &Fit,
-    explained: bool,
-    stop: Stop<'_>,
-) -> Fit {
+pub(super) fn finish(data: &Data, fit: &Fit, explained: bool, stop: Stop<'_>) -> Fit {
     if stop.wanted() {
         return fit.clone();
     }

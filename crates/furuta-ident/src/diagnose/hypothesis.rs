@@ -439,8 +439,8 @@ impl Model for Hypothesis {
                 effects.push(e);
             }
         }
-        let plant = Plant::from_coefficients(coefficients, &effects)
-            .unwrap_or_else(|_| Plant::unknown());
+        let plant =
+            Plant::from_coefficients(coefficients, &effects).unwrap_or_else(|_| Plant::unknown());
         let mut seen = Observed::from_true_zeros(plant, late);
         seen.free_zeros(&layout, z);
         seen

@@ -326,7 +326,9 @@ fn search(
             held_out::removed(&data, &without.errors, &after.errors)
         };
         diagnosis.effects = name(&calm, &named, &named_fit, rivals, &gain);
-        let repaired = custom.as_ref().map_or(after.level(), |c| unseen(&c.fit).level());
+        let repaired = custom
+            .as_ref()
+            .map_or(after.level(), |c| unseen(&c.fit).level());
         let given = held_out::unseen(&data, &folds, &as_given, false);
         diagnosis.best = Best::of([given.level(), before.level(), repaired]);
     }
@@ -451,12 +453,7 @@ fn next_experiment(named: &[NamedEffect]) -> Option<String> {
 }
 
 /// Prediction errors over the reported horizon by model, where they sit, and the curves.
-fn gap(
-    data: &Data,
-    models: &[Predictor; 3],
-    diagnosis: &mut Diagnosis,
-    curves: &mut Curves,
-) {
+fn gap(data: &Data, models: &[Predictor; 3], diagnosis: &mut Diagnosis, curves: &mut Curves) {
     let problem = Problem::new(data, data.windows(REPORT, |_| true));
     let predictions = predict::of_each(models, |m| predict::windowed(&problem, m));
     let errors = predictions.each_ref().map(|p| predict::errors(&problem, p));

@@ -108,7 +108,10 @@ pub(super) fn rms<'a>(errors: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 2] {
 }
 
 /// The measured series and the predictions of the three models, for the report.
-pub(super) fn curves(run: &Run, [nominal, recalibrated, augmented]: [[Vec<f64>; 2]; 3]) -> RunCurves {
+pub(super) fn curves(
+    run: &Run,
+    [nominal, recalibrated, augmented]: [[Vec<f64>; 2]; 3],
+) -> RunCurves {
     RunCurves {
         name: run.name.clone(),
         t: (0..run.y.len())

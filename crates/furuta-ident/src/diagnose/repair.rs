@@ -102,10 +102,7 @@ pub(super) fn parameters(
 }
 
 /// The fitted parameters of the `index`-th effect.
-pub(super) fn effect_parameters(
-    fit: &Fit,
-    index: usize,
-) -> BTreeMap<String, Estimate> {
+pub(super) fn effect_parameters(fit: &Fit, index: usize) -> BTreeMap<String, Estimate> {
     let spec = fit.model.effects[index];
     let offset = fit.model.offset(index);
     let values = fit.model.physical(&fit.z);

@@ -17,9 +17,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::Fit;
 use super::hypothesis::{FIRST_EFFECT, Hypothesis, TIMING};
-use crate::shooting::{
-    Block, ImpulseResponse, Model, Problem, Windows, ZEROS, impulse_responses,
-};
+use crate::shooting::{Block, ImpulseResponse, Model, Problem, Windows, ZEROS, impulse_responses};
 
 /// Places that are handed to the fit.
 const PLACES: usize = 2;
@@ -254,7 +252,10 @@ impl Screen {
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         let mut best: Vec<Place> = Vec::new();
         for place in tried {
-            if best.iter().all(|b| self.apart(spec, &b.values, &place.values)) {
+            if best
+                .iter()
+                .all(|b| self.apart(spec, &b.values, &place.values))
+            {
                 best.push(place);
                 if best.len() == PLACES {
                     break;
@@ -431,7 +432,11 @@ impl Screen {
         with_base: bool,
     ) {
         let jumps = first.spec().acts.includes(Acts::JUMPS);
-        let blocks = if jumps { &response.steps } else { &response.blocks };
+        let blocks = if jumps {
+            &response.steps
+        } else {
+            &response.blocks
+        };
         let (Some(begin), Some(end)) = (blocks.first(), blocks.last()) else {
             return;
         };
@@ -491,7 +496,12 @@ impl Screen {
         second: &Second<'_>,
     ) -> [[f64; 2]; 2] {
         let torque = |effect: &Effect<f64>, by: f64| {
-            let x = State::new(block.x.theta + by, block.x.alpha, block.x.theta_dot, block.x.alpha_dot);
+            let x = State::new(
+                block.x.theta + by,
+                block.x.alpha,
+                block.x.theta_dot,
+                block.x.alpha_dot,
+            );
             effect.torque(&Instant {
                 clock: Clock {
                     run: response.recording,

@@ -129,7 +129,11 @@ impl<'a> Search<'a> {
     fn ranked(&self) -> Vec<&Set> {
         let unit = self.unit();
         let score = |s: &Set| self.problem.score(&self.known[s].fit, unit);
-        let mut sets: Vec<&Set> = self.known.keys().filter(|s| self.known[*s].eligible).collect();
+        let mut sets: Vec<&Set> = self
+            .known
+            .keys()
+            .filter(|s| self.known[*s].eligible)
+            .collect();
         sets.sort_by(|a, b| score(a).total_cmp(&score(b)));
         sets
     }
@@ -185,13 +189,6 @@ impl<'a> Search<'a> {
     /// cannot are abandoned, and none is taken up that does not convince beside the rest.
     fn add(&mut self, from: &Fit, instead: Option<(&'static Spec, f64)>) {
         let trials = self.problem.additions(from, instead, self.report);
-        if std::env::var("FDEBUG").is_ok() {
-            eprintln!("ADD to {:?} cost {:.0} chi {:.2} instead {:?}", set(&from.model), from.cost, self.problem.chi(from), instead.map(|i| (i.0.id, i.1)));
-            for t in trials.iter().take(8) {
-                let e = &t.evidence;
-                eprintln!("    {} cost {:.0} conv {} gain {:.0} rob {:.0} else {:.0} win {:.1}/{:.1} least {:.0} fac {:.2} bic {:.0}", t.spec.id, t.fit.cost, e.convinces(), e.gain, e.robust, e.elsewhere, e.windows, e.windows_needed, e.least, e.factor, e.delta_bic);
-            }
-        }
         // Of a round that was broken off, the best may not have been looked at: no effect is named by it.
         if self.problem.stop.wanted() {
             return;
@@ -246,13 +243,12 @@ impl<'a> Search<'a> {
                 .flat_map_iter(|h| {
                     let known = self.known.get(&set(&h)).map(|n| &n.fit);
                     let from_here = self.moved(&fit, &h, known);
-                    from_here.into_iter().chain(known.map(|k| self.finished(k, bar)))
+                    from_here
+                        .into_iter()
+                        .chain(known.map(|k| self.finished(k, bar)))
                 })
                 .collect();
             for f in fits {
-                if std::env::var("FDEBUG").is_ok() {
-                    eprintln!("EXCHANGE {:?} -> {:?} cost {:.0} vs {:.0}", here, set(&f.model), f.cost, fit.cost);
-                }
                 let eligible = self.problem.evidence(&smaller, &f).convinces();
                 self.keep(f, eligible);
             }
@@ -265,7 +261,8 @@ impl<'a> Search<'a> {
     /// A fit followed to its end, as long as it can come down to `bar`.
     fn finished(&self, fit: &Fit, bar: f64) -> Fit {
         let effort = Effort::FULL.towards(bar);
-        self.problem.fit(&fit.model, fit.z.clone(), &fit.states, effort)
+        self.problem
+            .fit(&fit.model, fit.z.clone(), &fit.states, effort)
     }
 
     /// A neighbour's hypothesis fitted from where `here` ended: what both have stays, what it alone has is as in `known`, or as what has the same name in
@@ -288,7 +285,9 @@ impl<'a> Search<'a> {
                 let same = replaced.and_then(|i| {
                     let names = here.model.effects[i].parameters;
                     let k = names.iter().position(|q| q.name == p.name)?;
-                    Some((physical[here.model.offset(i) + k] - p.off) / (p.typical)(&nominal.params))
+                    Some(
+                        (physical[here.model.offset(i) + k] - p.off) / (p.typical)(&nominal.params),
+                    )
                 });
                 z.push(same.unwrap_or(p.starts[0]));
             }

@@ -80,7 +80,11 @@ impl<F: Fn(&DVector<f64>) -> Evaluation> LeastSquares<Place> for Residuals<F> {
                 let sum = r.norm_squared();
                 (r, j, sum)
             }
-            None => (place.residuals.clone(), place.jacobian.clone(), f64::INFINITY),
+            None => (
+                place.residuals.clone(),
+                place.jacobian.clone(),
+                f64::INFINITY,
+            ),
         };
         Place {
             x,

@@ -256,6 +256,15 @@ impl NoticeKind {
     /// mistake of recording.
     #[must_use]
     pub const fn is_suspicion(&self) -> bool {
+        // A scale that is nearly right is offered, and left to the search, which knows the encoders' scales.
+        if let Self::CountsSuspected { encoder, taken, .. }
+        | Self::EitherCountsSuspected {
+            arm: (encoder, taken),
+            ..
+        } = self
+        {
+            return (*encoder / *taken - 1.0).abs() > NEARLY_RIGHT;
+        }
         matches!(
             self,
             Self::DegreesSuspected { .. }
@@ -266,8 +275,6 @@ impl NoticeKind {
                 | Self::ClippedSuspected { .. }
                 | Self::FrequencySuspected { .. }
                 | Self::ScaleSuspected { .. }
-                | Self::CountsSuspected { .. }
-                | Self::EitherCountsSuspected { .. }
                 | Self::RawCountsSuspected { .. }
                 | Self::CommandUnitSuspected { .. }
                 | Self::FrozenSuspected { .. }
@@ -277,6 +284,9 @@ impl NoticeKind {
         )
     }
 }
+
+/// A scale of an encoder within this share of 1 is no reason to refuse a recording.
+const NEARLY_RIGHT: f64 = 0.1;
 
 /// The axis of a column of angles, as rig files call it.
 fn axis(column: &str) -> &'static str {

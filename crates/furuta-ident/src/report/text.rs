@@ -26,7 +26,10 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
     out.extend(d.zeros.iter().filter_map(Zero::sentence));
     for e in &d.suspected {
         out.push(String::new());
-        out.push(format!("Suspected, not named: {} ({}): {}.", e.name, e.id, e.reason));
+        out.push(format!(
+            "Suspected, not named: {} ({}): {}.",
+            e.name, e.id, e.reason
+        ));
     }
     expression(d, &mut out);
     out.push(String::new());

@@ -91,9 +91,13 @@ fn reduced_n<const N: usize, M: Model>(
         .collect();
     for (n, w) in normals.iter().zip(windows) {
         let recording = data.runs[w.run].recording;
-        out.windows.push(
-            eliminated(n, &layout, recording, &mut out.gradient, &mut out.matrix),
-        );
+        out.windows.push(eliminated(
+            n,
+            &layout,
+            recording,
+            &mut out.gradient,
+            &mut out.matrix,
+        ));
     }
     for (i, prior) in model.priors().into_iter().enumerate() {
         if let Some(prior) = prior {

@@ -33,12 +33,7 @@ pub(super) struct Predicted<S> {
 /// The state with its angles counted from elsewhere: `by` is added to `[theta, alpha]`.
 #[inline(always)]
 fn shifted<S: Scalar>(x: State<S>, by: [S; 2]) -> State<S> {
-    State::new(
-        x.theta + by[0],
-        x.alpha + by[1],
-        x.theta_dot,
-        x.alpha_dot,
-    )
+    State::new(x.theta + by[0], x.alpha + by[1], x.theta_dot, x.alpha_dot)
 }
 
 /// Runs the plant over a window from `x0` and hands each predicted sample to `each`. `s` may be any state of the plant.
@@ -123,10 +118,7 @@ fn enter<S: Scalar<Real = f64>>(
     let past = run.past(first, late, PAST);
     let measured = |k: usize| {
         let (y, v) = (run.y[k], run.speed[k]);
-        shifted(
-            State::new(y[0], y[1], v[0], v[1]).map(S::from_f64),
-            zero,
-        )
+        shifted(State::new(y[0], y[1], v[0], v[1]).map(S::from_f64), zero)
     };
     let at = if lead == 0 { x0 } else { measured(first) };
     plant.enter(s, at, run.t0 + first as f64 * run.h, &past, run.h);

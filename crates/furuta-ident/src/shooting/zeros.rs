@@ -113,6 +113,11 @@ pub(crate) fn with_zeros_found<M: Model>(
     let problem = Problem::new(data, windows);
     let settled = problem.settle(model, z, None);
     problem
-        .fit(&OnlyZeros(model.clone()), z.to_vec(), &settled.states, Effort::FULL)
+        .fit(
+            &OnlyZeros(model.clone()),
+            z.to_vec(),
+            &settled.states,
+            Effort::FULL,
+        )
         .z
 }

@@ -158,7 +158,11 @@ fn with_terms(
     for (i, column) in found.iter().enumerate() {
         let spec = slots.get(before + i)?;
         let typical = (spec.parameters[0].typical)(&here.model.nominal.params);
-        let values = [step[p + i] / typical, column.axis as f64, column.term as f64];
+        let values = [
+            step[p + i] / typical,
+            column.axis as f64,
+            column.term as f64,
+        ];
         z = h.extended(&z, &values);
         h = h.with(spec);
     }

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use super::super::Fit;
 use super::super::hypothesis::{Hypothesis, TIMING, is_late};
-use crate::shooting::{Layout, MAX_FREE, Model, Problem, Traced, Window, Windows};
 use super::library::{Column, instant};
+use crate::shooting::{Layout, MAX_FREE, Model, Problem, Traced, Window, Windows};
 
 /// Normal equations over the fitted parameters and, behind them, the columns of the library; initial states eliminated.
 #[derive(Clone)]
@@ -110,7 +110,16 @@ pub(super) fn normals<'a>(
                 }
                 before = *y;
             }
-            Some((w, normal(&steps, (&free, &layout, run.recording), library, &coefficients, run.h)?))
+            Some((
+                w,
+                normal(
+                    &steps,
+                    (&free, &layout, run.recording),
+                    library,
+                    &coefficients,
+                    run.h,
+                )?,
+            ))
         })
         .collect()
 }

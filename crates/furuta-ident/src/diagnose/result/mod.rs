@@ -19,9 +19,9 @@ pub use self::best::Best;
 pub use self::curves::{CandidateEvidence, Curves, GapBar, RunCurves, TorqueByState, TorqueInTime};
 pub use self::missing_torque::{MissingTorque, Shape};
 pub use self::suspected::Suspected;
-pub use crate::answer::{Channel, significant};
-use crate::answer::null_if_not_finite;
 pub use super::expression::{CustomTerm, Expression};
+use crate::answer::null_if_not_finite;
+pub use crate::answer::{Channel, significant};
 
 /// Version of the JSON contract, the field `schema`.
 pub const SCHEMA: u32 = 1;

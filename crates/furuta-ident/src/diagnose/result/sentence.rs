@@ -1,7 +1,7 @@
 //! The diagnosis in words.
 
-use crate::answer::significant;
 use super::{Channel, Channels, Diagnosis, Gap, Part, Verdict};
+use crate::answer::significant;
 
 impl Diagnosis {
     /// The verdict in one sentence, with the number that matters most.

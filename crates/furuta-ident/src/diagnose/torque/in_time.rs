@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::shooting::Problem;
 use super::super::result::TorqueInTime;
 use super::{FOLLOW, Normal, Response, Responses};
+use crate::shooting::Problem;
 
 /// Blocks with the same torque.
 const TOGETHER: usize = 3;
