@@ -31,6 +31,8 @@ const EVERY: usize = 3;
 const LEAST_SCREENED: usize = 24;
 /// Two places nearer than this many grid steps are one.
 const NEAR: f64 = 6.0;
+/// Curvature of what is held: nothing moves it.
+const HELD: f64 = 1e100;
 /// An angle over which a torque's slope is taken, rad.
 const SLOPE: f64 = 1e-3;
 /// A place in the turn is not looked for farther off than this, rad.
@@ -158,7 +160,7 @@ impl Screen {
             if bounds[place].0 == bounds[place].1 {
                 normal.row_mut(i).fill(0.0);
                 normal.column_mut(i).fill(0.0);
-                normal[(i, i)] = 1.0;
+                normal[(i, i)] = HELD;
                 gradient[i] = 0.0;
             } else if let Some(prior) = priors[place] {
                 let weight = weight * prior.std.powi(-2);
