@@ -94,10 +94,11 @@ impl Problem<'_> {
             // The part of it that is not the encoders' noise.
             let usual = usual * (1.0 - 1.0 / per_sample) * kicked.len() as f64;
             let local = CRITERIA.effect + CRITERIA.moment;
-            let least = if larger.model.infers() {
-                CRITERIA.inferred * local
-            } else {
-                local
+            // Where a window's start is only inferred and the model explains the data, what is left of a window is the inference's.
+            let least = match larger.model.infers() {
+                true if self.explains(smaller) => f64::INFINITY,
+                true => CRITERIA.inferred * local,
+                false => local,
             };
             return Evidence {
                 gain,

@@ -187,7 +187,9 @@ fn of_part(
             .map(|(i, run)| {
                 let series = predict::whole(data, i, &predictor);
                 let error = |k: usize, c: usize| predict::finite(series[c][k] - run.y[k][c]);
-                (0..run.y.len()).map(|k| [error(k, 0), error(k, 1)]).collect()
+                (0..run.y.len())
+                    .map(|k| [error(k, 0), error(k, 1)])
+                    .collect()
             })
             .collect(),
     };
