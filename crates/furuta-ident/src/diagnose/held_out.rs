@@ -118,9 +118,12 @@ impl Unseen {
     }
 }
 
+/// Errors over windows of [`REPORT`] on one part, and for each horizon the sum of the windows' logarithms with their number.
+type OfPart = (Vec<[f64; 2]>, [(f64, usize); 4]);
+
 /// What a model leaves on every part, its parameters fitted to the others (`refit`) or taken as they are.
 pub(super) fn unseen(data: &Data, folds: &Folds, fit: &Fit, refit: bool) -> Unseen {
-    let parts: Vec<(Vec<[f64; 2]>, [(f64, usize); 4])> = (0..folds.count())
+    let parts: Vec<OfPart> = (0..folds.count())
         .into_par_iter()
         .map(|part| of_part(data, folds, part, fit, refit))
         .collect();
@@ -136,13 +139,7 @@ pub(super) fn unseen(data: &Data, folds: &Folds, fit: &Fit, refit: bool) -> Unse
     }
 }
 
-fn of_part(
-    data: &Data,
-    folds: &Folds,
-    part: usize,
-    fit: &Fit,
-    refit: bool,
-) -> (Vec<[f64; 2]>, [(f64, usize); 4]) {
+fn of_part(data: &Data, folds: &Folds, part: usize, fit: &Fit, refit: bool) -> OfPart {
     // The states of the full fit belong to the same windows.
     let (kept, states): (Vec<_>, Vec<_>) = data
         .windows(SEARCH, |_| true)

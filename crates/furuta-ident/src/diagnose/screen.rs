@@ -479,8 +479,8 @@ impl Screen {
         for i in 0..count {
             let absorbed = response.normal.solve(&cross[i]);
             sums.product[i] -= absorbed.dot(&response.gradient);
-            for j in i..count {
-                sums.square[(i, j)] -= absorbed.dot(&cross[j]);
+            for (j, cross) in cross.iter().enumerate().take(count).skip(i) {
+                sums.square[(i, j)] -= absorbed.dot(cross);
             }
             if with_base {
                 let absorbed = response.absorbed.tr_mul(&cross[i]);
