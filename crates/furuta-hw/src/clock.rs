@@ -2,7 +2,7 @@
 //! argument.
 //!
 //! Three times pass in a run. The rig's time stamps (`t_us`), its numbers of samples times `period_us` of the hello, and the host's monotonic clock at
-//! which samples arrive. Any two may differ by [`Bounds::rate`] and by [`Bounds::slack`] on top, over windows of [`WINDOW`] seconds:
+//! which samples arrive. Any two may differ by `Bounds::rate` and by `Bounds::slack` on top, over windows of `WINDOW` seconds:
 //!
 //! | | rate | slack, s | held for, s | why |
 //! |---|---|---|---|---|
