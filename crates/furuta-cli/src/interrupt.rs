@@ -15,18 +15,19 @@ static NEXT_ENDS: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 /// Exit code of a program that Ctrl-C ended: 128 and the signal's number, as shells have it.
 pub(crate) const EXIT: u8 = 130;
 
-/// The signals that ask for an end. One that was ignored from the start stays so: `nohup furuta run` outlives its terminal.
+/// The signals that ask for an end. SIGHUP that was ignored from the start stays so: `nohup furuta run` outlives its terminal. A script's background job
+/// ignores SIGINT from the start, and a motor must be stopped all the same.
 fn ends() -> impl Iterator<Item = i32> {
     #[cfg(unix)]
-    let all = [SIGINT, SIGTERM, signal_hook::consts::SIGHUP];
+    let hang_up = (ignored() & 1 << (signal_hook::consts::SIGHUP - 1) == 0)
+        .then_some(signal_hook::consts::SIGHUP);
     #[cfg(not(unix))]
-    let all = [SIGINT, SIGTERM];
-    let ignored = ignored();
-    all.into_iter()
-        .filter(move |signal| ignored & 1 << (signal - 1) == 0)
+    let hang_up = None;
+    [SIGINT, SIGTERM].into_iter().chain(hang_up)
 }
 
 /// The signals that this process was told to ignore, a bit each; none where the system does not tell as Linux does.
+#[cfg(unix)]
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

@@ -111,7 +111,7 @@ fn what_is_verified_is_checked_first() {
     let empty = folder.file("empty.csv", "");
     let copy = folder.file("copy.csv", &text);
     let diagnose = |verify: &[&Path]| {
-        furuta(&["diagnose", "--rig", "qube-servo-2", "--json", "-"])
+        furuta(&["diagnose", "--rig", "qube-servo-2", "--json"])
             .args([sound.as_path(), Path::new("--verify")])
             .args(verify)
             .output()
@@ -166,7 +166,7 @@ fn a_suspicious_recording_among_several_is_left_out() {
     let wrong = folder.file("wrong.csv", wrong);
     for command in [&["diagnose"][..], &["identify", "calibrate"]] {
         let output = furuta(command)
-            .args(["--rig", "qube-servo-2", "--json", "-"])
+            .args(["--rig", "qube-servo-2", "--json"])
             .args([&wrong, &sound])
             .output()
             .expect("the binary runs");

@@ -61,6 +61,12 @@ impl GrowingFile {
         }
     }
 
+    /// Whether it will replace an older file.
+    #[must_use]
+    pub const fn replaces(&self) -> bool {
+        matches!(self.grows, Grows::Beside { .. })
+    }
+
     /// The file is complete: it takes its place, once it is on the disk.
     ///
     /// # Errors

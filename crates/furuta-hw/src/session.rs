@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use furuta_file::{FileError, GrowingFile};
-use furuta_log::{LogError, LogWriter, Metadata};
+use furuta_log::{LogError, LogWriter, Metadata, WatchedFile};
 use furuta_model::Rig;
 use furuta_wire::Hello;
 
@@ -121,7 +121,7 @@ impl<T: Transport> Session<T> {
             None => (RecordSender::nowhere(), None),
             Some((path, metadata)) => {
                 let (file, place) = GrowingFile::create(path)?;
-                match begin(file, metadata) {
+                match begin(file, place.path(), metadata) {
                     Ok((sender, recorder)) => (sender, Some((recorder, place))),
                     Err(error) => {
                         place.discard();
@@ -176,14 +176,27 @@ impl<T: Transport> Session<T> {
 }
 
 /// Begins a log.
-fn begin(file: File, metadata: &Metadata) -> Result<(RecordSender, Recorder), SessionError> {
+fn begin(
+    file: File,
+    path: &Path,
+    metadata: &Metadata,
+) -> Result<(RecordSender, Recorder), SessionError> {
+    let file = WatchedFile::new(file, path).map_err(|source| LogError::Create {
+        path: path.to_owned(),
+        source,
+    })?;
     let log = LogWriter::new(BufWriter::new(file), metadata)?;
     Recorder::start(log).map_err(SessionError::Thread)
 }
 
-/// A log with records takes its place; of one without, nothing stays, and an older log is as it was.
+/// A log with records takes its place; of one without, nothing stays, and an older log is as it was. What a failure left of a log that replaces none stays
+/// where it is: it may be readable as far as it goes.
 fn put(mut recorded: Recorded, log: GrowingFile) -> Recorded {
-    if recorded.records == 0 {
+    let is_empty = recorded.records == 0;
+    if is_empty && recorded.error.is_some() && !log.replaces() {
+        return recorded;
+    }
+    if is_empty {
         log.discard();
     } else if let Err(source) = log.keep() {
         recorded.error.get_or_insert_with(|| LogError::Keep {

@@ -1,0 +1,76 @@
+//! What every laboratory's recordings have and no effect is: a ruler's arm length, another zero of theta in each file.
+
+mod common;
+
+use common::{Run, qube, record, sweep};
+use furuta_ident::diagnose::{Diagnosis, Request, Verdict, diagnose};
+use furuta_ident::recording::Recording;
+use furuta_model::{Effect, Rig};
+
+fn diagnosis(recordings: &[Recording], sheet: &Rig) -> Diagnosis {
+    let request = Request {
+        recordings,
+        rig: sheet,
+        verify: &[],
+    };
+    diagnose(&request, &|_| ())
+        .expect("good recordings")
+        .diagnosis
+}
+
+fn names(diagnosis: &Diagnosis) -> Vec<&str> {
+    diagnosis.effects.iter().map(|e| e.id.as_str()).collect()
+}
+
+/// Two sweeps, the second by an encoder that was zeroed `offset` (rad) elsewhere.
+fn sweeps(rig: &Rig, offset: f64) -> [Recording; 2] {
+    let run = |name, amplitude, phase| {
+        let sweep = sweep(amplitude, phase);
+        record(name, rig, Run::default(), |t, x| {
+            sweep(t, x) - 0.2 * x.theta
+        })
+    };
+    let (first, mut second) = (run("a.csv", 2.0, 0.0), run("b.csv", 3.0, 2.0));
+    let count = rig.sensors.resolution()[0];
+    for theta in &mut second.theta {
+        *theta += (offset / count).round() * count;
+    }
+    [first, second]
+}
+
+/// An arm that is 2 % too long in the sheet was taken for a spring on the pendulum, or for the scale of the arm's encoder.
+#[test]
+fn a_ruler_accuses_no_rig() {
+    let rig = qube();
+    let mut sheet = qube();
+    sheet.params.arm.length *= 1.02;
+    let found = diagnosis(&sweeps(&rig, 0.7), &sheet);
+    assert_eq!(names(&found), [""; 0]);
+    assert_eq!(found.verdict, Verdict::ParametersOnly);
+    let length = &found.parameters["arm.length"];
+    assert!(
+        (length.fitted / rig.params.arm.length - 1.0).abs() < 2e-3,
+        "{length:?}"
+    );
+}
+
+/// A spring that pulls to one angle, of which each recording counts from elsewhere, was taken for presliding friction and an offset of the voltage.
+#[test]
+fn a_spring_is_named_though_each_recording_has_a_zero_of_its_own() {
+    let mut rig = qube();
+    rig.effects = vec![Effect::new("arm.spring", &[2.5e-3, 0.1]).expect("valid")];
+    let found = diagnosis(&sweeps(&rig, 1.0), &qube());
+    assert_eq!(names(&found), ["arm.spring"]);
+    assert_eq!(found.verdict, Verdict::MissingEffects);
+    let spring = &found.effects[0].parameters;
+    assert!(
+        (spring["stiffness"].value / 2.5e-3 - 1.0).abs() < 0.02,
+        "{spring:?}"
+    );
+    assert!((spring["rest"].value - 0.1).abs() < 0.02, "{spring:?}");
+    assert!(
+        (found.zeros[1].theta + 1.0).abs() < 0.02,
+        "{:?}",
+        found.zeros
+    );
+}
