@@ -261,7 +261,8 @@ fn search(
     let unseen = |fit: &Fit| held_out::unseen(&data, &folds, fit, true);
     let mut suspected = Vec::new();
     let mut after = None;
-    if !stop.wanted() {
+    // A model that leaves no more than the noise has nothing that a name could stand in for.
+    if !explains(&named) && !stop.wanted() {
         stage("judging");
         let judged = judge::judge(&calm, &unseen, named, rivals, &search);
         (named, rivals, suspected) = (judged.named, judged.rivals, judged.suspected);
