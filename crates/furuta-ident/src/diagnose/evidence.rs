@@ -16,7 +16,7 @@ pub(super) struct Evidence {
     pub(super) robust: f64,
     /// Fall of the cost without the window that gains most, in units of what the larger model leaves per sample (at least the noise).
     pub(super) elsewhere: f64,
-    /// From how many windows it comes, effectively: its square over the sum of its windows' squares.
+    /// From how many windows it comes, effectively: its square over the sum of its windows' squares, each counted up to the least gain.
     pub(super) windows: f64,
     /// How many there must be.
     pub(super) windows_needed: f64,
@@ -74,7 +74,6 @@ impl Problem<'_> {
             .map(|((a, b), w)| (a - b) / per_sample + prior(w))
             .collect();
         let gain: f64 = gains.iter().sum();
-        let squares: f64 = gains.iter().map(|g| g * g).sum();
         let excess = |f: &Fit| (f.cost - floor).max(CRITERIA.floor_uncertainty * floor);
         let parameters = larger.model.free() as f64 - smaller.model.free() as f64;
         let significant = (smaller.cost - floor) > CRITERIA.floor_uncertainty * floor;
@@ -116,10 +115,14 @@ impl Problem<'_> {
             .effects
             .iter()
             .filter(|e| !smaller.model.has(e.id));
+        let least = added
+            .map(|e| CRITERIA.least(e))
+            .fold(CRITERIA.effect, f64::max);
+        // A window that gains all that is needed by itself counts as one, however much more it gains.
+        let counted = gains.iter().map(|g| g.clamp(-least, least));
+        let (sum, squares) = counted.fold((0.0, 0.0), |(s, q): (f64, f64), g| (s + g, q + g * g));
         Evidence {
-            least: added
-                .map(|e| CRITERIA.least(e))
-                .fold(CRITERIA.effect, f64::max),
+            least,
             gain,
             robust: if gain < CRITERIA.weak * CRITERIA.effect {
                 farthest(smaller, larger)
@@ -127,7 +130,7 @@ impl Problem<'_> {
                 f64::INFINITY
             },
             elsewhere: gain - gains.iter().fold(0.0, |a: f64, b| a.max(*b)),
-            windows: gain * gain.abs() / squares.max(1e-300),
+            windows: sum * sum.abs() / squares.max(1e-300),
             windows_needed: CRITERIA.windows.min(gains.len() as f64 / 8.0),
             factor: if significant {
                 excess(smaller) / excess(larger)
