@@ -1,4 +1,5 @@
-//! The checks of recordings over every built-in rig, many ways to drive it and hidden effects: what is sound is never refused, what is wrong is named.
+//! The checks of recordings over every built-in rig, many ways to drive it and hidden effects: what is sound is never
+//! refused, what is wrong is named.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
@@ -187,7 +188,8 @@ fn sound_recordings_are_never_refused() {
     assert!(refused.is_empty(), "{}", refused.join("\n"));
 }
 
-/// Under a single sine both angles swing at its frequency, which is not the pendulum's, and a spring may turn the sign of the arm's answer.
+/// Under a single sine both angles swing at its frequency, which is not the pendulum's, and a spring may turn the sign
+/// of the arm's answer.
 #[test]
 fn single_sines_are_never_refused() {
     let (mut count, mut refused) = (0, Vec::new());
@@ -219,7 +221,8 @@ fn single_sines_are_never_refused() {
     assert!(refused.is_empty(), "{}", refused.join("\n"));
 }
 
-/// Alpha counted from hanging with the wrong counts per turn. Another count by a factor of two is named or at least refused as such by whatever excites the
+/// Alpha counted from hanging with the wrong counts per turn. Another count by a factor of two is named or at least
+/// refused as such by whatever excites the
 /// pendulum; 1000 for 1024 only by large swings, and never as anything else.
 #[test]
 fn wrong_counts_of_the_pendulum_are_named() {
