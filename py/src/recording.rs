@@ -18,7 +18,8 @@ pub(crate) struct Chosen {
     pub(crate) notices: Vec<String>,
 }
 
-/// What is used of the recordings given for a search and for verification: suspicious ones are left out where the others suffice, unless the person knows
+/// What is used of the recordings given for a search and for verification: suspicious ones are left out where the
+/// others suffice, unless the person knows
 /// better.
 pub(crate) fn choose(
     search: &Bound<'_, PyAny>,
@@ -48,7 +49,8 @@ pub(crate) fn choose(
     })
 }
 
-/// Recordings of a rig that is not known, with notices, one sentence each: none may be suspicious, unless the person knows better.
+/// Recordings of a rig that is not known, with notices, one sentence each: none may be suspicious, unless the person
+/// knows better.
 pub(crate) fn read(
     given: &Bound<'_, PyAny>,
     accept_suspicious: bool,

@@ -1,4 +1,5 @@
-//! The checks of recordings over every built-in rig, many ways to drive it and hidden effects: what is sound is never refused, what is wrong is named.
+//! The checks of recordings over every built-in rig, many ways to drive it and hidden effects: what is sound is never
+//! refused, what is wrong is named.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
@@ -187,7 +188,41 @@ fn sound_recordings_are_never_refused() {
     assert!(refused.is_empty(), "{}", refused.join("\n"));
 }
 
-/// Alpha counted from hanging with the wrong counts per turn. Another count by a factor of two is named or at least refused as such by whatever excites the
+/// Under a single sine both angles swing at its frequency, which is not the pendulum's, and a spring may turn the sign
+/// of the arm's answer.
+#[test]
+fn single_sines_are_never_refused() {
+    let (mut count, mut refused) = (0, Vec::new());
+    // An arm that friction holds at each reversal looks like a clipped encoder: that is another check's.
+    for (rig, hidden) in rigs()
+        .into_iter()
+        .filter(|(_, hidden)| *hidden != "friction")
+    {
+        let f = hertz(&rig);
+        let known = Rig {
+            effects: Vec::new(),
+            ..rig.clone()
+        };
+        for amplitude in [0.03, 0.06, 0.25, 1.0] {
+            for part in [0.25, 0.5, 0.8, 1.2, 1.7, 2.0, 2.5, 3.5] {
+                count += 1;
+                let rows = driven(&rig, |t| amplitude * (TAU * part * f * t).sin());
+                if let Some(kind) = suspicion(&rows, &known) {
+                    refused.push(format!(
+                        "{}, {hidden}, {:.2} Hz: {kind}",
+                        rig.name,
+                        part * f
+                    ));
+                }
+            }
+        }
+    }
+    println!("{} of {count} single sines refused", refused.len());
+    assert!(refused.is_empty(), "{}", refused.join("\n"));
+}
+
+/// Alpha counted from hanging with the wrong counts per turn. Another count by a factor of two is named or at least
+/// refused as such by whatever excites the
 /// pendulum; 1000 for 1024 only by large swings, and never as anything else.
 #[test]
 fn wrong_counts_of_the_pendulum_are_named() {

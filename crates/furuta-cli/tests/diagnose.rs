@@ -100,7 +100,8 @@ fn recordings_that_are_refused() {
     assert!(line.contains("absent.csv"), "{line}");
 }
 
-/// One that `--verify` names is checked as well: a bad one is named and left out, one that cannot be opened or that the search sees ends the command at once.
+/// One that `--verify` names is checked as well: a bad one is named and left out, one that cannot be opened or that the
+/// search sees ends the command at once.
 #[test]
 fn what_is_verified_is_checked_first() {
     let folder = Folder::new("diagnose-verify");

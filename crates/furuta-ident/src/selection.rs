@@ -1,4 +1,5 @@
-//! Which of the recordings that are given are used: what looks as if a convention were broken is left out where the others suffice.
+//! Which of the recordings that are given are used: what looks as if a convention were broken is left out where the
+//! others suffice.
 
 use furuta_model::Rig;
 
@@ -29,7 +30,8 @@ pub enum SelectionError {
     Suspicious(Notice),
     /// A recording is to be verified that the search sees.
     #[error(
-        "{file}: is to verify what is found, but holds the same samples as {as_given}, which the search sees: give a recording that it does not see"
+        "{file}: is to verify what is found, but holds the same samples as {as_given}, which the search sees: give a \
+         recording that it does not see"
     )]
     Seen {
         /// The recording to verify with.
@@ -39,8 +41,10 @@ pub enum SelectionError {
     },
 }
 
-/// Chooses among recordings of a rig. One that looks as if a convention were broken is left out with a notice where the others suffice for a diagnosis; one
-/// for verification is left out in any case. Where it is not one recording that is suspicious but two that contradict each other, there is no choice.
+/// Chooses among recordings of a rig. One that looks as if a convention were broken is left out with a notice where the
+/// others suffice for a diagnosis; one
+/// for verification is left out in any case. Where it is not one recording that is suspicious but two that contradict
+/// each other, there is no choice.
 ///
 /// With `accept`, suspicious recordings are used, and what is suspicious about them is a notice.
 ///
@@ -132,7 +136,8 @@ pub fn select(
     Ok(selection)
 }
 
-/// What is read for verification: a recording that cannot be used is left out with a notice; a file that cannot be opened is a mistake of the one who
+/// What is read for verification: a recording that cannot be used is left out with a notice; a file that cannot be
+/// opened is a mistake of the one who
 /// named it.
 ///
 /// # Errors

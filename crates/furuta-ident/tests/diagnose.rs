@@ -253,7 +253,8 @@ fn an_effect_that_the_rig_file_has_is_not_found_again() {
     assert_eq!(outcome.repaired.effects, [spring]);
 }
 
-/// An incremental encoder is zeroed hanging: a wrong scale acts about there, by whatever factor, and is no spring on the pendulum.
+/// An incremental encoder is zeroed hanging: a wrong scale acts about there, by whatever factor, and is no spring on
+/// the pendulum.
 #[test]
 fn a_scale_about_hanging_is_named() {
     for scale in [0.5, 0.96, 1.024, 2.0] {

@@ -170,7 +170,8 @@ fn a_recording_can_be_entered_at_any_sample() {
     assert!((s.x - r.x).to_array().iter().all(|d| d.abs() < 1e-12));
 }
 
-/// Where an encoder was zeroed it reads right, whatever its scale; half a turn from there it is off by the scale's share of half a turn.
+/// Where an encoder was zeroed it reads right, whatever its scale; half a turn from there it is off by the scale's
+/// share of half a turn.
 #[test]
 fn an_encoder_is_right_where_it_was_zeroed() {
     use std::f64::consts::PI;

@@ -32,7 +32,8 @@ pub(crate) struct RecordedArgs {
 }
 
 impl RecordedArgs {
-    /// The recordings, and those of `unseen`, all checked against the rig; what was noticed is added to `notices`. A suspicious one is left out where the
+    /// The recordings, and those of `unseen`, all checked against the rig; what was noticed is added to `notices`. A
+    /// suspicious one is left out where the
     /// others suffice.
     pub(crate) fn load(
         &self,

@@ -77,7 +77,8 @@ pub(crate) fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usiz
         }
         let law = PendulumLaw::of(recording, &recording.theta, &recording.alpha)
             .filter(|law| law.left < LEFT_AT_MOST);
-        // Arm and pendulum that swing at one frequency, as they do under a sine, leave open which of gravity and arm holds the pendulum to it: then the
+        // Arm and pendulum that swing at one frequency, as they do under a sine, leave open which of gravity and arm
+        // holds the pendulum to it: then the
         // sheet's coupling decides.
         let sheet = PendulumLaw::with_coupling(recording, coupling(rig));
         let kind = law

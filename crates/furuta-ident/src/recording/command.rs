@@ -21,7 +21,8 @@ const LEAVES: f64 = 0.3;
 /// and so many times less than with the right one.
 const BETTER: f64 = 3.0;
 
-/// What the arm needs of the command: inertia, the pendulum's pull, damping, dry friction, a spring, each with a coefficient of one sign; and a constant.
+/// What the arm needs of the command: inertia, the pendulum's pull, damping, dry friction, a spring, each with a
+/// coefficient of one sign; and a constant.
 const TERMS: usize = 6;
 const ONE_SIDED: usize = 5;
 
@@ -45,7 +46,8 @@ pub(super) fn unit(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     let possible = units
         .into_iter()
         .filter(|(_, _, most)| largest <= AT_THE_LIMIT * most);
-    // The motor's gain, in V per unit of the column, tells the unit; where it does not show, the smallest full scale that holds the values does.
+    // The motor's gain, in V per unit of the column, tells the unit; where it does not show, the smallest full scale
+    // that holds the values does.
     let factor = volts_per_unit(recording, rig);
     let off = |f: f64| factor.map_or(f64::NAN, |known| (f / known).ln().abs());
     let by_gain = possible
@@ -63,9 +65,11 @@ pub(super) fn unit(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     })
 }
 
-/// Suspects a command, or an arm's angle, that is counted the other way: what moves the arm would need a negative inertia, friction or spring.
+/// Suspects a command, or an arm's angle, that is counted the other way: what moves the arm would need a negative
+/// inertia, friction or spring.
 ///
-/// A spring's torque is opposite to that of inertia, and below its resonance the larger; so the sign of the acceleration alone says nothing.
+/// A spring's torque is opposite to that of inertia, and below its resonance the larger; so the sign of the
+/// acceleration alone says nothing.
 pub(super) fn sign(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     let left = |sign: f64| {
         DELAYS
@@ -78,7 +82,8 @@ pub(super) fn sign(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     (wrong < LEAVES && BETTER * wrong < left(1.0)).then_some(NoticeKind::CommandSignSuspected)
 }
 
-/// Volts for one unit of the column, by the sheet's inertias: from the arm's own or from the pendulum's pull, whichever shows better.
+/// Volts for one unit of the column, by the sheet's inertias: from the arm's own or from the pendulum's pull, whichever
+/// shows better.
 fn volts_per_unit(recording: &Recording, rig: &Rig) -> Option<f64> {
     let needed = needs(recording, rig, 0.0)?.solve(1.0)?.coefficients;
     let c = rig.params.coefficients();

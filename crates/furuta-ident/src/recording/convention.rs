@@ -45,7 +45,8 @@ pub(super) fn coarse(column: &'static str, values: &[f64]) -> Option<NoticeKind>
     })
 }
 
-/// Suspects degrees behind angles of many turns in fine steps. An arm, or a pendulum that spins, may really turn so far: so the pendulum's equation
+/// Suspects degrees behind angles of many turns in fine steps. An arm, or a pendulum that spins, may really turn so
+/// far: so the pendulum's equation
 /// decides, which holds in radians alone; and a pendulum that hangs at half a turn.
 pub(super) fn degrees(recording: &Recording) -> Vec<NoticeKind> {
     let (theta, alpha) = (&recording.theta, &recording.alpha);

@@ -1,7 +1,9 @@
 //! Whether an angle was made from counts with the wrong number of counts per turn.
 //!
-//! An angle that is off by a factor is no motion of the rig. What shows the factor, whatever the data sheet says of lengths and masses, is the shape of
-//! large swings: gravity goes with the sine of the true angle. Small swings show only how far the arm moves the pendulum, which is the ratio of both
+//! An angle that is off by a factor is no motion of the rig. What shows the factor, whatever the data sheet says of
+//! lengths and masses, is the shape of
+//! large swings: gravity goes with the sine of the true angle. Small swings show only how far the arm moves the
+//! pendulum, which is the ratio of both
 //! angles' factors times a length that a sheet may have wrong by some per cent: there only a gross factor is spoken of.
 
 use core::f64::consts::{PI, TAU};
@@ -34,6 +36,10 @@ const LATTICE: f64 = 1e-3;
 const WITHIN: f64 = 12.0;
 /// A data sheet may be wrong by this factor about how far the arm moves the pendulum.
 const SHEET: f64 = 1.6;
+/// A data sheet may be wrong by this factor about the pendulum's weight over its inertia, which large swings show
+/// within this share.
+const WEIGHT: f64 = 2.0;
+const SHOWN: f64 = 0.25;
 /// A factor between the angles is taken for a usual ratio within this.
 const RATIO: f64 = 0.1;
 /// Gravity as the sheet has it within this factor: the regression tells the coupling from it.
@@ -150,11 +156,14 @@ fn shape(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
         ))
     };
     let (as_it_is, freedom) = attempt(1.0, hanging)?;
-    // Counted from the other zero, gravity turns round.
+    // Counted from the other zero, gravity turns round; where the swings are small it takes any value.
     let physical = |t: &Tried| {
-        let [gravity, coupling] = [GRAVITY, COUPLING].map(|i| t.solution.coefficients[i].value);
-        let ratio = coupling / t.scale * c.pendulum / c.coupling;
-        gravity > 0.0 && (1.0 / SHEET..SHEET).contains(&ratio)
+        let [gravity, coupling] = [GRAVITY, COUPLING].map(|i| t.solution.coefficients[i]);
+        let weight = gravity.value / t.scale * c.pendulum / c.weight;
+        let pull = coupling.value / t.scale * c.pendulum / c.coupling;
+        (1.0 / WEIGHT..WEIGHT).contains(&weight)
+            && gravity.std < SHOWN * gravity.value
+            && (1.0 / SHEET..SHEET).contains(&pull)
     };
     let mut best: Option<Tried> = None;
     let counts = Counts::of(&recording.alpha, rig.sensors.pendulum_counts_per_rev);
@@ -229,7 +238,8 @@ fn coupling(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
             .min_by(|a, b| off(a).total_cmp(&off(b)))
     };
     let (of_arm, of_pendulum) = (nearest(&arm, ratio.recip()), nearest(&pendulum, ratio));
-    // The arm's speed squared throws the pendulum outwards: that goes with the square of theta's scale, and with no length.
+    // The arm's speed squared throws the pendulum outwards: that goes with the square of theta's scale, and with no
+    // length.
     let centrifugal = regression.only(PLAIN).solve(CORRELATED).map(|solution| {
         let e = solution.coefficients[CENTRIFUGAL];
         [e.value, e.std].map(|v| v * c.pendulum / c.swing)

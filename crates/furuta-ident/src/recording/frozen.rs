@@ -11,14 +11,16 @@ use super::{NoticeKind, Recording, weak};
 const SHORTEST: f64 = 0.7;
 /// Samples of it at least.
 const SAMPLES: usize = 20;
-/// An arm that stands leaves the pendulum's equation this share of its motion at most; one that moves unseen leaves more.
+/// An arm that stands leaves the pendulum's equation this share of its motion at most; one that moves unseen leaves
+/// more.
 const LEFT: f64 = 0.004;
 /// The pendulum's acceleration in that time at least, as a share of that of its full weight.
 const MOVES: f64 = 0.05;
 /// A standing pendulum that is pushed by this share of its weight is held by no friction.
 const PUSHED: f64 = 0.2;
 
-/// Suspects an encoder that stands while the other one shows that its axis moves: the arm's where the pendulum is pushed by an arm that seems to stand, the
+/// Suspects an encoder that stands while the other one shows that its axis moves: the arm's where the pendulum is
+/// pushed by an arm that seems to stand, the
 /// pendulum's where it seems to stand although the arm or its weight pushes it.
 pub(super) fn frozen(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     [("theta", &recording.theta), ("alpha", &recording.alpha)]

@@ -399,8 +399,10 @@ impl fmt::Display for NoticeKind {
                 };
                 write!(
                     f,
-                    "counts per turn of the {axis}'s encoder look like {encoder}, {source} {taken}: a turn reads as {:.4} of one; correct the recording, \
-                     {column} = {zero:.6} + {:.6} * ({column} - {zero:.6}), and sensors.{axis}_counts_per_rev if the rig file is wrong",
+                    "counts per turn of the {axis}'s encoder look like {encoder}, {source} {taken}: a turn reads as \
+                     {:.4} of one; correct the recording, \
+                     {column} = {zero:.6} + {:.6} * ({column} - {zero:.6}), and sensors.{axis}_counts_per_rev if the \
+                     rig file is wrong",
                     encoder / taken,
                     taken / encoder
                 )
@@ -411,8 +413,10 @@ impl fmt::Display for NoticeKind {
                 pendulum: (pendulum, pendulum_taken),
             } => write!(
                 f,
-                "the arm moves the pendulum {ratio:.3} times as much as on this rig: counts per turn of the pendulum's encoder look like {pendulum} where {pendulum_taken} \
-                 were taken, or those of the arm's like {arm} where {arm_taken} were taken; turn each axis once round by hand, and correct the one that does not read 2 pi"
+                "the arm moves the pendulum {ratio:.3} times as much as on this rig: counts per turn of the \
+                 pendulum's encoder look like {pendulum} where {pendulum_taken} \
+                 were taken, or those of the arm's like {arm} where {arm_taken} were taken; turn each axis once \
+                 round by hand, and correct the one that does not read 2 pi"
             ),
             Self::RawCountsSuspected {
                 column,
@@ -422,7 +426,8 @@ impl fmt::Display for NoticeKind {
                 let axis = axis(column);
                 write!(
                     f,
-                    "{column} looks as if it were in counts of the {axis}'s encoder (whole numbers, up to {largest}); radians are required: multiply by 2 pi/{axis}_counts_per_rev"
+                    "{column} looks as if it were in counts of the {axis}'s encoder (whole numbers, up to \
+                     {largest}); radians are required: multiply by 2 pi/{axis}_counts_per_rev"
                 )?;
                 match per_turn {
                     Some(counts) => write!(f, " = {:.9}", core::f64::consts::TAU / counts)?,
@@ -440,7 +445,8 @@ impl fmt::Display for NoticeKind {
                 factor,
             } => write!(
                 f,
-                "u goes up to {largest}, the rig's command_limit is {limit} V, so it looks as if it were in {unit}; volts are required: multiply by {factor:.6}, \
+                "u goes up to {largest}, the rig's command_limit is {limit} V, so it looks as if it were in {unit}; \
+                 volts are required: multiply by {factor:.6}, \
                  or correct motor.command_limit in the rig file"
             ),
             Self::FrozenSuspected {
@@ -450,7 +456,8 @@ impl fmt::Display for NoticeKind {
                 at,
             } => write!(
                 f,
-                "{column} stands at {at:.4} rad from {since:.3} s to {until:.3} s while its axis must move, so its encoder looks dead: check cable and plug, \
+                "{column} stands at {at:.4} rad from {since:.3} s to {until:.3} s while its axis must move, so its \
+                 encoder looks dead: check cable and plug, \
                  or cut the recording at {since:.3} s"
             ),
             Self::CommandSignSuspected => write!(

@@ -100,7 +100,8 @@ impl<const N: usize> Regression<N> {
         })
     }
 
-    /// The share of the squares that is left at least if none of the first `one_sided` coefficients may have the other sign than `sign`.
+    /// The share of the squares that is left at least if none of the first `one_sided` coefficients may have the other
+    /// sign than `sign`.
     pub(super) fn left_with_signs(&self, one_sided: usize, sign: f64) -> f64 {
         // A few coefficients only: the best of all choices of those that rest at zero.
         (0..1_usize << one_sided)

@@ -1,6 +1,8 @@
-//! The pendulum's equation in its weak form: multiplied by a smooth bump and integrated, so that no angle is differentiated twice.
+//! The pendulum's equation in its weak form: multiplied by a smooth bump and integrated, so that no angle is
+//! differentiated twice.
 //!
-//! A second difference drowns in counts, and lowers the harmonics of a large swing; both hide what the shape of a large swing says about the angle's
+//! A second difference drowns in counts, and lowers the harmonics of a large swing; both hide what the shape of a large
+//! swing says about the angle's
 //! scale. Integrated by parts, the derivatives act on the bump, which is known exactly.
 
 use super::Recording;
@@ -19,7 +21,8 @@ const BUMPS: usize = 1000;
 /// Bumps overlap: one in so many is independent.
 pub(super) const CORRELATED: f64 = 2.0;
 
-/// Regressors: gravity `sin(alpha)`, coupling `cos(alpha) theta''`, centrifugal `sin cos theta'²`, damping, then what an encoder's offset, a constant
+/// Regressors: gravity `sin(alpha)`, coupling `cos(alpha) theta''`, centrifugal `sin cos theta'²`, damping, then what
+/// an encoder's offset, a constant
 /// torque, a spring, dry friction and a tilted base add.
 pub(super) const TERMS: usize = 10;
 /// Places of those that are looked at.
@@ -34,7 +37,8 @@ pub(super) const SMALL: [usize; 4] = [GRAVITY, COUPLING, 3, 5];
 /// What is left of it where the arm stands.
 pub(super) const STANDING: [usize; 4] = [GRAVITY, 3, 5, 7];
 
-/// The pendulum's equation over a recording whose alpha is `scale` times the true one, counted from `zero`: terms for the acceleration as recorded.
+/// The pendulum's equation over a recording whose alpha is `scale` times the true one, counted from `zero`: terms for
+/// the acceleration as recorded.
 pub(super) fn regression(recording: &Recording, scale: f64, zero: f64) -> Regression<TERMS> {
     let mut regression = Regression::default();
     let h = recording.sample_period;

@@ -19,7 +19,8 @@ pub(super) const SPEC: Spec = Spec {
     name: "Scale of the pendulum's encoder",
     law: "measured alpha = zero + scale * (alpha - zero), zero: 0 upright, pi hanging",
     sentence: "The encoder has another number of counts per turn than the rig file says.",
-    shows: "A full turn does not measure a full turn; where the encoder was zeroed the angle is right, half a turn from there it is wrong.",
+    shows: "A full turn does not measure a full turn; where the encoder was zeroed the angle is right, half a turn \
+    from there it is wrong.",
     experiment: "several full turns of the pendulum: a scale error adds up, an offset does not",
     look_alikes: &["sensor.alpha.offset", "pendulum.spring", "sensor.theta.scale"],
     parameters: &[
@@ -34,7 +35,8 @@ pub(super) const SPEC: Spec = Spec {
             typical: |_| 0.02,
             starts: &[0.0],
         },
-        // An incremental encoder counts from where it was switched on or zeroed, mostly hanging; without a word it is upright, as it always was.
+        // An incremental encoder counts from where it was switched on or zeroed, mostly hanging; without a word it is
+        // upright, as it always was.
         ParameterSpec {
             name: "zero",
             unit: "-",
