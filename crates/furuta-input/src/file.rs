@@ -49,7 +49,11 @@ pub enum InputError {
         source: io::Error,
     },
     /// A directory, a pipe, a device.
-    #[error("{} is {kind}, not {wanted}: give the path of a file{}", shown(path), hint(kind))]
+    #[error(
+        "{} is {kind}, not {wanted}: give the path of a file{}",
+        shown(path),
+        hint(kind)
+    )]
     Kind {
         /// The path as given.
         path: PathBuf,
@@ -72,7 +76,10 @@ pub enum InputError {
         wanted: &'static str,
     },
     /// More than is read.
-    #[error("{}: {bytes} bytes; at most {limit} are read of {wanted}: give a shorter one", shown(path))]
+    #[error(
+        "{}: {bytes} bytes; at most {limit} are read of {wanted}: give a shorter one",
+        shown(path)
+    )]
     TooLarge {
         /// The path as given.
         path: PathBuf,
@@ -84,7 +91,10 @@ pub enum InputError {
         wanted: &'static str,
     },
     /// Not UTF-8.
-    #[error("{}: line {line}: not UTF-8 text; save {wanted} as plain text in UTF-8", shown(path))]
+    #[error(
+        "{}: line {line}: not UTF-8 text; save {wanted} as plain text in UTF-8",
+        shown(path)
+    )]
     NotText {
         /// The path as given.
         path: PathBuf,

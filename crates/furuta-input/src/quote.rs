@@ -59,7 +59,11 @@ pub fn is_printable(c: char) -> bool {
 fn piece(text: &str, most: usize, f: &mut fmt::Formatter<'_>) -> Result<usize, fmt::Error> {
     let mut written = 0;
     for c in text.chars() {
-        let length = if is_printable(c) { 1 } else { c.escape_debug().len() };
+        let length = if is_printable(c) {
+            1
+        } else {
+            c.escape_debug().len()
+        };
         if written + length > most {
             f.write_str("...")?;
             return Ok(most);
