@@ -1,7 +1,7 @@
 //! The diagnosis: run in a thread of its own, so that Ctrl-C and progress work while Rust is at it.
 
 use crate::error;
-use crate::recording::{Read, read, refuse_suspicion};
+use crate::recording::{Read, read, refuse_suspicion, selection};
 use crate::rig::PyRig;
 use furuta_ident::Insufficient;
 use furuta_ident::diagnose::{Options, Outcome, Progress, Request};
@@ -280,6 +280,11 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 ///     Recordings that the search does not see; the finished models predict them whole.
 /// plan : bool, optional
 ///     Where the data cannot tell effects apart, look for the experiment that would: takes some seconds more.
+/// every : int, optional
+///     Use every so many-th sample of each recording. The command of a sample becomes the mean of those until the next one used: right where
+///     so many sample periods are short against the motion.
+/// span : tuple of two floats, optional
+///     Use this span of each recording, s from its first sample.
 /// accept_suspicious : bool, optional
 ///     Diagnose recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign, another rig).
 /// progress : callable, optional
@@ -313,25 +318,29 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// ('missing_effects', ['arm.spring'])
 #[pyfunction]
 #[pyo3(
-    signature = (recordings, rig, *, verify=None, plan=false, accept_suspicious=false, progress=None),
-    text_signature = "(recordings, rig, *, verify=None, plan=False, accept_suspicious=False, progress=None)"
+    signature = (recordings, rig, *, verify=None, plan=false, every=1, span=None, accept_suspicious=false, progress=None),
+    text_signature = "(recordings, rig, *, verify=None, plan=False, every=1, span=None, accept_suspicious=False, progress=None)"
 )]
+#[allow(clippy::too_many_arguments)] // keywords, for Python
 pub(crate) fn diagnose(
     py: Python<'_>,
     recordings: &Bound<'_, PyAny>,
     rig: PyRef<'_, PyRig>,
     verify: Option<&Bound<'_, PyAny>>,
     plan: bool,
+    every: usize,
+    span: Option<(f64, f64)>,
     accept_suspicious: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyDiagnosis> {
+    let selection = selection(every, span);
     let Read {
         recordings,
         mut notices,
-    } = read(recordings, accept_suspicious)?;
+    } = read(recordings, &selection, accept_suspicious)?;
     let verify = match verify {
         Some(given) => {
-            let more = read(given, accept_suspicious)?;
+            let more = read(given, &selection, accept_suspicious)?;
             notices.extend(more.notices);
             more.recordings
         }

@@ -1,7 +1,7 @@
 //! Recordings given from Python: paths of files, or columns as arrays.
 
 use crate::error;
-use furuta_ident::recording::{Notice, Recording};
+use furuta_ident::recording::{Notice, Recording, Selection};
 use numpy::{AllowTypeChange, PyArrayLike1};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -25,8 +25,20 @@ pub(crate) fn refuse_suspicion(notice: &Notice, accepted: bool) -> PyResult<()> 
     Ok(())
 }
 
+/// What of each recording is used, as Python's keywords say it.
+pub(crate) fn selection(every: usize, span: Option<(f64, f64)>) -> Selection {
+    Selection {
+        every,
+        span: span.map(|(from, to)| from..to),
+    }
+}
+
 /// Reads one recording or a sequence of them, each a path or a mapping of columns.
-pub(crate) fn read(given: &Bound<'_, PyAny>, accept_suspicious: bool) -> PyResult<Read> {
+pub(crate) fn read(
+    given: &Bound<'_, PyAny>,
+    selection: &Selection,
+    accept_suspicious: bool,
+) -> PyResult<Read> {
     let one = given.is_instance_of::<PyString>()
         || given.is_instance_of::<PyDict>()
         || given.hasattr("__fspath__")?;
@@ -58,7 +70,8 @@ pub(crate) fn read(given: &Bound<'_, PyAny>, accept_suspicious: bool) -> PyResul
         }
         read.notices
             .extend(notices.iter().map(|n| format!("{}: {n}", recording.name)));
-        read.recordings.push(recording);
+        let selected = recording.select(selection).map_err(error::recording)?;
+        read.recordings.push(selected);
     }
     Ok(read)
 }

@@ -7,6 +7,8 @@ pub mod frequency;
 mod insufficient;
 pub mod recording;
 pub mod report;
+mod task;
 pub mod validate;
 
 pub use insufficient::Insufficient;
+pub use task::Task;

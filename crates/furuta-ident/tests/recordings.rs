@@ -269,8 +269,8 @@ fn gaps_divide_the_recording() {
     let (recording, notices) = read(&csv(&rows)).unwrap();
     assert_eq!(recording.segments, [0..400, 405..945]);
     assert!(
-        notices.contains(&NoticeKind::ShortSegment {
-            row: 402,
+        notices.contains(&NoticeKind::ShortSegments {
+            rows: vec![402],
             samples: 5
         }),
         "{notices:?}"

@@ -18,4 +18,4 @@ mod quote;
 #[cfg(feature = "std")]
 pub use file::{Input, InputError, Limits, TEXT_LIMIT, read_text};
 pub use number::{Number, number};
-pub use quote::{Foreign, QUOTED, Quoted, foreign, is_printable, quoted};
+pub use quote::{Foreign, Plain, QUOTED, Quoted, foreign, is_printable, plain, quoted};

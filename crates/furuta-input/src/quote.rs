@@ -77,3 +77,26 @@ fn piece(text: &str, most: usize, f: &mut fmt::Formatter<'_>) -> Result<usize, f
     }
     Ok(written)
 }
+
+/// A text for a terminal: see [`plain`].
+#[derive(Copy, Clone, Debug)]
+pub struct Plain<'a>(&'a str);
+
+/// A whole text with its lines, what else is not printable as an escape of Rust's: for what is about to reach a terminal.
+#[must_use]
+pub const fn plain(text: &str) -> Plain<'_> {
+    Plain(text)
+}
+
+impl fmt::Display for Plain<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for c in self.0.chars() {
+            if c == '\n' || is_printable(c) {
+                f.write_char(c)?;
+            } else {
+                write!(f, "{}", c.escape_debug())?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -5,7 +5,7 @@ mod plan;
 mod validate;
 
 use crate::recording::{Read, read, refuse_suspicion};
-use furuta_ident::recording::against_rig;
+use furuta_ident::recording::{Selection, against_rig};
 use furuta_model::Rig;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
@@ -36,8 +36,13 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 }
 
 /// Recordings of this rig, checked against it.
-fn checked(given: &Bound<'_, PyAny>, rig: &Rig, accept_suspicious: bool) -> PyResult<Read> {
-    let mut all = read(given, accept_suspicious)?;
+fn checked(
+    given: &Bound<'_, PyAny>,
+    rig: &Rig,
+    selection: &Selection,
+    accept_suspicious: bool,
+) -> PyResult<Read> {
+    let mut all = read(given, selection, accept_suspicious)?;
     for notice in against_rig(&all.recordings, rig) {
         refuse_suspicion(&notice, accept_suspicious)?;
         all.notices.push(notice.to_string());

@@ -9,6 +9,7 @@ use furuta_ident::frequency::bode::Bode;
 use furuta_ident::frequency::record::{Columns, Taken};
 use furuta_ident::frequency::words::{fit_text, response_text};
 use furuta_ident::frequency::{Estimator, Frf, Settings, periodic};
+use furuta_ident::recording::Selection;
 use nalgebra::Complex;
 use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArrayLike1};
 use pyo3::prelude::*;
@@ -314,7 +315,7 @@ pub(crate) fn frf(
     band: Option<(f64, f64)>,
     accept_suspicious: bool,
 ) -> PyResult<PyFrf> {
-    let data = read(recordings, accept_suspicious)?;
+    let data = read(recordings, &Selection::default(), accept_suspicious)?;
     let mut notices = data.notices;
     let estimator = match (reference, estimator) {
         (Some(_), _) => Estimator::Joint,
