@@ -6,13 +6,18 @@
  * 4-byte `double` and either byte order are fine.
  *
  *     furuta_receiver in = {0};
+ *     uint32_t seq = 0, obeyed = FURUTA_NONE_OBEYED;
  *     uint8_t frame[FURUTA_MAX_FRAME];
  *     ...
  *     while (Serial.available()) {
  *         furuta_received got;
  *         switch (furuta_receive(&in, Serial.read(), &got)) {
  *         case FURUTA_QUERY:   Serial.write(frame, furuta_hello(frame, "my-rig", 2000, 2048, 2048, 10.0f, limits, 10)); break;
- *         case FURUTA_COMMAND: newest = got.volts; fresh = true; break;
+ *         case FURUTA_COMMAND:
+ *             if (isfinite(got.volts) && furuta_is_news(got.seq, seq, &obeyed, 10)) { newest = got.volts; fresh = true; }
+ *             else if (got.volts == 0) newest = 0;   // off is always allowed, and feeds no watchdog
+ *             else refused = true;
+ *             break;
  *         default: break;   // FURUTA_NOTHING: no whole frame yet; FURUTA_BAD: bytes were lost or altered, ignore them
  *         }
  *     }
@@ -35,7 +40,7 @@
 #define FURUTA_WATCHDOG 2  /* no valid command for the watchdog's periods, or none ever: the motor is off */
 #define FURUTA_CLIPPED 4   /* the command was beyond the command limit and was clipped */
 #define FURUTA_LIMIT 8     /* an angle or a speed is beyond its limit: the motor is off */
-#define FURUTA_REFUSED 16  /* a command was not a finite number and was refused */
+#define FURUTA_REFUSED 16  /* a command was refused: no finite number, or no news (furuta_is_news) */
 
 /* ---- sending ---- */
 
@@ -210,6 +215,18 @@ static int furuta_receive(furuta_receiver *r, uint8_t byte, furuta_received *got
         return FURUTA_COMMAND;
     }
     return FURUTA_BAD;
+}
+
+/* `obeyed` before the first command. */
+#define FURUTA_NONE_OBEYED 0xffffffffu
+
+/* Whether a command answers one of the last samples, and a newer one than the command obeyed before: only such a one drives the motor and feeds the
+ * watchdog. `next` is the number of the next sample. A repeated or late command, or one of the time before a reset, is no sign of life. */
+static int furuta_is_news(uint32_t seq, uint32_t next, uint32_t *obeyed, uint16_t watchdog_periods) {
+    uint32_t age = next - 1 - seq, oldest = next < watchdog_periods ? next : watchdog_periods;
+    if (age >= oldest || age >= (uint32_t)(next - 1 - *obeyed)) return 0;
+    *obeyed = seq;
+    return 1;
 }
 
 #endif

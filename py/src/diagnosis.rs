@@ -1,11 +1,11 @@
 //! The diagnosis: run in a thread of its own, so that Ctrl-C and progress work while Rust is at it.
 
 use crate::error;
-use crate::recording::{Read, read, refuse_suspicion, selection};
+use crate::file;
+use crate::recording::{Chosen, choose, selection};
 use crate::rig::PyRig;
 use furuta_ident::Insufficient;
 use furuta_ident::diagnose::{Options, Outcome, Progress, Request};
-use furuta_ident::recording::{Recording, against_rig};
 use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -128,13 +128,13 @@ impl PyDiagnosis {
         furuta_ident::report::card(&self.outcome.diagnosis)
     }
 
-    /// Writes the report, one self-contained HTML page, to this path.
-    fn report(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| {
-            let page = furuta_ident::report::html(&self.outcome.diagnosis, &self.outcome.curves);
-            std::fs::write(path, page)
-        })?;
-        Ok(())
+    /// Writes the report, one self-contained HTML page, to this path. A file that is there and no
+    /// such page is replaced only with `force`.
+    #[pyo3(signature = (path, *, force=false))]
+    fn report(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
+        file::write_page(py, &path, force, || {
+            furuta_ident::report::html(&self.outcome.diagnosis, &self.outcome.curves)
+        })
     }
 
     /// The rig with refitted parameters and the named effects.
@@ -204,6 +204,24 @@ impl PyDiagnosis {
         self.field(py, "plan")
     }
 
+    /// Effects that fit the recordings better and predict data kept apart worse.
+    #[getter]
+    fn suspected<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "suspected")
+    }
+
+    /// The zeros of the recordings' encoders against those of the first.
+    #[getter]
+    fn zeros<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "zeros")
+    }
+
+    /// Which of the three models predicts data kept apart best, and is `repaired_rig`: given, refitted, repaired.
+    #[getter]
+    fn best<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "best")
+    }
+
     #[getter]
     fn verification<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.field(py, "verification")
@@ -252,7 +270,16 @@ impl PyDiagnosis {
     fn field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         match self.contract.bind(py).get_item(name)? {
             Some(value) => Ok(value),
-            None if ["verification", "unfinished", "plan", "missing_torque"].contains(&name) => {
+            None if [
+                "verification",
+                "unfinished",
+                "plan",
+                "missing_torque",
+                "suspected",
+                "zeros",
+            ]
+            .contains(&name) =>
+            {
                 Ok(pyo3::types::PyList::empty(py).into_any())
             }
             None => Err(PyKeyError::new_err(name.to_owned())),
@@ -280,6 +307,8 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 ///     Recordings that the search does not see; the finished models predict them whole.
 /// plan : bool, optional
 ///     Where the data cannot tell effects apart, look for the experiment that would: takes some seconds more.
+/// same_zero : bool, optional
+///     All recordings count their angles from the same zeros: no encoder was switched off between them.
 /// every : int, optional
 ///     Use every so many-th sample of each recording. The command of a sample becomes the mean of those until the next one used: right where
 ///     so many sample periods are short against the motion.
@@ -318,40 +347,29 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// ('missing_effects', ['arm.spring'])
 #[pyfunction]
 #[pyo3(
-    signature = (recordings, rig, *, verify=None, plan=false, every=1, span=None, accept_suspicious=false, progress=None),
-    text_signature = "(recordings, rig, *, verify=None, plan=False, every=1, span=None, accept_suspicious=False, progress=None)"
+    signature = (recordings, rig, *, verify=None, plan=false, same_zero=false, every=1, span=None, accept_suspicious=false, progress=None),
+    text_signature = "(recordings, rig, *, verify=None, plan=False, same_zero=False, every=1, span=None, accept_suspicious=False, progress=None)"
 )]
-#[allow(clippy::too_many_arguments)] // keywords, for Python
+#[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn diagnose(
     py: Python<'_>,
     recordings: &Bound<'_, PyAny>,
     rig: PyRef<'_, PyRig>,
     verify: Option<&Bound<'_, PyAny>>,
     plan: bool,
+    same_zero: bool,
     every: usize,
     span: Option<(f64, f64)>,
     accept_suspicious: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyDiagnosis> {
     let selection = selection(every, span);
-    let Read {
-        recordings,
-        mut notices,
-    } = read(recordings, &selection, accept_suspicious)?;
-    let verify = match verify {
-        Some(given) => {
-            let more = read(given, &selection, accept_suspicious)?;
-            notices.extend(more.notices);
-            more.recordings
-        }
-        None => Vec::new(),
-    };
     let rig = rig.rig.clone();
-    let everything: Vec<Recording> = recordings.iter().chain(&verify).cloned().collect();
-    for notice in against_rig(&everything, &rig) {
-        refuse_suspicion(&notice, accept_suspicious)?;
-        notices.push(notice.to_string());
-    }
+    let Chosen {
+        recordings,
+        verify,
+        notices,
+    } = choose(recordings, verify, &rig, &selection, accept_suspicious)?;
     let (send, receive) = channel::<Progress>();
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
@@ -365,6 +383,7 @@ pub(crate) fn diagnose(
         let options = Options {
             stop: Some(&flag),
             plan,
+            same_zero,
         };
         let report = |p| drop(send.send(p));
         furuta_ident::diagnose::diagnose_with(&request, options, &report)

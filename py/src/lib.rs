@@ -13,6 +13,7 @@ mod diagnosis;
 mod error;
 mod estimator;
 mod experiments;
+mod file;
 mod frequency;
 mod linear;
 mod matrix;

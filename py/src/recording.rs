@@ -1,7 +1,10 @@
 //! Recordings given from Python: paths of files, or columns as arrays.
 
 use crate::error;
-use furuta_ident::recording::{Notice, Recording, Selection};
+use furuta_ident::recording::{Notice, Recording, RecordingError, Selection};
+use furuta_ident::selection::{Read, SelectionError, read_unseen, select};
+use furuta_input::shown;
+use furuta_model::Rig;
 use numpy::{AllowTypeChange, PyArrayLike1};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -9,20 +12,44 @@ use pyo3::types::{PyDict, PySequence, PyString};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-/// The recordings with their notices, one sentence each.
-pub(crate) struct Read {
+/// The recordings that are used, with notices, one sentence each.
+pub(crate) struct Chosen {
     pub(crate) recordings: Vec<Recording>,
+    pub(crate) verify: Vec<Recording>,
     pub(crate) notices: Vec<String>,
 }
 
-/// A notice that looks like a broken convention is an error, unless the person knows better.
-pub(crate) fn refuse_suspicion(notice: &Notice, accepted: bool) -> PyResult<()> {
-    if notice.kind.is_suspicion() && !accepted {
-        return Err(error::recording(format!(
-            "{notice}; mend the recording, or pass accept_suspicious=True if it is right as it is"
-        )));
+/// What is used of the recordings given for a search and for verification: suspicious ones are left out where the others suffice, unless the person knows
+/// better.
+pub(crate) fn choose(
+    search: &Bound<'_, PyAny>,
+    verify: Option<&Bound<'_, PyAny>>,
+    rig: &Rig,
+    selection: &Selection,
+    accept_suspicious: bool,
+) -> PyResult<Chosen> {
+    let part = |(recording, notices): Read| Ok((recording.select(selection)?, notices));
+    let (mut seen, mut unseen, mut unreadable) = (Vec::new(), Vec::new(), Vec::new());
+    for (_, read) in each(search)? {
+        seen.push(read.and_then(part).map_err(error::recording)?);
     }
-    Ok(())
+    if let Some(given) = verify {
+        for (name, read) in each(given)? {
+            let read = read.and_then(part);
+            let read = read_unseen(&name, read, &mut unreadable).map_err(error::recording)?;
+            unseen.extend(read);
+        }
+    }
+    let selection = select(seen, unseen, rig, accept_suspicious).map_err(|e| match e {
+        SelectionError::Suspicious(notice) => suspicious(&notice),
+        other => error::recording(other),
+    })?;
+    let notices = unreadable.iter().chain(&selection.notices);
+    Ok(Chosen {
+        notices: notices.map(ToString::to_string).collect(),
+        recordings: selection.recordings,
+        verify: selection.verify,
+    })
 }
 
 /// What of each recording is used, as Python's keywords say it.
@@ -33,12 +60,32 @@ pub(crate) fn selection(every: usize, span: Option<(f64, f64)>) -> Selection {
     }
 }
 
-/// Reads one recording or a sequence of them, each a path or a mapping of columns.
+/// Recordings of a rig that is not known, with notices, one sentence each: none may be suspicious, unless the person knows better.
 pub(crate) fn read(
     given: &Bound<'_, PyAny>,
-    selection: &Selection,
     accept_suspicious: bool,
-) -> PyResult<Read> {
+) -> PyResult<(Vec<Recording>, Vec<String>)> {
+    let (mut recordings, mut said) = (Vec::new(), Vec::new());
+    for (_, read) in each(given)? {
+        let (recording, notices) = read.map_err(error::recording)?;
+        let refused = notices.iter().find(|n| n.kind.is_suspicion());
+        if let Some(notice) = refused.filter(|_| !accept_suspicious) {
+            return Err(suspicious(notice));
+        }
+        said.extend(notices.iter().map(ToString::to_string));
+        recordings.push(recording);
+    }
+    Ok((recordings, said))
+}
+
+fn suspicious(notice: &Notice) -> PyErr {
+    error::recording(format!(
+        "{notice}; mend the recording, or pass accept_suspicious=True if it is right as it is"
+    ))
+}
+
+/// Reads one recording or a sequence of them, each a path or a mapping of columns, by their names.
+fn each(given: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Result<Read, RecordingError>)>> {
     let one = given.is_instance_of::<PyString>()
         || given.is_instance_of::<PyDict>()
         || given.hasattr("__fspath__")?;
@@ -51,29 +98,21 @@ pub(crate) fn read(
             .try_iter()?
             .collect::<PyResult<_>>()?
     };
-    let mut read = Read {
-        recordings: Vec::new(),
-        notices: Vec::new(),
-    };
-    for (i, item) in all.iter().enumerate() {
-        let (recording, notices) = if let Ok(columns) = item.cast::<PyDict>() {
-            let name = format!("recording-{i}");
-            let csv = csv(&name, columns)?;
-            Recording::from_csv(&name, csv.as_bytes())
-        } else {
-            let path: PathBuf = item.extract().map_err(|_| wrong_type(item))?;
-            Recording::load_with_notices(path)
-        }
-        .map_err(error::recording)?;
-        for notice in &notices {
-            refuse_suspicion(notice, accept_suspicious)?;
-        }
-        read.notices
-            .extend(notices.iter().map(|n| format!("{}: {n}", recording.name)));
-        let selected = recording.select(selection).map_err(error::recording)?;
-        read.recordings.push(selected);
-    }
-    Ok(read)
+    all.iter()
+        .enumerate()
+        .map(|(i, item)| {
+            if let Ok(columns) = item.cast::<PyDict>() {
+                let name = format!("recording-{i}");
+                let csv = csv(&name, columns)?;
+                let read = Recording::from_csv(&name, csv.as_bytes());
+                Ok((name, read))
+            } else {
+                let path: PathBuf = item.extract().map_err(|_| wrong_type(item))?;
+                let name = shown(&path);
+                Ok((name, Recording::load_with_notices(path)))
+            }
+        })
+        .collect()
 }
 
 fn wrong_type(given: &Bound<'_, PyAny>) -> PyErr {

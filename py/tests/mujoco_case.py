@@ -1,6 +1,9 @@
 """Recordings of the MuJoCo rig, as an owner would make them: two hanging runs with a rich command and one balanced upright.
 
-A case is a folder with a data sheet (``rig.toml``, a few per cent off the truth), recordings (``run-*.csv``) and ``truth.json``.
+A case is a folder with a data sheet (``rig.toml``, a few per cent off the truth), recordings (``run-*.csv``) and
+``truth.json``. Each recording counts from zeros of its own: the arm's encoder from where the arm rested when it was switched on, the
+pendulum's from where friction held it. Everything else, in the plant as in the truth, is in the true frame: theta from
+the base's x axis, alpha from upright.
 
     python py/tests/mujoco_case.py --out DIR --rig qube-like --effect arm.coulomb --effect motor.delay:delay=0.011 --seed 7
 """
@@ -49,6 +52,16 @@ def steps(rig: TrueRig, t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         u[(t >= begin) & (t < end)] = rig.vmax * rng.choice([-1, 0, 1], p=[0.4, 0.2, 0.4]) * rng.uniform(0.15, 0.75)
         begin = end
     return u
+
+
+def decay(rig: TrueRig, effects: Effects, run: int, samples: int, rng: np.random.Generator, noise: float) -> np.ndarray:
+    """Rows of a run in which the pendulum is lifted by one to two radians and let go, the command zero throughout."""
+    lifted = np.pi + rng.choice([-1.0, 1.0]) * rng.uniform(1.0, 2.0)
+    plant, rows = Plant(rig, effects, alpha=lifted, run=run), []
+    for k in range(samples):
+        rows.append((k / rig.rate, 0.0, *plant.measure(rng, noise)))
+        plant.advance(0.0)
+    return np.array(rows)
 
 
 def hanging(rig: TrueRig, effects: Effects, run: int, excitation: np.ndarray, rng: np.random.Generator, noise: float) -> np.ndarray:
@@ -130,6 +143,8 @@ def record(
             if len(best) == samples:
                 break
         return best
+    if kind == "decay":
+        return decay(rig, effects, run, samples, rng, noise)
     excitation = {"multisine": multisine, "steps": steps}[kind](rig, t, rng)
     for _ in range(8):
         rows = hanging(rig, effects, run, excitation, rng, noise)
@@ -139,24 +154,42 @@ def record(
     return rows
 
 
+def draw_zeros(rig: TrueRig, rng: np.random.Generator) -> np.ndarray:
+    """Counts that one recording adds to [theta, alpha].
+
+    The arm rested anywhere within 1.5 rad, friction held the pendulum a few counts from hanging.
+    """
+    arm = rng.uniform(-1.5, 1.5) * rig.arm_counts / (2 * np.pi)
+    return np.round([arm, 1.5 * rng.standard_normal()])
+
+
 def write_case(
     folder: pathlib.Path, rig: TrueRig, effects: Effects, *, seed: int, spread: float, noise: float = 0.0,
-    seconds: float = SECONDS, runs: list[str] = ("multisine", "steps", "balance"),
+    seconds: float = SECONDS, runs: list[str] = ("multisine", "steps", "balance"), length_error: float = 0.03, own_zeros: bool = True,
 ) -> None:  # fmt: skip
-    """Writes rig.toml (the data sheet, off by ``spread``), run-*.csv and truth.json."""
+    """Writes rig.toml (the data sheet, off by ``spread``, its arm length by up to ``length_error``), run-*.csv and truth.json.
+
+    The zeros have a stream of their own: without them, the same seed makes the same recordings in the true frame.
+    """
     rng = np.random.default_rng(10_000 + seed)
-    sheet = data_sheet(rig, rng, spread)
+    laboratory = rng.spawn(1)[0]
+    sheet = data_sheet(rig, rng, spread, length_error)
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.glob("run-*.csv"):
         old.unlink()
     (folder / "rig.toml").write_text(rig_toml(sheet))
-    kept = {}
+    kept, zeros = {}, []
     for i, kind in enumerate(runs):
         rows = record(rig, effects, i, kind, rng, noise, seconds)
         kept[kind] = [len(rows) == round(seconds * rig.rate), len(rows)]
+        counts = draw_zeros(rig, laboratory) if own_zeros else np.zeros(2)
+        zero = counts * 2 * np.pi / [rig.arm_counts, rig.pend_counts]
+        zeros.append({"run": i, "theta": zero[0], "alpha": zero[1]})
         if len(rows) > rig.rate:  # a run of less than a second is not worth keeping
+            rows[:, 2:] += zero
             np.savetxt(folder / f"run-{i}-{kind}.csv", rows, fmt=["%.6f", "%.6f", "%.7f", "%.7f"], delimiter=",", header="t,u,theta,alpha", comments="")
     truth = {"rig": rig.name, "effects": effects, "seed": seed, "spread": spread, "noise_counts": noise, "runs": kept}
+    truth |= {"zeros": zeros, "arm_length": {"true": rig.arm_length, "data_sheet": sheet.arm_length}}
     truth["true_rig"] = {k: v for k, v in vars(rig).items() if k != "name"} | {"dt": 1e-4}
     (folder / "truth.json").write_text(json.dumps(truth, indent=1))
 
@@ -172,7 +205,11 @@ def main() -> None:
     a.add_argument("--noise", type=float, default=0.0, help="encoder noise in counts RMS, beside the rounding")
     a.add_argument("--rate", type=float, help="samples per second (a divisor of 10000)")
     a.add_argument("--seconds", type=float, default=SECONDS, help="length of each run")
-    a.add_argument("--runs", default="multisine,steps,balance")
+    a.add_argument("--runs", default="multisine,steps,balance", help="of multisine, steps, decay and balance, in this order")
+    a.add_argument("--length-error", type=float, default=0.03, help="largest relative error of the data sheet's arm length; 0: exact")
+    zeros = a.add_mutually_exclusive_group()
+    zeros.add_argument("--own-zeros", action="store_true", default=True, help="each recording counts from zeros of its own (the usual case)")
+    zeros.add_argument("--same-zero", dest="own_zeros", action="store_false", help="all recordings count from the true frame's zeros")
     a = a.parse_args()
     rng = np.random.default_rng(a.seed)
     rig = draw_rig(a.rig, rng)
@@ -183,7 +220,10 @@ def main() -> None:
     for effect, pairs in given.items():
         values = dict(pair.split("=") for pair in pairs.split(",") if pair)
         effects[effect] |= {name: value if name == "encoder" else float(value) for name, value in values.items()}
-    write_case(a.out, rig, effects, seed=a.seed, spread=a.spread, noise=a.noise, seconds=a.seconds, runs=a.runs.split(","))
+    write_case(
+        a.out, rig, effects, seed=a.seed, spread=a.spread, noise=a.noise, seconds=a.seconds, runs=a.runs.split(","), length_error=a.length_error,
+        own_zeros=a.own_zeros,
+    )  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """The effects that can be hidden in the MuJoCo rig, with sizes one meets on a rig of its class.
 
 Ids, parameter names and signs are those of the catalogue (``furuta.catalogue()``); the laws are written again in ``mujoco_plant.py`` and
-``mujoco_torques.py``. Conventions that a name does not tell:
+``mujoco_torques.py`` and ``mujoco_friction.py``. What no catalogue has is in ``mujoco_foreign.py``. Conventions that a name does not tell:
 
 - ``drive.*``: ``motor_share`` of the arm's inertia is the rotor's; ``gap`` is the total play, the rotor starts in its middle; ``encoder`` says whether
   theta is read on the ``arm`` or on the ``motor``. Motor, back-EMF, arm friction of every kind and cogging act on the rotor; springs, cables,
@@ -17,6 +17,7 @@ import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
+from mujoco_foreign import FOREIGN, draw_foreign
 
 if TYPE_CHECKING:
     from mujoco_rig import TrueRig
@@ -31,10 +32,12 @@ EFFECTS = (
     "sensor.alpha.offset", "sensor.alpha.scale", "sensor.theta.scale", "sensor.delay",
     "disturbance.vibration", "disturbance.kick", "disturbance.arm_kick",
 )  # fmt: skip
-FOREIGN = ("x.memory", "x.gain_angle", "x.cross_drag")  # in no catalogue: to be reported as unexplained
 
-# Two parts where the plant has room for one.
-IMPOSSIBLE = (frozenset({"drive.backlash", "drive.compliance"}), frozenset({"arm.spring", "arm.cable"}))
+# Two parts where the plant has room for one; delays are counted in even samples; a rod that bends has mass to be divided.
+IMPOSSIBLE = (
+    frozenset({"drive.backlash", "drive.compliance"}), frozenset({"arm.spring", "arm.cable"}),
+    frozenset({"x.clock_jitter", "motor.delay"}), frozenset({"x.clock_jitter", "sensor.delay"}), frozenset({"x.flexible_rod", "pendulum.inertia_transverse"}),
+)  # fmt: skip
 
 SECONDS = 12.0  # usual length of a recording: kicks fall into its middle half
 
@@ -136,10 +139,6 @@ def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float
             return {
                 "run": float(rng.integers(2)), "time": SECONDS * plain(0.25, 0.75), "duration": plain(0.03, 0.05), "torque": sign * scale * between(0.8, 1.3),
             }  # fmt: skip
-        case "x.memory":  # a rubber sleeve: drag that remembers
-            return {"coefficient": torque * between(0.06, 0.10), "tau": 1.5}
-        case "x.gain_angle":  # a torque constant that varies once per turn
-            return {"depth": between(0.25, 0.40), "phase": plain(0, 2 * np.pi)}
-        case "x.cross_drag":  # a joint whose drag grows with the other joint's speed
-            return {"coefficient": rig.gravity_torque * between(0.004, 0.008)}
+    if (drawn := draw_foreign(effect, rig, rng, between, plain, SECONDS)) is not None:
+        return drawn
     raise ValueError(f"no effect called {effect!r} in the MuJoCo plant; it has {', '.join(EFFECTS + FOREIGN)}")

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 from mujoco_effects import Effects, check
-from mujoco_torques import ALPHA, ROTOR, THETA, pulses, torques
+from mujoco_friction import frictions
+from mujoco_torques import ALPHA, THETA, pulses, torques
 
 if TYPE_CHECKING:
     from mujoco_rig import TrueRig
@@ -47,6 +48,46 @@ def principal(rig: TrueRig, extra: float) -> tuple[float, tuple[float, float, fl
     return rig.arm_inertia - lift, (hinge, transverse, axial), max(rig.pend_inertia - hinge, 0.0)
 
 
+class Clock:
+    """How many steps into the recording each sample is taken.
+
+    With ``x.clock_jitter``: late or early, with a standard deviation and a correlation time.
+    """
+
+    def __init__(self, jitter: dict[str, float] | None, rate: float, run: int):
+        self.jitter, self.rate, self.away = jitter, rate, 0.0
+        if jitter:
+            self.rng = np.random.default_rng([int(jitter["seed"]), run])
+            self.keep = np.exp(-1 / (rate * jitter["correlation"]))
+
+    def step(self, sample: int, last: int) -> int:
+        """The step of this sample; the one before it was taken at step ``last``."""
+        if self.jitter:
+            self.away = self.keep * self.away + np.sqrt(1 - self.keep**2) * self.jitter["spread"] * self.rng.standard_normal()
+        return max(round((sample / self.rate + self.away) / STEP), last + 1)
+
+
+class Supply:
+    """What the amplifier makes of a command, in command units: play, then few levels from a supply that sags.
+
+    Both are effects of ``mujoco_foreign.py``.
+    """
+
+    def __init__(self, effects: Effects, rig: TrueRig):
+        self.play, self.pwm, self.rig = effects.get("x.voltage_backlash"), effects.get("x.pwm_sag"), rig
+        self.last = self.load = 0.0
+
+    def __call__(self, u: float) -> float:
+        if self.play:
+            u = self.last = float(np.clip(self.last, u - self.play["width"], u + self.play["width"]))
+        if self.pwm:
+            u = round(u / self.pwm["level"]) * self.pwm["level"]
+            sagged = u * max(1 - self.pwm["sag"] * self.load, 0.0)
+            self.load += (abs(u) / self.rig.vmax - self.load) / (self.pwm["tau"] * self.rig.rate)
+            return sagged
+        return u
+
+
 class Plant:
     """The rig in MuJoCo. ``advance`` is one sample: command in; ``measure`` reads the encoders. ``run`` is the recording's number, from 0."""
 
@@ -56,15 +97,18 @@ class Plant:
         self.drive = next((effects[id] for id in ("drive.backlash", "drive.compliance") if id in effects), None)
         self.model = mujoco.MjModel.from_xml_string(self._xml())
         self.data = mujoco.MjData(self.model)
-        self.data.qpos[:] = (theta, alpha, theta) if self.drive else (theta, alpha)
-        self.motor = ROTOR if self.drive else THETA
-        self.reads = [ROTOR if self.drive and self.drive.get("encoder") == "motor" else THETA, ALPHA]
+        self.motor = int(self.model.joint("rotor").dofadr[0]) if self.drive else THETA
+        self.data.qpos[[THETA, ALPHA, self.motor]] = theta, alpha, theta
+        self.reads = [self.motor if self.drive and self.drive.get("encoder") == "motor" else THETA, ALPHA]
         self.substeps = round(1 / (rig.rate * STEP))
         if abs(self.substeps * STEP * rig.rate - 1) > 1e-9:
             raise ValueError(f"rate {rig.rate} does not divide into steps of {STEP} s")
-        self.laws = torques(effects, self.motor, STEP)
+        self.laws = torques(effects, rig, self.motor, STEP)
+        self.frictions = frictions(effects, rig, self.motor)
         self.pulses = pulses(effects, run)
-        self.samples = 0
+        self.samples = self.steps = 0
+        self.clock = Clock(effects.get("x.clock_jitter"), rig.rate, run)
+        self.supply = Supply(effects, rig)
         self.lagged = 0.0  # state of motor.lag, V
         self.queue: list[float] = []  # past commands, newest first, for motor.delay
         self.past: list[np.ndarray] = []  # past readings and their rates, newest first, for sensor.delay
@@ -82,6 +126,7 @@ class Plant:
         # damping of w and of |w| w
         motor = f'damping="{rig.arm_damping!s} {p("arm.quadratic", "coefficient")!s} 0" frictionloss="{friction!s}" {FRICTION}'
         arm, (hinge, transverse, axial), armature = principal(rig, p("pendulum.inertia_transverse", "inertia"))
+        rod, upper = self._rod(hinge, transverse, axial)
         rotor = tendon = ""
         if self.drive:
             share = float(self.drive["motor_share"]) * rig.arm_inertia
@@ -108,13 +153,32 @@ class Plant:
         <joint name="alpha" type="hinge" axis="1 0 0" armature="{armature!s}" damping="{rig.pend_viscous!s} {p("pendulum.quadratic", "coefficient")!s} 0"
                stiffness="{p("pendulum.spring", "stiffness")!s}" springref="{self.effects.get("pendulum.spring", {}).get("rest", np.pi)!s}"
                frictionloss="{p("pendulum.coulomb", "torque")!s}" {FRICTION}/>
-        <inertial pos="0 0 {rig.pend_com!s}" mass="{rig.pend_mass!s}" diaginertia="{hinge!s} {transverse!s} {axial!s}"/>
+        {rod}{upper}
       </body>
     </body>
     {rotor}
   </worldbody>
   {tendon}
 </mujoco>"""
+
+    def _rod(self, hinge: float, transverse: float, axial: float) -> tuple[str, str]:
+        """The pendulum's mass; with ``x.flexible_rod`` a share of it sits beyond a springy joint, both together as heavy as the one."""
+        rig, bend = self.rig, self.effects.get("x.flexible_rod")
+        if not bend:
+            return f'<inertial pos="0 0 {rig.pend_com!s}" mass="{rig.pend_mass!s}" diaginertia="{hinge!s} {transverse!s} {axial!s}"/>', ""
+        share, com, joint = bend["share"], rig.pend_com, 0.4 * rig.pend_com
+        mass, ahead = share * rig.pend_mass, 0.6 * com  # of the upper part, whose middle is so far beyond the whole's
+        lever, taken = com + ahead - joint, rig.pend_mass * share / (1 - share) * ahead**2 + LEAST
+        lower = f"{hinge - taken!s} {transverse - taken!s} {axial + LEAST!s}"
+        stiffness = mass * lever**2 * (2 * np.pi * bend["frequency"]) ** 2
+        damping = 2 * bend["damping_ratio"] * mass * lever**2 * 2 * np.pi * bend["frequency"]
+        return (
+            f'<inertial pos="0 0 {com - share / (1 - share) * ahead!s}" mass="{rig.pend_mass - mass!s}" diaginertia="{lower}"/>',
+            f"""<body name="upper" pos="0 0 {joint!s}">
+          <joint name="bend" type="hinge" axis="1 0 0" stiffness="{stiffness!s}" damping="{damping!s}"/>
+          <inertial pos="0 0 {lever!s}" mass="{mass!s}" diaginertia="{LEAST} {LEAST} {LEAST}"/>
+        </body>""",
+        )
 
     @property
     def state(self) -> np.ndarray:
@@ -125,6 +189,11 @@ class Plant:
     def rotor(self) -> np.ndarray:
         """[angle, speed] of the rotor; the arm's without a drive between them."""
         return np.array([self.data.qpos[self.motor], self.data.qvel[self.motor]])
+
+    @property
+    def time(self) -> float:
+        """Since the recording began, s."""
+        return self.steps / (self.substeps * self.rig.rate)
 
     def _shown(self) -> np.ndarray:
         """What the encoders see now, and how fast it changes: [[theta, alpha], [theta_dot, alpha_dot]]."""
@@ -145,22 +214,29 @@ class Plant:
 
     def measure(self, rng: np.random.Generator | None = None, noise: float = 0.0) -> tuple[float, float]:
         """Encoder angles: late, with offset and scale, noise of ``noise`` counts RMS, rounded to whole counts."""
-        angles = self._seen() + [0.0, self._parameter("sensor.alpha.offset", "angle")]
+        angles = self._seen()
+        discs = np.array([self._parameter(f"x.eccentric_{axis}", "angle") for axis in ("theta", "alpha")])
+        phases = [self._parameter(f"x.eccentric_{axis}", "phase") for axis in ("theta", "alpha")]
+        lost = self.effects.get("x.lost_counts", {"angle": 0.0, "time": 0.0})
+        jumped = lost["angle"] if self.time >= lost["time"] else 0.0
+        angles = angles + discs * np.sin(angles + phases) + [jumped, self._parameter("sensor.alpha.offset", "angle")]
         angles = angles * [self.effects.get(f"sensor.{axis}.scale", {}).get("scale", 1.0) for axis in ("theta", "alpha")]
         per_rad = np.array([self.rig.arm_counts, self.rig.pend_counts]) / (2 * np.pi)
         counts = angles * per_rad + (noise * rng.standard_normal(2) if rng is not None and noise else 0.0)
         theta, alpha = np.round(counts) / per_rad + 0.0  # no negative zeros in the files
         return float(theta), float(alpha)
 
-    def _delayed(self, u: float) -> np.ndarray:
+    def _delayed(self, u: float, steps: int) -> np.ndarray:
         """Command at the motor in each substep: a transport delay of any real length, the substep of the edge averaged."""
         delay = self._parameter("motor.delay", "delay") / STEP  # in substeps
+        if delay == 0.0:
+            return np.full(steps, u)
         whole = int(np.ceil(delay / self.substeps))
         self.queue = ([u] + self.queue)[: whole + 1]
         held = self.queue + [0.0] * (whole + 1 - len(self.queue))
-        start = np.arange(self.substeps)
+        start = np.arange(steps)
         # average over [start, start + 1] of the command given `delay` substeps earlier
-        out = np.zeros(self.substeps)
+        out = np.zeros(steps)
         for age, value in enumerate(held):  # held during [-age, -age + 1] samples, seen `delay` later
             begin = -age * self.substeps + delay
             end = begin + self.substeps
@@ -170,7 +246,7 @@ class Plant:
     def _voltage(self, u: float, middles: np.ndarray) -> np.ndarray:
         """What reaches the winding in each substep, in command units."""
         p = self._parameter
-        volts = self._delayed(u)
+        volts = self._delayed(self.supply(u), len(middles))
         volts = np.sign(volts) * np.maximum(np.abs(volts) - p("motor.deadzone", "width"), 0.0) + p("motor.bias", "voltage")
         limit = self.effects.get("motor.saturation", {}).get("limit", np.inf)
         volts = np.clip(volts, -limit, limit)
@@ -190,17 +266,17 @@ class Plant:
         if "sensor.delay" in self.effects:
             self.past.insert(0, self._shown())
             del self.past[int(self._parameter("sensor.delay", "delay") * rig.rate) + 1 :]
-        begin = self.samples / rig.rate
+        begin, last = self.time, self.steps
         self.samples += 1
-        edges = begin + STEP * np.arange(self.substeps + 1)
+        self.steps = self.clock.step(self.samples, last)
+        edges = begin + STEP * np.arange(self.steps - last + 1)
         middles = edges[:-1] + STEP / 2
-        planned = np.zeros((self.substeps, self.model.nv))  # what does not depend on the motion
+        planned = np.zeros((self.steps - last, self.model.nv))  # what does not depend on the motion
         planned[:, motor] = self._voltage(float(np.clip(u, -rig.vmax, rig.vmax)), middles) * rig.torque_per_volt
         planned[:, ALPHA] += self._parameter("pendulum.bias", "torque")
         for axis, start, end, torque in self.pulses:
             planned[:, axis] += torque * np.clip(np.minimum(edges[1:], end) - np.maximum(edges[:-1], start), 0.0, STEP) / STEP
-        stribeck = self.effects.get("arm.stribeck")
-        if not (self.laws or stribeck):  # constant within stretches: MuJoCo's own loop is faster
+        if not (self.laws or self.frictions):  # constant within stretches: MuJoCo's own loop is faster
             for torque, stretch in itertools.groupby(planned.tolist()):
                 data.qfrc_applied[:] = torque
                 mujoco.mj_step(self.model, data, nstep=len(list(stretch)))
@@ -212,8 +288,8 @@ class Plant:
             driving = torque[motor]
             for axis, law in self.laws:
                 torque[axis] += law(t, angle, speed, driving)
-            if stribeck:
-                more = (stribeck["static"] - stribeck["coulomb"]) * np.exp(-((speed[motor] / stribeck["velocity"]) ** 2))
-                self.model.dof_frictionloss[motor] = self._parameter("arm.coulomb", "torque") + stribeck["coulomb"] + more
+            if self.frictions:
+                limit = sum(law(t, angle, speed, driving) for law in self.frictions)
+                self.model.dof_frictionloss[motor] = self._parameter("arm.coulomb", "torque") + limit
             data.qfrc_applied[:] = torque
             mujoco.mj_step(self.model, data)

@@ -42,9 +42,14 @@ class TrueRig:
         return self.amp * self.kt * self.gear * self.eff / self.R
 
     @property
+    def back_emf_damping(self) -> float:
+        """Arm torque that the back-EMF takes per speed, N m s/rad."""
+        return self.kt * self.kb * self.gear**2 * self.eff / self.R
+
+    @property
     def arm_damping(self) -> float:
         """Viscous friction and back-EMF together, N m s/rad."""
-        return self.arm_viscous + self.kt * self.kb * self.gear**2 * self.eff / self.R
+        return self.arm_viscous + self.back_emf_damping
 
     @property
     def gravity_torque(self) -> float:
@@ -74,10 +79,20 @@ def draw_rig(family: str, rng: np.random.Generator, spread: float = 0.15) -> Tru
     return dataclasses.replace(rig, **moved, kb=rig.kb * moved["kt"] / rig.kt)
 
 
-def data_sheet(rig: TrueRig, rng: np.random.Generator, spread: float) -> TrueRig:
-    """What the owner believes: each quantity a maker cannot know exactly is off by a normal error of ``spread`` (clipped at two)."""
+def data_sheet(rig: TrueRig, rng: np.random.Generator, spread: float, length_error: float = 0.03) -> TrueRig:
+    """What the owner believes of the rig.
+
+    What a maker cannot know exactly is off by a normal error of ``spread`` (clipped at two), the arm's length, taken
+    with a ruler, by up to ``length_error`` either way; the ruler's error has a stream of its own. The gear with its
+    efficiency, the amplifier, the encoders and gravity are as on their makers' sheets: right.
+    """
     keys = ("arm_inertia", "arm_viscous", "pend_mass", "pend_com", "pend_inertia", "pend_viscous", "R", "kt")
+    ruler = rng.spawn(1)[0]
     wrong = {key: getattr(rig, key) * (1 + spread * np.clip(rng.standard_normal(), -2, 2)) for key in keys}
+    wrong["arm_length"] = rig.arm_length * (1 + length_error * ruler.uniform(-1, 1))
+    for key in ("pend_transverse", "pend_axial"):  # as far off as the inertia they were computed with
+        if getattr(rig, key) is not None:
+            wrong[key] = getattr(rig, key) * wrong["pend_inertia"] / rig.pend_inertia if rig.pend_inertia else getattr(rig, key)
     return dataclasses.replace(rig, **wrong, kb=rig.kb * wrong["kt"] / rig.kt)
 
 

@@ -6,11 +6,15 @@ A law is called in the middle of each step with the time, the angles, the speeds
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from mujoco_effects import Effects
 
-THETA, ALPHA, ROTOR = 0, 1, 2  # the plant's axes; the rotor has its own where there is a drive between it and the arm
+if TYPE_CHECKING:
+    from mujoco_rig import TrueRig
+
+THETA, ALPHA = 0, 1  # the plant's axes; what else turns (a rod's upper half, a rotor behind a drive) comes after them
 
 Law = Callable[[float, np.ndarray, np.ndarray, float], float]
 
@@ -43,8 +47,46 @@ class Sleeve:
         return -self.coefficient * self.remembered
 
 
-def torques(effects: Effects, motor: int, step: float) -> list[tuple[int, Law]]:
+class Maxwell:
+    """A spring in series with a dashpot: the torque of a cable that relaxes; exact for a speed that is held."""
+
+    def __init__(self, axis: int, stiffness: float, tau: float, step: float):
+        self.axis, self.most, self.keep, self.pull = axis, stiffness * tau, np.exp(-step / tau), 0.0
+
+    def __call__(self, t: float, angle: np.ndarray, speed: np.ndarray, motor: float) -> float:
+        start, end = self.pull, self.most * speed[self.axis]
+        self.pull = end + (start - end) * self.keep
+        return -0.5 * (start + self.pull)
+
+
+class Inductance:
+    """A winding in which the current follows voltage less back-EMF late: what this adds to the torque of one that follows at once."""
+
+    def __init__(self, axis: int, back_emf: float, time_constant: float, step: float):
+        self.axis, self.back_emf, self.keep, self.current = axis, back_emf, np.exp(-step / time_constant), 0.0
+        self.lead = time_constant / step * (1 - self.keep)  # of the difference at the step's start, what is left on average
+
+    def __call__(self, t: float, angle: np.ndarray, speed: np.ndarray, motor: float) -> float:
+        final = motor - self.back_emf * speed[self.axis]
+        missing = self.current - final
+        self.current = final + missing * self.keep
+        return missing * self.lead
+
+
+def stop(p: dict[str, float], angle: float, speed: float) -> float:
+    """Torque of rubber on either side of the middle, which pushes and does not pull."""
+    over = angle - np.clip(angle, -p["angle"], p["angle"])
+    push = p["stiffness"] * over + p["damping"] * speed
+    return -push if over * push > 0.0 else 0.0
+
+
+def torques(effects: Effects, rig: TrueRig, motor: int, step: float) -> list[tuple[int, Law]]:
     """(axis, law) of each effect that is a torque; ``motor`` is the axis the motor turns, ``step`` (s) how long a torque is held."""
+    emf = rig.back_emf_damping
+
+    def limited(torque: float, most: float) -> float:
+        return np.clip(torque, -most, most) - torque
+
     laws: list[tuple[int, Law]] = []
     for effect, p in effects.items():
         match effect:
@@ -62,6 +104,18 @@ def torques(effects: Effects, motor: int, step: float) -> list[tuple[int, Law]]:
                 laws.append((motor, lambda t, angle, speed, driving, p=p: driving * p["depth"] * np.sin(angle[motor] + p["phase"])))
             case "x.cross_drag":
                 laws.append((ALPHA, lambda t, angle, speed, driving, p=p: -p["coefficient"] * abs(speed[THETA]) * speed[ALPHA]))
+            case "x.maxwell_cable":
+                laws.append((THETA, Maxwell(THETA, p["stiffness"], p["tau"], step)))
+            case "x.inductance":
+                laws.append((motor, Inductance(motor, emf, p["time_constant"], step)))
+            case "x.current_limit":
+                laws.append((motor, lambda t, angle, speed, driving, p=p: limited(driving - emf * speed[motor], p["torque"])))
+            case "x.end_stops":
+                laws.append((THETA, lambda t, angle, speed, driving, p=p: stop(p, angle[THETA], speed[THETA])))
+            case "x.detent":
+                laws.append((ALPHA, lambda t, angle, speed, driving, p=p: p["torque"] * np.sin(p["order"] * angle[ALPHA] + p["phase"])))
+            case "x.sqrt_friction":  # smooth within a hundredth of a radian a second
+                laws.append((motor, lambda t, angle, speed, driving, p=p: -p["coefficient"] * speed[motor] / (speed[motor] ** 2 + 1e-4) ** 0.25))
     return laws
 
 

@@ -385,7 +385,7 @@ def compare(cli: list[str], case: str, truth: str, rig: pathlib.Path, train: lis
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder, "out.json")
         begin = time.perf_counter()
-        command = [*cli, "diagnose", *map(str, train), "--rig", str(rig), "--json", str(out), "--verify", *map(str, unseen)]
+        command = [*cli, "diagnose", *map(str, train), "--rig", str(rig), "--json-file", str(out), "--verify", *map(str, unseen)]
         subprocess.run(command, check=True, capture_output=True)
         seconds, answer = time.perf_counter() - begin, json.loads(out.read_text())
     names = ", ".join(e["id"] for e in answer["effects"])

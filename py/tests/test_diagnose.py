@@ -44,7 +44,7 @@ def case(tmp_path_factory):
             rig = draw_rig(HIDDEN[effect], rng)
             effects = {} if effect == "nothing" else {effect: draw_effect(effect, rig, rng)}
             made[effect] = tmp_path_factory.mktemp(effect), rig, effects
-            write_case(made[effect][0], rig, effects, seed=77, spread=0.03, seconds=8.0)
+            write_case(made[effect][0], rig, effects, seed=77, spread=0.03, seconds=8.0, length_error=0.0, own_zeros=False)
         return made[effect]
 
     return make
@@ -125,6 +125,14 @@ def test_what_comes_out(case, tmp_path):
     assert "arm.spring" in found.summary() == str(found) and repr(found) == "<furuta.Diagnosis missing_effects: arm.spring>"
     with pytest.raises(OSError, match="No such file"):
         found.report(tmp_path / "no" / "such" / "folder.html")
+    found.report(page)  # again, over its own kind
+    recording = tmp_path / "run.csv"
+    recording.write_text("t,u,theta,alpha\n")
+    with pytest.raises(FileExistsError, match="run.csv: exists already.*force=True"):
+        found.report(recording)
+    assert recording.read_text() == "t,u,theta,alpha\n"
+    found.report(recording, force=True)
+    assert recording.read_text() == text and {p.name for p in tmp_path.iterdir()} == {"report.html", "run.csv"}
 
 
 def sweep(rig, effects, seconds=5.0):

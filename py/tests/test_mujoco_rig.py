@@ -8,14 +8,15 @@ import pathlib
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 pytest.importorskip("mujoco")
 
 from lagrange_effects import Motion  # noqa: E402
-from mujoco_case import write_case  # noqa: E402
+from mujoco_case import multisine, write_case  # noqa: E402
 from mujoco_effects import EFFECTS, FOREIGN, draw_effect, hide  # noqa: E402
 from mujoco_plant import Plant  # noqa: E402
-from mujoco_rig import FAMILIES, TrueRig, rig_toml  # noqa: E402
+from mujoco_rig import FAMILIES, TrueRig, data_sheet, rig_toml  # noqa: E402
 
 RIG = FAMILIES["bench-made"]
 
@@ -220,12 +221,132 @@ def test_case_folder(tmp_path):
     assert (tmp_path / "rig.toml").read_text() != rig_toml(RIG)  # the sheet is wrong, as sheets are
 
 
+def recorded(folder):
+    return [np.genfromtxt(file, delimiter=",", names=True) for file in sorted(folder.glob("run-*.csv"))]
+
+
+def test_every_recording_has_its_own_zero(tmp_path):
+    """The same seed without zeros shows the same recordings in the true frame: whole counts between them, the commands untouched."""
+    options = {"seed": 4, "spread": 0.05, "noise": 0.3, "seconds": 1.5, "runs": ["multisine", "decay", "balance"]}
+    write_case(tmp_path / "own", RIG, {}, **options)
+    write_case(tmp_path / "same", RIG, {}, **options, own_zeros=False, length_error=0.0)
+    truth = json.loads((tmp_path / "own/truth.json").read_text())
+    for own, same, zero in zip(recorded(tmp_path / "own"), recorded(tmp_path / "same"), truth["zeros"], strict=True):
+        assert (own["u"] == same["u"]).all()
+        for axis, per_rev in (("theta", RIG.arm_counts), ("alpha", RIG.pend_counts)):
+            assert own[axis] - same[axis] == pytest.approx(zero[axis], abs=2e-7)
+            assert zero[axis] * per_rev / (2 * np.pi) == pytest.approx(round(zero[axis] * per_rev / (2 * np.pi)), abs=1e-9)
+    arm = [zero["theta"] for zero in truth["zeros"]]
+    assert len(set(arm)) == 3 and max(map(abs, arm)) <= 1.5 + np.pi / RIG.arm_counts
+    assert all(abs(zero["alpha"]) < 8 * 2 * np.pi / RIG.pend_counts for zero in truth["zeros"])
+    lengths = truth["arm_length"]
+    assert lengths["true"] == truth["true_rig"]["arm_length"] == RIG.arm_length
+    assert 0 < abs(lengths["data_sheet"] / lengths["true"] - 1) < 0.03
+    exact = json.loads((tmp_path / "same/truth.json").read_text())
+    assert exact["arm_length"]["data_sheet"] == RIG.arm_length
+    assert all(zero["theta"] == zero["alpha"] == 0.0 for zero in exact["zeros"])
+
+
+def test_the_ruler_has_a_stream_of_its_own():
+    """An exact length changes nothing else on the sheet."""
+    ruled, exact = (data_sheet(RIG, np.random.default_rng(3), 0.1, error) for error in (0.03, 0.0))
+    assert ruled.arm_length != exact.arm_length == RIG.arm_length
+    assert dataclasses.replace(ruled, arm_length=exact.arm_length) == exact
+    drawn = [data_sheet(RIG, np.random.default_rng(seed), 0.1).arm_length / RIG.arm_length - 1 for seed in range(300)]
+    assert -0.03 <= min(drawn) < -0.028 and 0.028 < max(drawn) <= 0.03
+
+
+def test_a_pendulum_that_is_let_go(tmp_path):
+    write_case(tmp_path, RIG, {}, seed=5, spread=0.05, seconds=6.0, runs=["decay"], own_zeros=False)
+    (rows,) = recorded(tmp_path)
+    swing = np.abs(rows["alpha"] - np.pi)
+    assert len(rows) == 6 * RIG.rate and (rows["u"] == 0.0).all()
+    assert 1.0 <= swing[0] <= 2.0 and swing.max() == pytest.approx(swing[0], abs=0.01)
+    assert swing[-round(RIG.rate) :].max() < 0.8 * swing[0]
+
+
 @pytest.mark.parametrize("effect", FOREIGN)
-def test_foreign_effects_change_the_motion(effect):
-    u, x0 = commands(400), np.array([0.0, np.pi, 0.0, 0.0])
-    with_effect, _ = mujoco_states(RIG, {effect: draw_effect(effect, RIG, np.random.default_rng(1))}, u, x0)
-    without, _ = mujoco_states(RIG, {}, u, x0)
-    assert np.abs(with_effect - without)[:, :2].max() > 10 * 2 * np.pi / RIG.pend_counts
+def test_foreign_effects_are_seen(effect):
+    """Half a second from the same true state, with the effect and without: most readings differ by several times an encoder's noise."""
+    geared = effect in ("x.inductance", "x.current_limit")  # the rig in which the benchmark hides them
+    rig = FAMILIES["srv02-like" if geared else sorted(FAMILIES)[FOREIGN.index(effect) % len(FAMILIES)]]
+    _, effects = hide(rig, (effect,), np.random.default_rng(1))
+    if effect == "x.lost_counts":
+        effects[effect]["time"] = 0.7
+    u = multisine(rig, np.arange(round(3 * rig.rate)) / rig.rate, np.random.default_rng(2))
+    plant, readings, states = Plant(rig, effects, alpha=np.pi), [], []
+    for volts in u:
+        states.append(plant.state)
+        readings.append(plant.measure())
+        plant.advance(volts)
+    piece, apart = round(0.5 * rig.rate), []
+    for begin in range(piece, len(u) - piece + 1, piece):
+        plain, expected = Plant(rig, {}, alpha=states[begin][1], theta=states[begin][0]), []
+        plain.data.qvel[:2] = states[begin][2:]
+        for volts in u[begin : begin + piece]:
+            expected.append(plain.measure())
+            plain.advance(volts)
+        counts = (np.array(readings[begin : begin + piece]) - expected) * [rig.arm_counts, rig.pend_counts] / (2 * np.pi)
+        apart.append(np.sqrt(np.mean(counts**2, axis=0)).max())
+    print(effect, rig.name, np.round(apart, 1))
+    assert np.median(apart) > 3.0
+
+
+def test_a_stiff_rod_is_a_rod():
+    """The two parts of the rod that bends weigh what the whole one weighs, about the same middle: with a stiff joint they move alike."""
+    start, u = np.array([0.1, np.pi - 0.4, 1.0, -2.0]), commands(400)
+    rod = {"share": 0.3, "frequency": 150.0, "damping_ratio": 0.5}
+    difference = {}
+    for frequency in (150.0, 3.5):
+        bending, _ = mujoco_states(RIG, {"x.flexible_rod": rod | {"frequency": frequency}}, u, start)
+        difference[frequency] = np.abs(bending - mujoco_states(RIG, {}, u, start)[0])[:, :2].max()
+    assert difference[150.0] < 2e-3 < 0.02 < difference[3.5]
+
+
+def test_a_winding_and_a_limit_of_its_current():
+    """The arm alone: a linear equation of second order for the winding, a constant torque at the limit."""
+    rig = dataclasses.replace(FAMILIES["srv02-like"], pend_mass=1e-8, pend_inertia=1e-11, pend_viscous=0.0)
+    tau, volts, seconds, emf = 0.05, 3.0, 0.3, rig.back_emf_damping
+    plant = Plant(rig, {"x.inductance": {"time_constant": tau}}, alpha=np.pi)
+    limit = 0.2 * rig.torque_per_volt * volts
+    limited = Plant(rig, {"x.current_limit": {"torque": limit}}, alpha=np.pi)
+    for _ in range(round(seconds * rig.rate)):
+        plant.advance(volts)
+    for _ in range(10):
+        limited.advance(volts)
+    # [speed, torque]
+    matrix = np.array([[-rig.arm_viscous / rig.arm_inertia, 1 / rig.arm_inertia], [-emf / tau, -1 / tau]])
+    final = np.linalg.solve(-matrix, [0.0, rig.torque_per_volt * volts / tau])
+    speed = final[0] - (expm(matrix * seconds) @ final)[0]
+    assert plant.state[2] == pytest.approx(speed, rel=1e-4)
+    assert limited.state[2] == pytest.approx(limit / rig.arm_inertia * 10 / rig.rate, rel=0.02)
+
+
+def test_a_clock_that_is_late_and_early():
+    rig = dataclasses.replace(RIG, rate=250.0)
+    spread = 0.006
+    taken = []
+    for run in (0, 0, 1):
+        plant = Plant(rig, {"x.clock_jitter": {"spread": spread, "correlation": 0.1, "seed": 5.0}}, alpha=np.pi, run=run)
+        times = []
+        for _ in range(1000):
+            times.append(plant.time)
+            plant.advance(0.0)
+        taken.append(np.array(times))
+    assert (taken[0] == taken[1]).all() and (taken[0] != taken[2]).any()
+    assert (np.diff(taken[0]) > 0).all()
+    late = taken[0] - np.arange(1000) / rig.rate
+    assert 0.6 * spread < late.std() < 1.5 * spread
+
+
+def test_an_encoder_that_slips_once():
+    plant, shown = Plant(RIG, {"x.lost_counts": {"angle": 0.2, "time": 0.1}}, alpha=np.pi), []
+    for _ in range(80):
+        shown.append(plant.measure()[0])
+        plant.advance(0.0)
+    count = 2 * np.pi / RIG.arm_counts
+    assert shown[:40] == [0.0] * 40
+    assert shown[40:] == pytest.approx([0.2] * 40, abs=0.51 * count)
 
 
 def test_every_effect_has_a_size():

@@ -57,7 +57,7 @@ fn a_rig_is_planned_recorded_calibrated_and_validated() {
         &rig,
         "--report",
         &report,
-        "--json",
+        "--json-file",
         &json,
     ]);
     assert!(
@@ -104,9 +104,7 @@ fn a_rig_is_planned_recorded_calibrated_and_validated() {
     assert!(rms("calibrated") < 0.2 * rms("as_given"));
     assert!(page.contains("Unseen recordings, rig file calibrated"));
 
-    let judged = printed(&[
-        "identify", "validate", &second, "--rig", &rig, "--json", "-",
-    ]);
+    let judged = printed(&["identify", "validate", &second, "--rig", &rig, "--json"]);
     let judged: serde_json::Value = serde_json::from_str(&judged).expect("JSON");
     for channel in judged["channels"].as_array().expect("channels") {
         assert!(

@@ -52,7 +52,7 @@ fn other_designs_are_written_too() {
     let path = folder.path("k.toml");
     let path = path.to_str().expect("a path");
     let on = ["--rig", "qube-servo-2", "--rate", "500", "--json"];
-    let write = ["--write-controller", path];
+    let write = ["--write-controller", path, "--force"];
     let given =
         || json(&["controllers", "--check", path, "--json"])["sections"]["controller"].clone();
     let lqi = json(&[&["design", "lqi"], &on[..], &write].concat());

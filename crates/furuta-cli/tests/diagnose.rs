@@ -9,7 +9,7 @@ use common::{Folder, failure, furuta, rig_text, swing};
 /// The one line with which `diagnose` fails; nothing is written to standard output, nor any report.
 fn refusal(folder: &Folder, data: &Path, rig: &str) -> String {
     let report = folder.path("report.html");
-    let output = furuta(&["diagnose", "--rig", rig, "--json", "-", "--report"])
+    let output = furuta(&["diagnose", "--rig", rig, "--json", "--report"])
         .args([&report, data])
         .output()
         .expect("the binary runs");
@@ -100,20 +100,89 @@ fn recordings_that_are_refused() {
     assert!(line.contains("absent.csv"), "{line}");
 }
 
-/// One that `--verify` names is checked as well, before a long search.
+/// One that `--verify` names is checked as well: a bad one is named and left out, one that cannot be opened or that the search sees ends the command at once.
 #[test]
 fn what_is_verified_is_checked_first() {
     let folder = Folder::new("diagnose-verify");
-    let (sound, empty) = (
-        folder.file("run.csv", swing()),
-        folder.file("empty.csv", ""),
+    let input = "multisine --amplitude 1 --duration 6";
+    let sound = recorded(&folder, "sound.csv", "arm.spring", input);
+    let unseen = recorded(&folder, "unseen.csv", "arm.spring", "chirp --duration 4");
+    let text = std::fs::read_to_string(&sound).expect("written");
+    let empty = folder.file("empty.csv", "");
+    let copy = folder.file("copy.csv", &text);
+    let diagnose = |verify: &[&Path]| {
+        furuta(&["diagnose", "--rig", "qube-servo-2", "--json", "-"])
+            .args([sound.as_path(), Path::new("--verify")])
+            .args(verify)
+            .output()
+            .expect("the binary runs")
+    };
+    let output = diagnose(&[&empty, &unseen]);
+    assert!(output.status.success(), "{output:?}");
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let notices = answer["notices"].to_string();
+    assert!(
+        notices.contains("empty.csv: left out: the file is empty"),
+        "{notices}"
     );
-    let output = furuta(&["diagnose", "--rig", "qube-servo-2"])
-        .args([&sound, Path::new("--verify"), &empty])
-        .output()
-        .expect("the binary runs");
-    let line = failure(&output);
-    assert!(line.contains("empty.csv"), "{line}");
+    assert_eq!(
+        answer["verification"].as_array().map(Vec::len),
+        Some(2),
+        "{answer}"
+    );
+
+    for seen in [&sound, &copy] {
+        let line = failure(&diagnose(&[&unseen, seen]));
+        assert!(line.contains("the search sees"), "{line}");
+    }
+    #[cfg(unix)]
+    {
+        let link = folder.path("link.csv");
+        std::os::unix::fs::symlink(&sound, &link).expect("a link");
+        let line = failure(&diagnose(&[&link]));
+        assert!(
+            line.contains("link.csv") && line.contains("sound.csv"),
+            "{line}"
+        );
+    }
+    let line = failure(&diagnose(&[&folder.path("absent.csv")]));
+    assert!(line.contains("absent.csv"), "{line}");
+}
+
+/// A suspicious recording among several is left out by name; where too little is left, the command ends.
+#[test]
+fn a_suspicious_recording_among_several_is_left_out() {
+    let folder = Folder::new("diagnose-left-out");
+    let input = "multisine --amplitude 1 --duration 6";
+    let sound = recorded(&folder, "sound.csv", "arm.spring", input);
+    let text = std::fs::read_to_string(&sound).expect("written");
+    let mut wrong = String::from("t,u,theta,alpha\n");
+    for line in text.lines().skip(1) {
+        let (t, rest) = line.split_once(',').expect("columns");
+        let (u, angles) = rest.split_once(',').expect("columns");
+        let u: f64 = u.parse().expect("a number");
+        wrong += &format!("{t},{},{angles}\n", -u);
+    }
+    let wrong = folder.file("wrong.csv", wrong);
+    for command in [&["diagnose"][..], &["identify", "calibrate"]] {
+        let output = furuta(command)
+            .args(["--rig", "qube-servo-2", "--json", "-"])
+            .args([&wrong, &sound])
+            .output()
+            .expect("the binary runs");
+        assert!(output.status.success(), "{output:?}");
+        let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let notices = answer["notices"].to_string();
+        assert!(
+            notices.contains("wrong.csv: left out: the arm answers the command"),
+            "{notices}"
+        );
+    }
+    let line = refusal(&folder, &wrong, "qube-servo-2");
+    assert!(
+        line.contains("wrong sign") && line.contains("--accept-suspicious"),
+        "{line}"
+    );
 }
 
 /// A log that was cut off is not diagnosed as if it were whole; the line says how to go on with what is left.
@@ -162,7 +231,7 @@ fn ctrl_c_gives_what_is_known_so_far() {
     let [json, report, rig] = ["out.json", "out.html", "out.toml"].map(|name| folder.path(name));
     let child = furuta(&["diagnose", "--rig", "qube-servo-2"])
         .arg(&data)
-        .arg("--json")
+        .arg("--json-file")
         .arg(&json)
         .arg("--report")
         .arg(&report)
@@ -313,9 +382,10 @@ fn mistakes_that_only_the_rig_shows_are_refused() {
         .args([&sound, &folder.path("other.csv")])
         .output()
         .expect("the binary runs");
-    let line = failure(&output);
+    // One alone that does not fit the rig is left out; two that contradict each other end the command.
+    let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
     assert!(
-        line.contains("other.csv") && line.contains("another rig"),
-        "{line}"
+        said.contains("other.csv") && said.contains("another rig"),
+        "{said}"
     );
 }

@@ -119,7 +119,9 @@ fn a_response_is_fitted_compared_and_written() {
         ("tf", &["--orders", "1/3"][..], 9),
         ("compare", &["--rig", "fong2014-emecs"][..], 13),
     ] {
-        let _ = std::fs::remove_file(&page);
+        for file in [&page, &table] {
+            let _ = std::fs::remove_file(file);
+        }
         let args = [&["identify", what][..], &measure, more, &json].concat();
         let (line, _) = answer(&args);
         assert_eq!(line["what"], "alpha / u");

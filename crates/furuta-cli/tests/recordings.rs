@@ -74,7 +74,7 @@ fn a_run_is_converted_there_and_back_bit_for_bit() {
     // A row that an editor has spoilt is named.
     let text = String::from_utf8(bytes(&csv)).expect("text");
     let spoilt = folder.file("spoilt.csv", text.replacen(",swing-up,", ",sleep,", 1));
-    let line = failure(&convert(&spoilt, &back, &[]));
+    let line = failure(&convert(&spoilt, &back, &["--force"]));
     assert!(
         line.contains("spoilt.csv: row ") && line.contains("`sleep`"),
         "{line}"
@@ -149,7 +149,7 @@ fn bad_recordings_give_one_clear_line() {
     assert!(
         failure(&convert(&sound, &folder.path("run.xls"), &[])).contains("ends in .csv or .mcap")
     );
-    assert!(failure(&convert(&sound, &sound, &[])).contains("is the recording itself"));
+    assert!(failure(&convert(&sound, &sound, &[])).contains("is an input of this command (IN)"));
     assert!(
         failure(&convert(
             &sound,

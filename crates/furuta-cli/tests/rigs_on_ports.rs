@@ -55,6 +55,7 @@ fn a_run_between_two_processes_is_logged() {
     ]);
     let output = furuta(&[
         "run",
+        "--any-clock",
         "--port",
         &rig.port,
         "--rig",
@@ -89,6 +90,7 @@ fn a_cable_pulled_mid_run_is_one_line_and_the_log_is_kept() {
     let mut rig = EmulatedProcess::start(&["--rig", "shahzad2022-srv02"]);
     let mut run = furuta(&[
         "run",
+        "--any-clock",
         "--port",
         &rig.port,
         "--rig",
@@ -132,7 +134,14 @@ fn a_wrong_rig_on_the_port_is_refused_unless_told_otherwise() {
     let log = folder.path("run.mcap");
     let rig = EmulatedProcess::start(&["--rig", "shahzad2022-srv02"]);
     let run = |more: &[&str]| {
-        let args = ["run", "--port", &rig.port, "--rig", "fong2014-emecs"];
+        let args = [
+            "run",
+            "--any-clock",
+            "--port",
+            &rig.port,
+            "--rig",
+            "fong2014-emecs",
+        ];
         furuta(&args)
             .args(["--task", "zero", "--duration", "0.2"])
             .args(more)
@@ -247,13 +256,20 @@ fn a_killed_host_leaves_the_motor_off_and_a_log() {
     let deadline = u32::from(emulation.watchdog_periods);
     let emulated = furuta_hw::EmulatedRig::new(&rig, &emulation).expect("valid");
     let rig = furuta_hw::PtyRig::start(emulated, furuta_hw::Pace::Patient).expect("a port");
-    let mut host = furuta(&["run", "--port", rig.path(), "--rig", "shahzad2022-srv02"])
-        .args(["--duration", "600", "--log"])
-        .arg(&log)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("runs");
+    let mut host = furuta(&[
+        "run",
+        "--any-clock",
+        "--port",
+        rig.path(),
+        "--rig",
+        "shahzad2022-srv02",
+    ])
+    .args(["--duration", "600", "--log"])
+    .arg(&log)
+    .stdout(Stdio::null())
+    .stderr(Stdio::null())
+    .spawn()
+    .expect("runs");
     for _ in 0..600 {
         if std::fs::metadata(&log).is_ok_and(|m| m.len() > 50_000) {
             break;

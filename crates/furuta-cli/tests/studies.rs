@@ -168,7 +168,6 @@ fn a_limit_cycle_goes_after_the_friction_is_diagnosed() {
         "--rig",
         "shahzad2022-srv02",
         "--json",
-        "-",
         "--write-rig",
         repaired,
     ]);

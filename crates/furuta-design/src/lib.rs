@@ -8,6 +8,7 @@
 //! | [`reach`] | how near to upright any voltage brings a hanging pendulum |
 //! | [`swing_up`] | how surely a rig is swung up that is not quite as its file says |
 //! | [`region`] | from where a controller brings the pendulum back to upright |
+//! | [`upright`] | whether a controller holds a pendulum upright by its linear closed loop |
 //! | [`shahzad2022`] | arm steps and a push under an LQR |
 //! | [`ramos_velasco`] | a pendulum that follows a sine, under five controllers, on wrong parameters |
 //! | [`arm_step`] | a step of the arm under LQR, sliding mode and model predictive control |
@@ -38,3 +39,4 @@ pub mod robust_rig;
 pub mod shahzad2022;
 pub mod supervised;
 pub mod swing_up;
+pub mod upright;

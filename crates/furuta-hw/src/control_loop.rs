@@ -13,6 +13,7 @@ use furuta_log::{Mode, Record, Timing};
 use furuta_model::{Limits, Rig};
 use furuta_wire::{Hello, Message, Sample, Status};
 
+use crate::clock::{Against, ClockWatch, News, OldSample, RigClock, looks};
 use crate::delay::DelayMeter;
 use crate::link::Link;
 use crate::pilot::{Measurement, Pilot};
@@ -23,8 +24,8 @@ use crate::verdict::{self, Judge, Verdict};
 
 /// Changes of mode that a summary can hold; later ones are only counted.
 const MODE_CHANGES: usize = 64;
-/// A rig's clock may differ from the number of samples by so much from one sample to the next (s): ticks come late where a processor is busy.
-const CLOCK_STEP: f64 = 0.25;
+/// After a silence that was the host's own, what waited in the port is read within this time.
+const CATCHING_UP: Duration = Duration::from_millis(100);
 /// The last 0 V is sent so many times, since one frame can be lost. The rig's watchdog is what remains.
 const FAREWELLS: usize = 3;
 
@@ -50,8 +51,10 @@ pub struct LoopSettings<'a> {
     pub limits: Limits,
     /// How the arm is stopped there; [`Brake::none`] only cuts the motor off. A replay takes it to be that of [`LoopSettings::new`].
     pub brake: Brake<f64>,
-    /// The run ends where no sample comes for so long.
+    /// The run ends where no sample comes for so long; one that is repeated or old counts as none.
     pub silence: Duration,
+    /// Whether the rig's clock is compared with the host's; and how long the run may last on that, whatever the rig's says: [`RigClock::longest`].
+    pub clock: RigClock,
     /// Set from elsewhere, for example on Ctrl-C, to end the run.
     pub stop: Option<&'a AtomicBool>,
     /// How often the way to the rig and back is timed, by a query after a command; never where not given.
@@ -62,7 +65,7 @@ pub struct LoopSettings<'a> {
 
 impl LoopSettings<'_> {
     /// A run of this length on this rig at this sample period (s): the rig file's limits, and [`Brake::new`] up to its command limit where one is
-    /// exceeded; [`Self::SILENCE`]; nobody stops it, the line is not timed, nothing is asked of the system.
+    /// exceeded; [`Self::SILENCE`]; a rig whose clock shows real time; nobody stops it, the line is not timed, nothing is asked of the system.
     #[must_use]
     pub fn new(rig: &Rig, period: f64, duration: Duration) -> Self {
         Self {
@@ -70,6 +73,7 @@ impl LoopSettings<'_> {
             limits: rig.limits,
             brake: verdict::brake(rig, period),
             silence: Self::SILENCE,
+            clock: RigClock::Real,
             stop: None,
             probe: None,
             real_time: RealTime::default(),
@@ -111,7 +115,19 @@ pub enum RunError {
         /// Number of the first sample after.
         seq: u32,
     },
-    /// The rig's clock does not fit its numbers of samples.
+    /// Samples come, and none is news.
+    #[error(
+        "no new sample from the rig for {waited:.1?} (after {samples} samples): {why}; reset the rig, and see its firmware's `seq` and `t_us`"
+    )]
+    OldSamples {
+        /// How long was waited.
+        waited: Duration,
+        /// Samples before.
+        samples: u64,
+        /// Why the last one was no news.
+        why: OldSample,
+    },
+    /// The rig's clock stepped.
     #[error(
         "the rig's clock stepped by {step:.3} s at t = {t:.3} s: its time stamps are no measure any more; reset the rig"
     )]
@@ -120,6 +136,45 @@ pub enum RunError {
         t: f64,
         /// By how much it stepped (s).
         step: f64,
+    },
+    /// The rig's clock runs at another rate than it must.
+    #[error(
+        "the rig's time stamps {} at t = {t:.3} s: motor off; have its firmware count microseconds in `t_us`, and see what its timer's clock is divided by{}",
+        looks(*.rate, *.against), emulated(*.against)
+    )]
+    RigTimeStamps {
+        /// Time by the stamps (s).
+        t: f64,
+        /// Their rate: 1 for microseconds.
+        rate: f64,
+        /// Compared with what.
+        against: Against,
+    },
+    /// The rig's samples come at another rate than it announced.
+    #[error(
+        "the rig's samples come every {actual_us:.0} us by its own clock and the host's, its hello says period_us = {period_us:.0} (t = {t:.3} s): motor off; \
+         correct the period in its firmware"
+    )]
+    RigPeriod {
+        /// Time (s).
+        t: f64,
+        /// What it announced (us).
+        period_us: f64,
+        /// What it keeps (us).
+        actual_us: f64,
+    },
+    /// The run lasts longer than it can.
+    #[error(
+        "a run of {:.1} s has lasted {:.1} s of the host's clock, and the rig's clock shows {seconds:.3} s: motor off; see the rig's clock",
+        .duration.as_secs_f64(), .lasted.as_secs_f64()
+    )]
+    Overtime {
+        /// What was asked for.
+        duration: Duration,
+        /// What it lasted.
+        lasted: Duration,
+        /// The rig's clock from first to last sample (s).
+        seconds: f64,
     },
     /// A limit of the rig file is exceeded.
     #[error(
@@ -165,6 +220,13 @@ pub enum RunError {
     },
 }
 
+fn emulated(against: Against) -> &'static str {
+    match against {
+        Against::Host => "; where the rig is an emulated one on a busy machine, give --any-clock",
+        Against::Period => "",
+    }
+}
+
 /// How a run ended.
 #[derive(Debug)]
 pub enum End {
@@ -194,8 +256,10 @@ pub struct Summary {
     pub seconds: f64,
     /// Samples received.
     pub samples: u64,
-    /// Samples lost on the wire.
+    /// Samples lost on the wire, or left out as no news.
     pub lost: u64,
+    /// Samples that were no news, repeated or old: they got no command.
+    pub old: u64,
     /// Samples that arrived more than a period later than the promptest.
     pub late: u64,
     /// Periods in which the rig heard no valid command and held the last one: the host was late, or the frame lost.
@@ -223,6 +287,7 @@ impl Summary {
             seconds: 0.0,
             samples: 0,
             lost: 0,
+            old: 0,
             late: 0,
             held: 0,
             watchdog: 0,
@@ -272,6 +337,7 @@ pub fn run<T: Transport, P: Pilot>(
 ) -> Summary {
     let bad_frames_before = link.bad_frames();
     let mut motor = MotorOff { link, seq: 0 };
+    let begin = motor.link.now();
     let mut run = Run {
         summary: Summary::new(u64::from(hello.period_us) * 1000),
         hello,
@@ -279,14 +345,13 @@ pub fn run<T: Transport, P: Pilot>(
         pilot,
         state: pilot.start(),
         delay: DelayMeter::new(),
-        begin: Instant::now(),
-        first_t_us: 0,
-        last_t_us: 0,
-        last_seq: None,
+        clock: ClockWatch::new(hello.period_us, settings.clock),
+        begin,
+        first: None,
         lost_before: 0,
         probed: None,
         // Not at once: an answer to the connection's own queries may still be on its way.
-        probe_due: Instant::now() + settings.probe.unwrap_or_default(),
+        probe_due: begin + settings.probe.unwrap_or_default(),
         judge: Judge::new(settings.limits, settings.brake),
     };
     let end = run.until_the_end(&mut motor, records);
@@ -305,10 +370,10 @@ struct Run<'a, P: Pilot> {
     pilot: &'a P,
     state: P::State,
     delay: DelayMeter,
+    clock: ClockWatch,
     begin: Instant,
-    first_t_us: u64,
-    last_t_us: u64,
-    last_seq: Option<u32>,
+    /// When the first sample arrived.
+    first: Option<Instant>,
     lost_before: u32,
     /// When the query left that has not been answered yet.
     probed: Option<Instant>,
@@ -322,67 +387,97 @@ impl<P: Pilot> Run<'_, P> {
         motor: &mut MotorOff<'_, T>,
         records: &mut RecordSender,
     ) -> End {
-        let mut heard = Instant::now();
+        let longest = self.settings.clock.longest(self.settings.duration);
+        // A run of centuries needs no deadline.
+        let over = self.begin.checked_add(longest);
+        let mut heard = self.begin;
+        // Since when nothing but old samples has come after a silence.
+        let mut overdue = None;
         loop {
-            let message = match motor.link.receive(heard + self.settings.silence) {
+            let silent = heard.checked_add(self.settings.silence);
+            let deadline = [over, silent].into_iter().flatten().min();
+            let deadline = deadline.unwrap_or_else(|| motor.link.now() + LoopSettings::SILENCE);
+            let message = match motor.link.receive(deadline) {
                 Ok(message) => message,
                 Err(error) => return End::Failed(error.into()),
             };
-            let arrived = Instant::now();
-            let Some(message) = message else {
-                let waited = arrived.duration_since(heard);
-                return End::Failed(RunError::Silent {
-                    waited,
-                    samples: self.summary.samples,
-                });
-            };
-            let sample = match message {
-                Message::Sample(sample) => sample,
-                Message::Hello(_) => {
-                    self.probe_answered(arrived);
-                    continue;
+            let arrived = motor.link.now();
+            let fresh = match message {
+                Some(Message::Sample(sample)) => {
+                    match self.answer(&sample, arrived, motor, records) {
+                        Ok(fresh) => fresh,
+                        Err(error) => return End::Failed(error),
+                    }
                 }
-                _ => continue,
+                Some(Message::Hello(_)) => {
+                    self.probe_answered(arrived);
+                    false
+                }
+                Some(Message::Query(_) | Message::Command(_)) | None => false,
             };
-            heard = arrived;
-            match self.answer(&sample, arrived, motor, records) {
-                Ok(()) => {}
-                Err(error) => return End::Failed(error),
+            if fresh {
+                (heard, overdue) = (arrived, None);
+            }
+            // Asked whatever comes: a rig that sends no news must not keep a run alive.
+            if over.is_some_and(|over| arrived >= over) {
+                return End::Failed(RunError::Overtime {
+                    duration: self.settings.duration,
+                    lasted: arrived.duration_since(self.begin),
+                    seconds: self.summary.seconds,
+                });
+            }
+            let waited = arrived.duration_since(heard);
+            if waited >= self.settings.silence {
+                let since = *overdue.get_or_insert(arrived);
+                if message.is_none() || arrived.duration_since(since) >= CATCHING_UP {
+                    return End::Failed(self.silence(waited));
+                }
             }
             if self.judge.is_stopping() {
                 continue; // not for long
             }
-            if self.summary.seconds >= self.settings.duration.as_secs_f64() {
+            if fresh && self.summary.seconds >= self.settings.duration.as_secs_f64() {
                 return End::Finished;
             }
-            if self
-                .settings
-                .stop
-                .is_some_and(|stop| stop.load(Ordering::Relaxed))
+            let stopped = |stop: &AtomicBool| stop.load(Ordering::Relaxed);
+            if !matches!(message, Some(Message::Hello(_)))
+                && self.settings.stop.is_some_and(stopped)
             {
                 return End::Stopped;
             }
         }
     }
 
-    /// One sample: everything that happens in a period.
+    fn silence(&self, waited: Duration) -> RunError {
+        let samples = self.summary.samples;
+        match self.clock.old() {
+            Some(why) => RunError::OldSamples {
+                waited,
+                samples,
+                why,
+            },
+            None => RunError::Silent { waited, samples },
+        }
+    }
+
+    /// One sample: everything that happens in a period. False for one that is no news, and is not answered.
     fn answer<T: Transport>(
         &mut self,
         sample: &Sample,
         arrived: Instant,
         motor: &mut MotorOff<'_, T>,
         records: &mut RecordSender,
-    ) -> Result<(), RunError> {
-        let Some(periods) = self.periods_since_last(sample)? else {
-            return Ok(()); // the same sample twice: answered already
+    ) -> Result<bool, RunError> {
+        let begun = Instant::now();
+        let first = *self.first.get_or_insert(arrived);
+        let since = arrived.duration_since(first);
+        let News::Fresh { periods } = self.clock.sample(sample, since)? else {
+            self.summary.old += 1;
+            return Ok(false);
         };
-        if self.summary.samples == 0 {
-            self.begin = arrived;
-            self.first_t_us = sample.t_us;
-            self.last_t_us = sample.t_us;
-        }
-        self.check_clock(sample, periods)?;
-        let t = sample.t_us.saturating_sub(self.first_t_us) as f64 * 1e-6;
+        self.lost_before = periods - 1;
+        self.summary.lost += u64::from(self.lost_before);
+        let t = self.clock.seconds(sample.t_us);
         let measurement = Measurement {
             t,
             periods,
@@ -396,10 +491,8 @@ impl<P: Pilot> Run<'_, P> {
         motor.seq = sample.seq;
         let sent = motor.link.command(sample.seq, volts as f32);
 
-        let compute = arrived.elapsed().as_secs_f64();
-        let delay = self
-            .delay
-            .delay(arrived.duration_since(self.begin).as_secs_f64(), t);
+        let compute = begun.elapsed().as_secs_f64();
+        let delay = self.delay.delay(since.as_secs_f64(), t);
         self.count(sample, t, mode, compute, delay);
         records.send(Record {
             t,
@@ -419,7 +512,10 @@ impl<P: Pilot> Run<'_, P> {
         });
         match end {
             Some(error) => Err(error),
-            None => Ok(sent.and_then(|()| self.probe(motor))?),
+            None => {
+                sent.and_then(|()| self.probe(motor))?;
+                Ok(true)
+            }
         }
     }
 
@@ -428,7 +524,7 @@ impl<P: Pilot> Run<'_, P> {
         let Some(every) = self.settings.probe else {
             return Ok(());
         };
-        let now = Instant::now();
+        let now = motor.link.now();
         // An unanswered query was lost by then.
         if now < self.probe_due {
             return Ok(());
@@ -444,47 +540,6 @@ impl<P: Pilot> Run<'_, P> {
             let times = &mut self.summary.timing.round_trip;
             times.record(u64::try_from(ns).unwrap_or(u64::MAX));
         }
-    }
-
-    /// Periods from the last sample to this one; `None` if this is the last one again.
-    fn periods_since_last(&mut self, sample: &Sample) -> Result<Option<u32>, RunError> {
-        let Some(last) = self.last_seq else {
-            self.last_seq = Some(sample.seq);
-            return Ok(Some(1));
-        };
-        let periods = sample.seq.wrapping_sub(last);
-        if periods == 0 {
-            return Ok(None);
-        }
-        if periods > u32::MAX / 2 {
-            return Err(RunError::RigReset {
-                t: self.summary.seconds,
-                last,
-                seq: sample.seq,
-            });
-        }
-        self.last_seq = Some(sample.seq);
-        self.lost_before = periods - 1;
-        self.summary.lost += u64::from(self.lost_before);
-        Ok(Some(periods))
-    }
-
-    /// The clock that decides about the run's length, and the estimators' periods, shall be the same.
-    fn check_clock(&mut self, sample: &Sample, periods: u32) -> Result<(), RunError> {
-        let before = std::mem::replace(&mut self.last_t_us, sample.t_us);
-        if self.summary.samples == 0 {
-            return Ok(());
-        }
-        let seconds = |us: u64| us as f64 * 1e-6;
-        let expected = f64::from(periods) * f64::from(self.hello.period_us) * 1e-6;
-        let step = seconds(sample.t_us) - seconds(before) - expected;
-        if step.abs() > CLOCK_STEP.max(0.5 * expected) {
-            return Err(RunError::RigClock {
-                t: self.summary.seconds,
-                step,
-            });
-        }
-        Ok(())
     }
 
     fn count(&mut self, sample: &Sample, t: f64, mode: Mode, compute: f64, delay: f64) {

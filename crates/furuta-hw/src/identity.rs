@@ -5,6 +5,63 @@ use std::fmt::Write as _;
 use furuta_model::Rig;
 use furuta_wire::Hello;
 
+/// A name as it can be shown: control characters and what cannot be seen are escaped, or a rig could move the cursor of a terminal.
+///
+/// ```
+/// use furuta_hw::identity::printable;
+/// assert_eq!(printable("Drehpendel ä"), "Drehpendel ä");
+/// assert_eq!(printable("rig\x1b[2J\n"), "rig\\u{1b}[2J\\n");
+/// ```
+#[must_use]
+pub fn printable(name: &str) -> String {
+    let mut shown = String::new();
+    for c in name.chars() {
+        match c {
+            '\'' | '"' | '\\' => shown.push(c),
+            c => shown.extend(c.escape_debug()),
+        }
+    }
+    shown
+}
+
+/// Something the rig says of itself is no longer what it said.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{quantity} was {was} and is now {is}")]
+pub struct Change {
+    /// Field of the hello.
+    pub quantity: &'static str,
+    /// What it was.
+    pub was: String,
+    /// What it is.
+    pub is: String,
+}
+
+/// All that a rig says otherwise than before.
+#[must_use]
+pub fn changes(was: &Hello, is: &Hello) -> Vec<Change> {
+    let fields = |hello: &Hello| {
+        let limit = |limit: Option<f32>| limit.map_or("none".to_owned(), |limit| limit.to_string());
+        [
+            ("name", printable(&hello.rig)),
+            ("period_us", hello.period_us.to_string()),
+            ("arm_counts_per_rev", hello.arm_counts_per_rev.to_string()),
+            (
+                "pendulum_counts_per_rev",
+                hello.pendulum_counts_per_rev.to_string(),
+            ),
+            ("command_limit", hello.command_limit.to_string()),
+            ("limit arm_angle", limit(hello.limits.arm_angle)),
+            ("limit arm_speed", limit(hello.limits.arm_speed)),
+            ("limit pendulum_speed", limit(hello.limits.pendulum_speed)),
+            ("watchdog_periods", hello.watchdog_periods.to_string()),
+        ]
+    };
+    let both = fields(was).into_iter().zip(fields(is));
+    both.filter(|((_, was), (_, is))| was != is)
+        .map(|((quantity, was), (_, is))| Change { quantity, was, is })
+        .collect()
+}
+
 /// Something the rig says of itself is not what its rig file says.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("the rig says {quantity} = {rig}, its rig file {file}")]
@@ -28,11 +85,11 @@ pub struct WrongRig {
     pub mismatches: Vec<Mismatch>,
 }
 
-fn listed(mismatches: &[Mismatch]) -> String {
+pub(crate) fn listed(items: &[impl std::fmt::Display]) -> String {
     let mut text = String::new();
-    for (i, mismatch) in mismatches.iter().enumerate() {
+    for (i, item) in items.iter().enumerate() {
         // Writing to a String cannot fail.
-        let _ = write!(text, "{}{mismatch}", if i == 0 { "" } else { "; " });
+        let _ = write!(text, "{}{item}", if i == 0 { "" } else { "; " });
     }
     text
 }
@@ -57,7 +114,7 @@ pub fn mismatches(hello: &Hello, rig: &Rig) -> Vec<Mismatch> {
     if !rig.name.starts_with(hello.rig.as_str()) {
         found.push(Mismatch {
             quantity: "name",
-            rig: hello.rig.to_string(),
+            rig: printable(&hello.rig),
             file: rig.name.clone(),
         });
     }

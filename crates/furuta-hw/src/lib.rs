@@ -6,6 +6,7 @@
 //! | [`link`] | messages in place of bytes |
 //! | [`emulate`] | an emulated rig behind a pseudo-terminal |
 //! | [`control_loop`] | the loop: sample in, command out, record into a ring |
+//! | [`clock`] | whether the rig's time is time |
 //! | [`pilot`] | what decides about the motor: open-loop tests, swing-up and balance |
 //! | [`real_time`] | priority, locked memory, wake-ups on time |
 //! | [`recorder`] | the log's writer, in a thread of its own |
@@ -14,6 +15,7 @@
 //! | [`provenance`] | what a log says about its run: all that it takes to do it again |
 //! | [`mod@replay`] | a log through its own pilot again, compared bit for bit |
 
+pub mod clock;
 pub mod control_loop;
 mod delay;
 pub mod emulate;
@@ -28,6 +30,7 @@ pub mod session;
 pub mod transport;
 mod verdict;
 
+pub use clock::{Against, OldSample, RigClock};
 pub use control_loop::{End, LoopSettings, ModeChange, RunError, Summary, run};
 pub use emulate::{EmulatedRig, Emulation, EmulationError, Pace, PtyError, PtyRig};
 pub use furuta_model::signals::Excitation;

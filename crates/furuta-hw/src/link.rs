@@ -3,13 +3,16 @@
 use std::time::{Duration, Instant};
 
 use furuta_wire::{
-    Command, Decoder, FrameError, Hello, MAX_FRAME, Message, PROTOCOL_VERSION, Query, encode,
+    Command, Decoder, FrameError, Hello, MAX_FRAME, Message, PROTOCOL_VERSION, Query, RigLimits,
+    encode,
 };
 
 use crate::transport::{Transport, TransportError};
 
 /// How often the rig is asked who it is until it answers.
 const QUERY_PERIOD: Duration = Duration::from_millis(100);
+/// Reads after a deadline: more than a port holds back for a host that was busy.
+const OVERTIME: u32 = 32;
 
 /// No connection to a rig.
 #[derive(Debug, thiserror::Error)]
@@ -41,7 +44,7 @@ pub enum LinkError {
         /// Field of the Hello message.
         field: &'static str,
         /// Its value.
-        value: f64,
+        value: String,
         /// What is allowed.
         allowed: &'static str,
     },
@@ -99,16 +102,17 @@ impl<T: Transport> Link<T> {
         self.transport.discard_input()?;
         self.unread = 0..0;
         self.decoder = Decoder::new();
-        let start = Instant::now();
+        let start = self.now();
         let mut wrong_version = None;
-        while start.elapsed() < timeout {
+        while self.now().duration_since(start) < timeout {
             self.transport.write(&[0])?; // separates our first frame from whatever the rig has half received
             self.send(&Message::Query(Query {
                 version: PROTOCOL_VERSION,
             }))?;
-            let deadline = Instant::now() + QUERY_PERIOD;
+            let deadline = self.now() + QUERY_PERIOD;
+            let mut overtime = OVERTIME;
             loop {
-                match self.next(deadline)? {
+                match self.next(deadline, &mut overtime)? {
                     Some(Ok(Message::Hello(hello))) => {
                         check(&hello)?;
                         return Ok(hello);
@@ -123,19 +127,20 @@ impl<T: Transport> Link<T> {
             }
         }
         Err(LinkError::NoHello {
-            waited: start.elapsed(),
+            waited: self.now().duration_since(start),
             bytes: self.bytes,
             bad_frames: self.bad_frames,
         })
     }
 
-    /// Next message, or `None` at the deadline. Bad frames are counted and skipped.
+    /// Next message, or `None` at the deadline ([`Self::now`]), however much comes that is none. Bad frames are counted and skipped.
     ///
     /// # Errors
     /// [`TransportError`].
     pub fn receive(&mut self, deadline: Instant) -> Result<Option<Message>, TransportError> {
+        let mut overtime = OVERTIME;
         loop {
-            match self.next(deadline)? {
+            match self.next(deadline, &mut overtime)? {
                 Some(Ok(message)) => return Ok(Some(message)),
                 Some(Err(_)) => {}
                 None => return Ok(None),
@@ -178,14 +183,15 @@ impl<T: Transport> Link<T> {
     /// # Errors
     /// [`TransportError`].
     pub fn round_trip(&mut self, timeout: Duration) -> Result<Option<Duration>, TransportError> {
-        let left = Instant::now();
+        let left = self.now();
         self.query()?;
-        while let Some(message) = self.receive(left + timeout)? {
-            if let Message::Hello(_) = message {
-                return Ok(Some(left.elapsed()));
+        loop {
+            match self.receive(left + timeout)? {
+                Some(Message::Hello(_)) => return Ok(Some(self.now().duration_since(left))),
+                Some(_) if self.now() < left + timeout => {}
+                _ => return Ok(None),
             }
         }
-        Ok(None)
     }
 
     /// Frames received so far that were not valid.
@@ -194,9 +200,16 @@ impl<T: Transport> Link<T> {
         self.bad_frames
     }
 
+    /// The time in which the way to the rig lives: [`Transport::now`].
+    #[must_use]
+    pub fn now(&self) -> Instant {
+        self.transport.now()
+    }
+
     fn next(
         &mut self,
         deadline: Instant,
+        overtime: &mut u32,
     ) -> Result<Option<Result<Message, FrameError>>, TransportError> {
         loop {
             while let Some(i) = self.unread.next() {
@@ -205,7 +218,14 @@ impl<T: Transport> Link<T> {
                     return Ok(Some(result));
                 }
             }
-            let left = deadline.saturating_duration_since(Instant::now());
+            let left = deadline.saturating_duration_since(self.now());
+            if left.is_zero() {
+                // What had come in time is still read; what never ends is not.
+                let Some(reads) = overtime.checked_sub(1) else {
+                    return Ok(None);
+                };
+                *overtime = reads;
+            }
             let n = self.transport.read(&mut self.inbox, left)?;
             self.unread = 0..n;
             self.bytes += n as u64;
@@ -216,35 +236,72 @@ impl<T: Transport> Link<T> {
     }
 }
 
+/// Refuses a rig with which no run could be safe, or make sense.
 fn check(hello: &Hello) -> Result<(), LinkError> {
-    let bad = |field, value, allowed| {
-        Err(LinkError::BadHello {
+    let counts = |value: f64| value.is_finite() && value != 0.0;
+    let positive = |value: f32| value.is_finite() && value > 0.0;
+    let limit = |value: Option<f32>| value.is_none_or(positive);
+    let shown = |value: Option<f32>| value.map_or("none".to_owned(), |value| value.to_string());
+    let RigLimits {
+        arm_angle,
+        arm_speed,
+        pendulum_speed,
+    } = hello.limits;
+    const COUNTS: &str = "finite and not 0";
+    const POSITIVE: &str = "finite and above 0";
+    const LIMIT: &str = "finite and above 0, or none";
+    let fields = [
+        (
+            "name",
+            !hello.rig.trim().is_empty(),
+            format!("{:?}", hello.rig.as_str()),
+            "that of its rig file",
+        ),
+        (
+            "period_us",
+            (100..=1_000_000).contains(&hello.period_us),
+            hello.period_us.to_string(),
+            "between 100 and 1000000",
+        ),
+        (
+            "arm_counts_per_rev",
+            counts(hello.arm_counts_per_rev),
+            hello.arm_counts_per_rev.to_string(),
+            COUNTS,
+        ),
+        (
+            "pendulum_counts_per_rev",
+            counts(hello.pendulum_counts_per_rev),
+            hello.pendulum_counts_per_rev.to_string(),
+            COUNTS,
+        ),
+        (
+            "command_limit",
+            positive(hello.command_limit),
+            hello.command_limit.to_string(),
+            POSITIVE,
+        ),
+        ("limit arm_angle", limit(arm_angle), shown(arm_angle), LIMIT),
+        ("limit arm_speed", limit(arm_speed), shown(arm_speed), LIMIT),
+        (
+            "limit pendulum_speed",
+            limit(pendulum_speed),
+            shown(pendulum_speed),
+            LIMIT,
+        ),
+        (
+            "watchdog_periods",
+            hello.watchdog_periods > 0,
+            hello.watchdog_periods.to_string(),
+            "at least 1",
+        ),
+    ];
+    match fields.into_iter().find(|(_, is_good, ..)| !is_good) {
+        Some((field, _, value, allowed)) => Err(LinkError::BadHello {
             field,
             value,
             allowed,
-        })
-    };
-    if !(100..=1_000_000).contains(&hello.period_us) {
-        return bad(
-            "period_us",
-            f64::from(hello.period_us),
-            "between 100 and 1000000",
-        );
+        }),
+        None => Ok(()),
     }
-    for (field, value) in [
-        ("arm_counts_per_rev", hello.arm_counts_per_rev),
-        ("pendulum_counts_per_rev", hello.pendulum_counts_per_rev),
-    ] {
-        if !(value.is_finite() && value != 0.0) {
-            return bad(field, value, "finite and not 0");
-        }
-    }
-    if !(hello.command_limit.is_finite() && hello.command_limit > 0.0) {
-        return bad(
-            "command_limit",
-            f64::from(hello.command_limit),
-            "finite and above 0",
-        );
-    }
-    Ok(())
 }

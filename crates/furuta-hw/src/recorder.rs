@@ -134,23 +134,18 @@ fn write_all<W: Write + Seek>(
     mut log: LogWriter<W>,
 ) -> Recorded {
     let written = write_until_the_end(&mut ring, notes, &mut log);
-    let (written, kept) = match written {
-        Ok(()) => (log.written(), log.kept()),
-        // The sender notices nothing but that nobody listens: the loop must go on without a log.
-        Err(error) => {
-            return Recorded {
-                records: log.kept(),
-                error: Some(error),
-            };
-        }
-    };
-    match log.finish() {
-        Ok(_) => Recorded {
-            records: written,
+    // The sender notices nothing of an error but that nobody listens: the loop must go on without a log.
+    let (records, kept) = (log.written(), log.kept());
+    match written.and_then(|()| log.finish().map(drop)) {
+        Ok(()) => Recorded {
+            records,
             error: None,
         },
         Err(error) => Recorded {
-            records: kept,
+            records: match error {
+                LogError::Tampered(_) => 0,
+                _ => kept,
+            },
             error: Some(error),
         },
     }

@@ -1,14 +1,17 @@
 //! One run from port to log: connect, check that the rig is the one the rig file describes, fly, record.
 
+use std::fs::File;
+use std::io::BufWriter;
 use std::path::Path;
 use std::time::Duration;
 
+use furuta_file::{FileError, GrowingFile};
 use furuta_log::{LogError, LogWriter, Metadata};
 use furuta_model::Rig;
 use furuta_wire::Hello;
 
 use crate::control_loop::{LoopSettings, Summary, run};
-use crate::identity::{self, Mismatch, WrongRig, mismatches};
+use crate::identity::{self, Change, Mismatch, WrongRig, listed, mismatches};
 use crate::link::{Link, LinkError};
 use crate::pilot::Pilot;
 use crate::recorder::{RecordSender, Recorded, Recorder};
@@ -23,18 +26,20 @@ pub enum SessionError {
     /// The rig cannot be reached.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// The log's file cannot be created.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The log cannot be written.
     #[error(transparent)]
     Log(#[from] LogError),
     /// The rig is no longer the one that was there when the port was opened.
     #[error(
-        "the rig on this port was {was} and is now {is}, or its settings have changed: start again"
+        "the rig on this port is not as it was when the port was opened: {}; start again",
+        listed(.changes)
     )]
     AnotherRig {
-        /// Name before.
-        was: String,
-        /// Name now.
-        is: String,
+        /// Everything that it says otherwise; never empty.
+        changes: Vec<Change>,
     },
     /// The system starts no thread for the loop or the log.
     #[error("cannot start a thread: {0}")]
@@ -95,7 +100,8 @@ impl<T: Transport> Session<T> {
     }
 
     /// Runs the loop, in a thread of its own with what [`LoopSettings::real_time`] asks for, and, if a path is given, logs it there. However the
-    /// run ends, the log is ended properly.
+    /// run ends, the log is ended properly. An older log at the path is replaced when the run is over,
+    /// by one that has records; see [`GrowingFile`].
     ///
     /// # Errors
     /// [`SessionError`], before the run begins: the rig no longer answers, or the log cannot be written. What goes
@@ -114,13 +120,20 @@ impl<T: Transport> Session<T> {
         let (sender, recorder) = match log {
             None => (RecordSender::nowhere(), None),
             Some((path, metadata)) => {
-                let (sender, recorder) = Recorder::start(LogWriter::create(path, metadata)?)
-                    .map_err(SessionError::Thread)?;
-                (sender, Some(recorder))
+                let (file, place) = GrowingFile::create(path)?;
+                match begin(file, metadata) {
+                    Ok((sender, recorder)) => (sender, Some((recorder, place))),
+                    Err(error) => {
+                        place.discard();
+                        return Err(error);
+                    }
+                }
             }
         };
-        let mut summary = self.in_a_thread(pilot, settings, sender)?;
-        let recorded = recorder.map(Recorder::finish);
+        let flown = self.in_a_thread(pilot, settings, sender);
+        // The sender is gone, whatever came of the run: so the writer ends.
+        let recorded = recorder.map(|(recorder, place)| put(recorder.finish(), place));
+        let mut summary = flown?;
         if let Some(recorded) = &recorded {
             // What was in the ring when the writer gave up is lost as well.
             summary.unlogged = summary.samples.saturating_sub(recorded.records);
@@ -162,16 +175,32 @@ impl<T: Transport> Session<T> {
     }
 }
 
+/// Begins a log.
+fn begin(file: File, metadata: &Metadata) -> Result<(RecordSender, Recorder), SessionError> {
+    let log = LogWriter::new(BufWriter::new(file), metadata)?;
+    Recorder::start(log).map_err(SessionError::Thread)
+}
+
+/// A log with records takes its place; of one without, nothing stays, and an older log is as it was.
+fn put(mut recorded: Recorded, log: GrowingFile) -> Recorded {
+    if recorded.records == 0 {
+        log.discard();
+    } else if let Err(source) = log.keep() {
+        recorded.error.get_or_insert_with(|| LogError::Keep {
+            at: log.path().to_owned(),
+            source,
+        });
+    }
+    recorded
+}
+
 /// Throws away what arrived before; the rig must be the one that was there.
 fn ask_again<T: Transport>(link: &mut Link<T>, was: &Hello) -> Result<(), SessionError> {
     let hello = link.ask(HELLO_TIMEOUT)?;
-    if hello != *was {
-        return Err(SessionError::AnotherRig {
-            was: was.rig.to_string(),
-            is: hello.rig.to_string(),
-        });
+    match identity::changes(was, &hello) {
+        changes if changes.is_empty() => Ok(()),
+        changes => Err(SessionError::AnotherRig { changes }),
     }
-    Ok(())
 }
 
 impl From<TransportError> for SessionError {

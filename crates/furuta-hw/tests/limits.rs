@@ -74,6 +74,10 @@ impl Transport for Watched {
     fn discard_input(&mut self) -> Result<(), TransportError> {
         self.line.discard_input()
     }
+
+    fn now(&self) -> std::time::Instant {
+        self.line.now()
+    }
 }
 
 /// Who knows of the limit.

@@ -125,6 +125,10 @@ impl furuta_hw::Transport for Pushed {
     fn discard_input(&mut self) -> Result<(), furuta_hw::TransportError> {
         self.transport.discard_input()
     }
+
+    fn now(&self) -> std::time::Instant {
+        self.transport.now()
+    }
 }
 
 fn again(log: &Log) -> Replay {
@@ -249,11 +253,25 @@ fn a_log_cut_off_or_damaged_is_replayed_as_far_as_it_goes() {
     let cut = furuta_log::read_from(&bytes[..bytes.len() / 2]).expect("readable");
     assert!(cut.notice.is_some() && cut.records.len() > whole / 4);
     identical(&cut);
-    let middle = bytes.len() / 2;
+    let middle = middle_of_a_chunk(&bytes);
     bytes[middle] ^= 4;
     let damaged = furuta_log::read_from(&bytes[..]).expect("readable");
     assert!(damaged.notice.is_some() && damaged.records.len() < whole);
     identical(&damaged);
+}
+
+/// Within the first chunk that begins in the second half: the index between chunks holds no records.
+fn middle_of_a_chunk(bytes: &[u8]) -> usize {
+    const CHUNK: u8 = 6;
+    let mut at = 8; // behind the magic bytes
+    loop {
+        let length = bytes[at + 1..at + 9].try_into().map(u64::from_le_bytes);
+        let length = usize::try_from(length.expect("eight bytes")).expect("of this file");
+        if bytes[at] == CHUNK && at > bytes.len() / 2 {
+            break at + 9 + length / 2;
+        }
+        at += 9 + length;
+    }
 }
 
 fn written(log: &Log) -> Vec<u8> {

@@ -2,8 +2,8 @@
 
 use furuta_model::Rig;
 
-use crate::diagnose::data::Data;
 use crate::recording::Recording;
+use crate::shooting::Data;
 
 /// Why recordings are too few, too short or too quiet to say anything.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

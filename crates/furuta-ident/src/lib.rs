@@ -1,12 +1,18 @@
 //! Recordings of a rotary inverted pendulum, and what they say about its model: reading and checking them, fitting a rig's parameters, finding the effect
 //! that the model lacks, and showing it.
 
+mod answer;
 pub mod calibrate;
 pub mod diagnose;
+mod experiment;
 pub mod frequency;
 mod insufficient;
+mod least_squares;
 pub mod recording;
 pub mod report;
+pub mod selection;
+mod shooting;
+mod stop;
 mod task;
 pub mod validate;
 

@@ -253,6 +253,29 @@ fn an_effect_that_the_rig_file_has_is_not_found_again() {
     assert_eq!(outcome.repaired.effects, [spring]);
 }
 
+/// An incremental encoder is zeroed hanging: a wrong scale acts about there, by whatever factor, and is no spring on the pendulum.
+#[test]
+fn a_scale_about_hanging_is_named() {
+    for scale in [0.5, 0.96, 1.024, 2.0] {
+        let hidden = Effect::new("sensor.alpha.scale", &[scale, 1.0]).expect("valid");
+        let diagnosis = run(&qube(), &[hidden]).diagnosis;
+        let named: Vec<&str> = diagnosis.effects.iter().map(|e| e.id.as_str()).collect();
+        assert_eq!(
+            named,
+            ["sensor.alpha.scale"],
+            "{scale}: {}",
+            diagnosis.sentence()
+        );
+        let parameters = &diagnosis.effects[0].parameters;
+        let (found, zero) = (&parameters["scale"], &parameters["zero"]);
+        assert_eq!(zero.value, 1.0, "{scale}");
+        assert!(
+            (found.value / scale - 1.0).abs() < 0.01,
+            "{scale}: {found:?}"
+        );
+    }
+}
+
 #[test]
 fn the_number_of_threads_changes_no_digit() {
     let rig = qube();

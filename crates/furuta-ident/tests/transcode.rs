@@ -1,7 +1,6 @@
 //! A CSV file comes back from its log byte for byte, while the samples beside it are those that were converted.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use furuta_ident::recording::{Format, Recording, Transcoded, transcode};
@@ -26,7 +25,7 @@ impl Drop for Folder {
 }
 
 fn convert(from: &Path, to: &Path, format: Format) -> Transcoded {
-    transcode(from, to, format, || File::create(to)).unwrap_or_else(|e| panic!("{e}"))
+    transcode(from, to, format).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn csv() -> String {

@@ -4,7 +4,6 @@ mod common;
 
 use common::{Run, qube, record, sweep};
 use furuta_ident::Insufficient;
-use furuta_ident::calibrate::CalibrateError;
 use furuta_ident::validate::{Validated, Validation, validate};
 use furuta_model::State;
 
@@ -78,12 +77,10 @@ fn what_cannot_be_judged_is_named() {
     let still = record("still.csv", &real, Run::default(), |_, _| 0.0);
     assert!(matches!(
         validate(&[], &real),
-        Err(CalibrateError::Insufficient(Insufficient::NoRecordings))
+        Err(Insufficient::NoRecordings)
     ));
     assert!(matches!(
         validate(&[still], &real),
-        Err(CalibrateError::Insufficient(
-            Insufficient::NothingMoves { .. }
-        ))
+        Err(Insufficient::NothingMoves { .. })
     ));
 }

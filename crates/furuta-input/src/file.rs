@@ -105,7 +105,9 @@ pub enum InputError {
     },
 }
 
-fn shown(path: &Path) -> String {
+/// The path as a message shows it.
+#[must_use]
+pub fn shown(path: &Path) -> String {
     let text = path.to_string_lossy();
     if text.chars().all(crate::is_printable) {
         text.into_owned()

@@ -16,6 +16,6 @@ mod number;
 mod quote;
 
 #[cfg(feature = "std")]
-pub use file::{Input, InputError, Limits, TEXT_LIMIT, read_text};
+pub use file::{Input, InputError, Limits, TEXT_LIMIT, read_text, shown};
 pub use number::{Number, number};
 pub use quote::{Foreign, Plain, QUOTED, Quoted, foreign, is_printable, plain, quoted};

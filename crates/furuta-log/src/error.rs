@@ -15,6 +15,14 @@ pub enum LogError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The log is complete but cannot be moved to its place, or is not known to be on the disk.
+    #[error("{}: the log is complete, and stays here: {source}", at.display())]
+    Keep {
+        /// Where the log is.
+        at: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// The file is not read: not there, a directory, a pipe, zeros, too large.
     #[error(transparent)]
     Open(#[from] InputError),
@@ -24,6 +32,11 @@ pub enum LogError {
     /// Writing failed, for example because the disk is full.
     #[error("log cannot be written further: {}", root(.0))]
     Write(#[source] mcap::McapError),
+    /// The file was removed, replaced or truncated meanwhile: nothing of it is kept.
+    #[error(
+        "log {0} while it was written: what was recorded is lost; leave the file alone until the run has ended"
+    )]
+    Tampered(#[source] crate::Tampered),
     /// A record could not be made JSON.
     #[error("record cannot be encoded: {0}")]
     Encode(#[source] serde_json::Error),
@@ -76,6 +89,18 @@ pub enum LogError {
         /// What JSON says.
         cause: serde_json::Error,
     },
+}
+
+impl LogError {
+    /// Why a write failed.
+    pub(crate) fn of_write(error: mcap::McapError) -> Self {
+        if let mcap::McapError::Io(io) = &error
+            && let Some(tampered) = io.get_ref().and_then(|inner| inner.downcast_ref())
+        {
+            return Self::Tampered(*tampered);
+        }
+        Self::Write(error)
+    }
 }
 
 /// `McapError::Io` hides the system's words, and these are what the reader needs ("No space left on device").

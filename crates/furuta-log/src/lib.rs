@@ -39,6 +39,7 @@ mod read;
 mod record;
 mod schema;
 mod timing;
+mod watched;
 mod write;
 
 pub use attachments::copy_attachment;
@@ -52,6 +53,7 @@ pub use read::{Ending, Log, Notice, Part, each_part, each_record, read, read_fro
 pub use record::{Mode, Record};
 pub use schema::{FIELDS, Field};
 pub use timing::{Quantiles, Timing, TimingSummary};
+pub use watched::{Tampered, WatchedFile};
 pub use write::LogWriter;
 
 /// Topic of the samples.

@@ -9,6 +9,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};
 
+use crate::watched::WatchedFile;
 use crate::{Log, LogError, Metadata, Record, STARTED, TOPIC, Timing, metadata, schema, timing};
 
 /// A killed run loses at most this much (s); a microsecond less, so that rounding of t adds no sample to a chunk.
@@ -56,13 +57,14 @@ impl Log {
     }
 }
 
-impl LogWriter<BufWriter<File>> {
-    /// Creates the file, in place of one of the same name.
+impl LogWriter<BufWriter<WatchedFile>> {
+    /// Creates the file, in place of one of the same name. Where it is removed, replaced or truncated later, a write says so.
     ///
     /// # Errors
     /// [`LogError::Create`], [`LogError::Write`].
     pub fn create(path: &Path, metadata: &Metadata) -> Result<Self, LogError> {
-        let file = File::create(path).map_err(|source| LogError::Create {
+        let file = File::create(path).and_then(|file| WatchedFile::new(file, path));
+        let file = file.map_err(|source| LogError::Create {
             path: path.to_owned(),
             source,
         })?;
@@ -83,20 +85,20 @@ impl<W: Write + Seek> LogWriter<W> {
             .chunk_size(None) // closed by time, in `write`
             .disable_seeking(true) // a chunk is written whole or not at all: no half-made headers in a killed run's file
             .create(writer)
-            .map_err(LogError::Write)?;
+            .map_err(LogError::of_write)?;
         mcap.write_metadata(&mcap::records::Metadata {
             name: metadata::RECORD_NAME.to_owned(),
             metadata: metadata.to_map(),
         })
-        .map_err(LogError::Write)?;
+        .map_err(LogError::of_write)?;
         let schema = schema::json_schema().to_string();
         let schema = mcap
             .add_schema(schema::SCHEMA_NAME, "jsonschema", schema.as_bytes())
-            .map_err(LogError::Write)?;
+            .map_err(LogError::of_write)?;
         let channel = mcap
             .add_channel(schema, TOPIC, "json", &BTreeMap::new())
-            .map_err(LogError::Write)?;
-        mcap.flush().map_err(LogError::Write)?;
+            .map_err(LogError::of_write)?;
+        mcap.flush().map_err(LogError::of_write)?;
         let since_epoch = || {
             let now = SystemTime::now().duration_since(UNIX_EPOCH);
             u64::try_from(now.unwrap_or_default().as_nanos()).unwrap_or(u64::MAX / 2)
@@ -119,7 +121,7 @@ impl<W: Write + Seek> LogWriter<W> {
     /// [`LogError::Write`]: the log is then as good as it was; further writes fail too.
     pub fn write(&mut self, record: &Record) -> Result<(), LogError> {
         if record.t - self.chunk_start >= CHUNK_SECONDS {
-            self.mcap.flush().map_err(LogError::Write)?;
+            self.mcap.flush().map_err(LogError::of_write)?;
             self.kept = self.written;
             self.chunk_start = record.t;
         }
@@ -135,7 +137,7 @@ impl<W: Write + Seek> LogWriter<W> {
         };
         self.mcap
             .write_to_known_channel(&header, &self.json)
-            .map_err(LogError::Write)?;
+            .map_err(LogError::of_write)?;
         self.written += 1;
         Ok(())
     }
@@ -163,7 +165,7 @@ impl<W: Write + Seek> LogWriter<W> {
                 metadata: granted.clone(),
             })
             .and_then(|()| self.mcap.flush())
-            .map_err(LogError::Write)?;
+            .map_err(LogError::of_write)?;
         self.kept = self.written;
         Ok(())
     }
@@ -174,14 +176,14 @@ impl<W: Write + Seek> LogWriter<W> {
     /// [`LogError::Write`].
     pub fn write_timing(&mut self, timing: &Timing) -> Result<(), LogError> {
         // The records before it are then whole, whatever becomes of this one.
-        self.mcap.flush().map_err(LogError::Write)?;
+        self.mcap.flush().map_err(LogError::of_write)?;
         self.kept = self.written;
         self.mcap
             .write_metadata(&mcap::records::Metadata {
                 name: timing::RECORD_NAME.to_owned(),
                 metadata: timing.to_map()?,
             })
-            .map_err(LogError::Write)
+            .map_err(LogError::of_write)
     }
 
     /// Writes the index and ends the log.
@@ -189,9 +191,9 @@ impl<W: Write + Seek> LogWriter<W> {
     /// # Errors
     /// [`LogError::Write`].
     pub fn finish(mut self) -> Result<W, LogError> {
-        self.mcap.finish().map_err(LogError::Write)?;
+        self.mcap.finish().map_err(LogError::of_write)?;
         let mut writer = self.mcap.into_inner();
-        writer.flush().map_err(|e| LogError::Write(e.into()))?;
+        writer.flush().map_err(|e| LogError::of_write(e.into()))?;
         Ok(writer)
     }
 }

@@ -169,3 +169,16 @@ fn a_recording_can_be_entered_at_any_sample() {
     }
     assert!((s.x - r.x).to_array().iter().all(|d| d.abs() < 1e-12));
 }
+
+/// Where an encoder was zeroed it reads right, whatever its scale; half a turn from there it is off by the scale's share of half a turn.
+#[test]
+fn an_encoder_is_right_where_it_was_zeroed() {
+    use std::f64::consts::PI;
+    for (zero, place) in [(0.0, 0.0), (1.0, PI)] {
+        let scale = Effect::new("sensor.alpha.scale", &[0.9, zero]).expect("valid");
+        let plant: Plant<f64> = Plant::new(&qube().params, &[scale]).expect("one effect");
+        let read = |alpha: f64| plant.measure(&plant.rest(State::new(0.2, alpha, 0.0, 0.0)));
+        assert_eq!(read(place), [0.2, place]);
+        assert!((read(place + PI)[1] - (place + 0.9 * PI)).abs() < 1e-12);
+    }
+}

@@ -89,7 +89,7 @@ pub struct Sample {
 /// Host to rig: the answer to one sample.
 #[derive(Copy, Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Command {
-    /// [`Sample::seq`] of the sample answered.
+    /// [`Sample::seq`] of the sample answered: one of the last, and newer than that of the command before.
     pub seq: u32,
     /// Motor voltage (V).
     pub volts: f32,
@@ -110,7 +110,7 @@ impl Status {
     pub const CLIPPED: Self = Self(1 << 2);
     /// A limit is exceeded: the motor is off.
     pub const LIMIT: Self = Self(1 << 3);
-    /// A command was refused: not a finite number.
+    /// A command was refused: not a finite number, or an answer to no sample of late (repeated, old, of before a reset).
     pub const REFUSED: Self = Self(1 << 4);
 
     /// The flags as a number.

@@ -5,7 +5,8 @@ use core::f32::consts::TAU;
 use arrayvec::ArrayVec;
 
 use crate::{
-    ArmCounts, Decoder, FrameError, Hello, Message, PendulumCounts, RigLimits, Sample, Status,
+    ArmCounts, Command, Decoder, FrameError, Hello, Message, PendulumCounts, RigLimits, Sample,
+    Status,
 };
 
 /// Beyond a limit a command that brakes the arm is obeyed for so long, us; then the motor is off whatever is said.
@@ -17,6 +18,9 @@ const SPEED_WINDOW: usize = 10;
 /// The rig's end of the wire: takes the host's bytes, decides at each tick what the motor gets. Holds the watchdog, the
 /// command limit and the limits of angle and speed that the hello announces: beyond one of these the motor gets nothing but what brakes the arm
 /// on its way out, for a quarter of a second at most. No I/O, no clock.
+///
+/// A command counts where it answers one of the last `watchdog_periods` samples, and a newer one than the command obeyed before. Any other (repeated,
+/// late, of the time before a reset) does not feed the watchdog and drives nothing; only its 0 V is taken, since off is always allowed.
 ///
 /// ```
 /// use furuta_wire::{ArmCounts, Command, Hello, MAX_FRAME, Message, PendulumCounts, RigEnd, RigLimits, RigName, Status, encode};
@@ -32,13 +36,15 @@ const SPEED_WINDOW: usize = 10;
 ///     watchdog_periods: 10,
 /// };
 /// let mut rig = RigEnd::new(hello);
+/// let first = rig.tick(0, ArmCounts(0), PendulumCounts(0));
 /// let mut buffer = [0; MAX_FRAME];
-/// let frame = encode(&Message::Command(Command { seq: 0, volts: 12.0 }), &mut buffer)?;
+/// let frame = encode(&Message::Command(Command { seq: first.seq, volts: 12.0 }), &mut buffer)?;
 /// frame.iter().for_each(|&byte| rig.receive(byte));
-/// let sample = rig.tick(0, ArmCounts(0), PendulumCounts(0));
+/// let sample = rig.tick(2000, ArmCounts(0), PendulumCounts(0));
 /// assert_eq!((sample.volts, sample.status), (10.0, Status::CLIPPED)); // what the motor is to get from now on
 /// for k in 1..=10 {
-///     let silent = rig.tick(2000 * k, ArmCounts(0), PendulumCounts(0));
+///     frame.iter().for_each(|&byte| rig.receive(byte)); // repeated: as good as silence
+///     let silent = rig.tick(2000 + 2000 * k, ArmCounts(0), PendulumCounts(0));
 ///     assert_eq!(silent.volts, if k < 10 { 10.0 } else { 0.0 }); // the watchdog
 /// }
 /// # Ok::<(), Box<dyn core::error::Error>>(())
@@ -50,8 +56,10 @@ pub struct RigEnd {
     queried: bool,
     /// The last query was of another version of the protocol.
     foreign: bool,
-    fresh: Option<f32>,
+    fresh: Option<Asked>,
     refused: bool,
+    /// The sample that the last command obeyed answers; the one before the first where there was none.
+    obeyed: u32,
     answered: bool,
     held: f32,
     silent: u32,
@@ -61,6 +69,14 @@ pub struct RigEnd {
     recent: ArrayVec<[i32; 2], SPEED_WINDOW>,
     /// Ticks in a row beyond a limit.
     beyond: u32,
+}
+
+/// What was asked for since the last tick.
+#[derive(Copy, Clone, Debug)]
+struct Asked {
+    volts: f32,
+    /// Whether it is a sign of life.
+    feeds: bool,
 }
 
 /// What the encoders say of the limits.
@@ -82,6 +98,7 @@ impl RigEnd {
             foreign: false,
             fresh: None,
             refused: false,
+            obeyed: u32::MAX,
             answered: false,
             held: 0.0,
             silent: 0,
@@ -103,13 +120,11 @@ impl RigEnd {
     pub fn receive(&mut self, byte: u8) {
         match self.decoder.push(byte) {
             Some(Ok(Message::Command(command))) => {
-                // seq belongs to the sample before the current one at the latest; commands are not reordered on a
-                // wire, so the newest is the last.
                 self.answered |= command.seq == self.seq.wrapping_sub(1);
                 if self.foreign {
                     self.refused = true;
                 } else {
-                    self.command(command.volts);
+                    self.answer(command);
                 }
             }
             Some(Ok(Message::Query(_))) => {
@@ -127,11 +142,28 @@ impl RigEnd {
         }
     }
 
-    /// The motor voltage asked for from the next tick on (V): for a controller on the rig itself, with the same
-    /// checks as for a host's command.
+    /// A host's command, which may be anything.
+    fn answer(&mut self, command: Command) {
+        // How many samples ago the one was sent that this answers: huge for one that was never sent.
+        let newest = self.seq.wrapping_sub(1);
+        let age = |seq: u32| newest.wrapping_sub(seq);
+        let is_recent = age(command.seq) < u32::from(self.hello.watchdog_periods).min(self.seq);
+        let is_newer = age(command.seq) < age(self.obeyed);
+        if is_recent && is_newer && command.volts.is_finite() {
+            self.obeyed = command.seq;
+            self.command(command.volts);
+        } else if command.volts == 0.0 {
+            let feeds = self.fresh.is_some_and(|asked| asked.feeds);
+            self.fresh = Some(Asked { volts: 0.0, feeds });
+        } else {
+            self.refused = true;
+        }
+    }
+
+    /// The motor voltage asked for from the next tick on (V): for a controller on the rig itself, which feeds the watchdog by it.
     pub fn command(&mut self, volts: f32) {
         if volts.is_finite() {
-            self.fresh = Some(volts);
+            self.fresh = Some(Asked { volts, feeds: true });
         } else {
             self.refused = true;
         }
@@ -177,13 +209,16 @@ impl RigEnd {
         if core::mem::take(&mut self.refused) {
             status = status | Status::REFUSED;
         }
-        if let Some(volts) = self.fresh.take() {
+        let asked = self.fresh.take();
+        if let Some(Asked { volts, .. }) = asked {
             let limit = self.hello.command_limit;
             if volts.abs() > limit {
                 status = status | Status::CLIPPED;
             }
             // Not `clamp`, which panics where the limit is no number: then the motor gets nothing.
             self.held = volts.min(limit).max(-limit);
+        }
+        if asked.is_some_and(|asked| asked.feeds) {
             self.silent = 0;
             self.commanded = true;
         } else {

@@ -7,11 +7,21 @@ use std::io::Write as _;
 use std::process::{Command as Process, Stdio};
 
 use common::{Xorshift, any_message, frame};
-use furuta_wire::{Decoder, FrameError, Message, Query};
+use furuta_wire::{
+    ArmCounts, Command, Decoder, FrameError, Message, PendulumCounts, Query, RigEnd, Status,
+};
 
 /// What the C program answers; `None` where there is no C compiler.
 fn ask(input: &str) -> Option<String> {
-    let folder = std::env::temp_dir().join(format!("furuta-c-rig-{}", std::process::id()));
+    let name = std::thread::current()
+        .name()
+        .map(|name| name.replace(':', "-"));
+    let folder = format!(
+        "furuta-c-rig-{}-{}",
+        std::process::id(),
+        name.unwrap_or_default()
+    );
+    let folder = std::env::temp_dir().join(folder);
     std::fs::create_dir_all(&folder).expect("a folder for the program");
     let program = folder.join("c_rig");
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -128,4 +138,40 @@ fn a_c_rig_sends_and_understands_the_same_bytes() {
         assert_eq!(c, rust, "line {line}");
     }
     assert_eq!(answer.lines().count(), expected.lines().count());
+}
+
+/// Which commands are news, and which are repeated, old or of another life of the rig.
+#[test]
+fn a_c_rig_takes_the_same_commands_for_news() {
+    let mut random = Xorshift::new(6);
+    let hello = loop {
+        if let Message::Hello(hello) = any_message(&mut random) {
+            break hello;
+        }
+    };
+    let mut end = RigEnd::new(furuta_wire::Hello {
+        watchdog_periods: 7,
+        ..hello
+    });
+    let (mut input, mut expected) = (String::new(), String::new());
+    for _ in 0..3000 {
+        let back = random.next() as u32 % 12;
+        let seq = match random.next() % 20 {
+            0 => random.next() as u32,
+            1 => end.seq().wrapping_add(back),
+            _ => end.seq().wrapping_sub(back),
+        };
+        let _ = writeln!(input, "a {seq} {} 7", end.seq());
+        for byte in frame(&Message::Command(Command { seq, volts: 1.0 })) {
+            end.receive(byte);
+        }
+        let sample = end.tick(0, ArmCounts(0), PendulumCounts(0));
+        let is_news = !sample.status.contains(Status::HELD);
+        assert_eq!(is_news, !sample.status.contains(Status::REFUSED));
+        let _ = writeln!(expected, "{}", i32::from(is_news));
+    }
+    let news = expected.lines().filter(|line| *line == "1").count();
+    assert!((500..2500).contains(&news), "{news}");
+    let Some(answer) = ask(&input) else { return };
+    assert_eq!(answer, expected);
 }

@@ -87,3 +87,71 @@ proptest! {
         }
     }
 }
+
+fn say(rig: &mut RigEnd, seq: u32, volts: f32) {
+    let mut buffer = [0; furuta_wire::MAX_FRAME];
+    let command = furuta_wire::Command { seq, volts };
+    let frame = furuta_wire::encode(&furuta_wire::Message::Command(command), &mut buffer);
+    frame
+        .expect("fits")
+        .iter()
+        .for_each(|&byte| rig.receive(byte));
+}
+
+fn tick(rig: &mut RigEnd) -> furuta_wire::Sample {
+    rig.tick(0, ArmCounts(0), PendulumCounts(0))
+}
+
+/// A line that repeats a frame, or brings an old one, is no host.
+#[test]
+fn a_repeated_or_old_command_does_not_feed_the_watchdog() {
+    for old in [0, 1, 30] {
+        let mut rig = rig();
+        for _ in 0..50 {
+            let seq = tick(&mut rig).seq;
+            say(&mut rig, seq, 2.0);
+        }
+        let last = rig.seq() - 1;
+        let held = tick(&mut rig);
+        assert_eq!((held.volts, held.status), (2.0, Status::OK));
+        let driven = (0..30).take_while(|_| {
+            say(&mut rig, last - old, 2.0);
+            let sample = tick(&mut rig);
+            assert!(sample.status.contains(Status::REFUSED | Status::HELD));
+            sample.volts != 0.0
+        });
+        assert_eq!(driven.count(), 9, "{old} samples old");
+        // And one of news drives again.
+        let newest = rig.seq() - 1;
+        say(&mut rig, newest, 1.0);
+        assert_eq!(tick(&mut rig).volts, 1.0);
+    }
+}
+
+/// After a reset the host may go on for a while with answers to samples of before.
+#[test]
+fn a_command_of_before_a_reset_drives_nothing() {
+    let mut rig = rig();
+    say(&mut rig, 0, 2.0);
+    assert_eq!(tick(&mut rig).volts, 0.0, "no sample was sent yet");
+    for k in 0..40 {
+        say(&mut rig, 1500 + k, 2.0);
+        let sample = tick(&mut rig);
+        assert!(sample.volts == 0.0 && sample.status.contains(Status::WATCHDOG | Status::REFUSED));
+    }
+}
+
+/// 0 V is taken whatever sample it answers: a host says it after it has answered the last one.
+#[test]
+fn off_is_always_obeyed_and_feeds_nothing() {
+    let mut rig = rig();
+    let seq = tick(&mut rig).seq;
+    say(&mut rig, seq, 2.0);
+    say(&mut rig, seq, 0.0);
+    assert_eq!((tick(&mut rig).volts, tick(&mut rig).volts), (0.0, 0.0));
+    for _ in 0..20 {
+        say(&mut rig, seq, 0.0);
+        tick(&mut rig);
+    }
+    assert!(tick(&mut rig).status.contains(Status::WATCHDOG));
+}

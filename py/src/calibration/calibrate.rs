@@ -1,8 +1,9 @@
 //! Rig files fitted to recordings.
 
-use super::{checked, field, parsed};
+use super::{field, parsed};
 use crate::error;
-use crate::recording::selection;
+use crate::file;
+use crate::recording::{choose, selection};
 use crate::rig::PyRig;
 use furuta_ident::calibrate::{Options, Outcome};
 use pyo3::prelude::*;
@@ -114,10 +115,13 @@ impl PyCalibration {
         furuta_ident::report::calibration_card(&self.outcome.calibration)
     }
 
-    /// Writes the report, one self-contained HTML page, to this path.
-    fn report(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| std::fs::write(path, furuta_ident::report::calibration(&self.outcome)))?;
-        Ok(())
+    /// Writes the report, one self-contained HTML page, to this path. A file that is there and no
+    /// such page is replaced only with `force`.
+    #[pyo3(signature = (path, *, force=false))]
+    fn report(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
+        file::write_page(py, &path, force, || {
+            furuta_ident::report::calibration(&self.outcome)
+        })
     }
 
     /// The rig with the fitted values.
@@ -271,7 +275,13 @@ pub(crate) fn calibrate(
 ) -> PyResult<PyCalibration> {
     let rig = rig.rig.clone();
     let selection = selection(every, span);
-    let given = checked(recordings, &rig, &selection, accept_suspicious)?;
+    let given = choose(
+        recordings,
+        verify.as_ref(),
+        &rig,
+        &selection,
+        accept_suspicious,
+    )?;
     let options = Options {
         free: free.unwrap_or_default(),
         hold: hold.unwrap_or_default(),
@@ -283,11 +293,9 @@ pub(crate) fn calibrate(
         .detach(|| furuta_ident::calibrate::calibrate(&given.recordings, &rig, &options))
         .map_err(error::calibrate)?;
     outcome.calibration.notices.splice(0..0, given.notices);
-    if let Some(verify) = verify {
-        let unseen = checked(&verify, &rig, &selection, accept_suspicious)?;
-        py.detach(|| outcome.verify(&unseen.recordings, &rig))
+    if !given.verify.is_empty() {
+        py.detach(|| outcome.verify(&given.verify, &rig))
             .map_err(error::calibrate)?;
-        outcome.calibration.notices.extend(unseen.notices);
     }
     let contract = parsed(py, &outcome.calibration.to_json())?.unbind();
     Ok(PyCalibration { outcome, contract })

@@ -4,9 +4,6 @@ mod calibrate;
 mod plan;
 mod validate;
 
-use crate::recording::{Read, read, refuse_suspicion};
-use furuta_ident::recording::{Selection, against_rig};
-use furuta_model::Rig;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -33,19 +30,4 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
         .import("json")?
         .call_method1("loads", (json,))?
         .cast_into::<PyDict>()?)
-}
-
-/// Recordings of this rig, checked against it.
-fn checked(
-    given: &Bound<'_, PyAny>,
-    rig: &Rig,
-    selection: &Selection,
-    accept_suspicious: bool,
-) -> PyResult<Read> {
-    let mut all = read(given, selection, accept_suspicious)?;
-    for notice in against_rig(&all.recordings, rig) {
-        refuse_suspicion(&notice, accept_suspicious)?;
-        all.notices.push(notice.to_string());
-    }
-    Ok(all)
 }

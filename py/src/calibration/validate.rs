@@ -1,8 +1,8 @@
 //! Rig files judged by recordings.
 
-use super::{checked, field, parsed};
+use super::{field, parsed};
 use crate::error;
-use crate::recording::selection;
+use crate::recording::{choose, selection};
 use crate::rig::PyRig;
 use furuta_ident::validate::Validation;
 use pyo3::prelude::*;
@@ -110,7 +110,7 @@ pub(crate) fn validate(
 ) -> PyResult<PyValidation> {
     let rig = rig.rig.clone();
     let selection = selection(every, span);
-    let given = checked(recordings, &rig, &selection, accept_suspicious)?;
+    let given = choose(recordings, None, &rig, &selection, accept_suspicious)?;
     let mut validation = py
         .detach(|| furuta_ident::validate::validate(&given.recordings, &rig))
         .map_err(error::calibrate)?;

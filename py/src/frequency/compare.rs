@@ -2,6 +2,7 @@
 
 use super::response::PyFrf;
 use crate::error;
+use crate::file;
 use crate::matrix::Vector;
 use crate::rig::PyRig;
 use furuta_ident::frequency::compare::{self as engine, Comparison, Explanation, Measured};
@@ -66,18 +67,16 @@ impl PyComparison {
 
     /// Writes a report, one HTML page that needs no network: the Bode plot of what was measured, the rig as given, its parameters refitted and the best
     /// explanation; the ranking.
-    fn report(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    /// A file that is there and no such page is replaced only with `force`.
+    #[pyo3(signature = (path, *, force=false))]
+    fn report(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
         let what = self.what();
         let bode = engine::plot(&self.rig, &what, &self.measured, &self.found)
             .map_err(error::identification)?;
         let title = format!("What {what} of {} has and its file has not", self.rig);
-        py.detach(|| {
-            std::fs::write(
-                path,
-                furuta_ident::report::frequency(&title, bode, &self.summary(), &[]),
-            )
-        })?;
-        Ok(())
+        file::write_page(py, &path, force, || {
+            furuta_ident::report::frequency(&title, bode, &self.summary(), &[])
+        })
     }
 
     fn __repr__(&self) -> String {

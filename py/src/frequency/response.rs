@@ -2,6 +2,7 @@
 
 use super::fit::PyTransferFit;
 use crate::error;
+use crate::file;
 use crate::matrix::Vector;
 use crate::recording::read;
 use furuta_ident::diagnose::result::significant;
@@ -9,7 +10,6 @@ use furuta_ident::frequency::bode::Bode;
 use furuta_ident::frequency::record::{Columns, Taken};
 use furuta_ident::frequency::words::{fit_text, response_text};
 use furuta_ident::frequency::{Estimator, Frf, Settings, periodic};
-use furuta_ident::recording::Selection;
 use nalgebra::Complex;
 use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArrayLike1};
 use pyo3::prelude::*;
@@ -189,12 +189,15 @@ impl PyFrf {
     /// path : str or path
     /// fit : TransferFit, optional
     ///     Laid over the response.
-    #[pyo3(signature = (path, fit=None))]
+    /// force : bool
+    ///     Replace a file that is there already and is no such page.
+    #[pyo3(signature = (path, fit=None, *, force=false))]
     fn report(
         &self,
         py: Python<'_>,
         path: PathBuf,
         fit: Option<PyRef<'_, PyTransferFit>>,
+        force: bool,
     ) -> PyResult<()> {
         let mut bode = Bode::new(&self.what)
             .measured(&self.frf)
@@ -209,13 +212,9 @@ impl PyFrf {
             notices.extend(fit.notices().iter().map(ToString::to_string));
         }
         let title = format!("Frequency response {}", self.what);
-        py.detach(|| {
-            std::fs::write(
-                path,
-                furuta_ident::report::frequency(&title, bode, &text, &notices),
-            )
-        })?;
-        Ok(())
+        file::write_page(py, &path, force, || {
+            furuta_ident::report::frequency(&title, bode, &text, &notices)
+        })
     }
 
     /// Draws magnitude, phase and coherence with matplotlib.
@@ -315,8 +314,7 @@ pub(crate) fn frf(
     band: Option<(f64, f64)>,
     accept_suspicious: bool,
 ) -> PyResult<PyFrf> {
-    let data = read(recordings, &Selection::default(), accept_suspicious)?;
-    let mut notices = data.notices;
+    let (recordings, mut notices) = read(recordings, accept_suspicious)?;
     let estimator = match (reference, estimator) {
         (Some(_), _) => Estimator::Joint,
         (None, "H1") => Estimator::H1,
@@ -339,7 +337,7 @@ pub(crate) fn frf(
         external: reference,
     };
     let measured = py.detach(|| {
-        let taken = Taken::from_recordings(&data.recordings, columns)?;
+        let taken = Taken::from_recordings(&recordings, columns)?;
         let mut said = taken.notices.clone();
         let mut frf = match period {
             Some(period) => {

@@ -1,12 +1,13 @@
 //! `furuta convert`: a recording from CSV to MCAP or back, without loss.
 
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use furuta_ident::recording::{Format, Transcoded, transcode};
 use serde_json::json;
 
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::streams::{self, note};
 
 /// Convert a recording between CSV and MCAP, there and back without loss: of a log of `furuta run` every bit of every sample and all that it says
@@ -17,8 +18,8 @@ pub(crate) struct Args {
     #[arg(value_name = "IN")]
     input: PathBuf,
     /// File to write; its ending, .csv or .mcap, gives the format.
-    #[arg(value_name = "OUT")]
-    output: PathBuf,
+    #[arg(value_name = "OUT", value_parser = outputs::data())]
+    output: Output,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -26,16 +27,9 @@ pub(crate) struct Args {
 
 /// Runs the command. Of a log that was cut off, what could be read is written before the command fails.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let (input, output) = (args.input.display(), args.output.display());
-    let format = format(&args.output)?;
-    if same_file(&args.input, &args.output) {
-        return Err(Failure::new(format!(
-            "{output}: is the recording itself; give another file to write"
-        )));
-    }
-    let converted = transcode(&args.input, &args.output, format, || {
-        std::fs::File::create(&args.output).map(BufWriter::new)
-    })?;
+    let (input, output) = (args.input.display(), &args.output);
+    let format = format(output.path())?;
+    let converted = transcode(&args.input, output.path(), format)?;
     say(&converted, args)?;
     match converted.cut_off {
         Some(what) => Err(Failure::new(format!(
@@ -57,7 +51,7 @@ fn say(converted: &Transcoded, args: &Args) -> Result<(), Failure> {
     if args.json {
         let notices: Vec<_> = cut_off.iter().chain(notices).collect();
         let line = json!({
-            "input": args.input.to_string_lossy(), "output": args.output.to_string_lossy(), "samples": samples,
+            "input": args.input.to_string_lossy(), "output": args.output.path().to_string_lossy(), "samples": samples,
             "seconds": seconds, "columns": columns, "notices": notices,
         });
         writeln!(out, "{line}")?;
@@ -68,7 +62,7 @@ fn say(converted: &Transcoded, args: &Args) -> Result<(), Failure> {
         writeln!(
             out,
             "{}: {samples} samples, {seconds:.3} s, columns {}",
-            args.output.display(),
+            args.output,
             columns.join(", ")
         )?;
     }
@@ -89,8 +83,4 @@ fn format(output: &Path) -> Result<Format, Failure> {
             output.display()
         ))),
     }
-}
-
-fn same_file(input: &Path, output: &Path) -> bool {
-    matches!((input.canonicalize(), output.canonicalize()), (Ok(input), Ok(output)) if input == output)
 }

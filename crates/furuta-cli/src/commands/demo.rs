@@ -10,7 +10,7 @@ use furuta_ctrl::ControllerFile;
 use furuta_hw::emulate::hidden_effect;
 use furuta_hw::{
     EmulatedRig, Emulation, End, Excitation, LoopSettings, OpenLoop, Pace, Pilot, PtyRig,
-    Reference, SerialTransport, Session, Summary, SwingUpBalance, Task, provenance,
+    Reference, RigClock, SerialTransport, Session, Summary, SwingUpBalance, Task, provenance,
 };
 use furuta_ident::diagnose::result::Diagnosis;
 use furuta_ident::diagnose::{Outcome, Request};
@@ -25,6 +25,7 @@ use super::diagnose::search;
 use super::signal::RESTARTS;
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::outputs::{self, Folder};
 use crate::streams;
 
 /// The data sheet: a rig that its own manual's numbers swing up.
@@ -38,6 +39,18 @@ const HINGE_VISCOUS: f64 = 1e-3;
 const SHEET: &str = "rig.toml";
 const REPORT: &str = "report.html";
 const REPAIRED: &str = "repaired.toml";
+const DIAGNOSIS: &str = "diagnosis.json";
+/// Everything the demo writes.
+const FILES: [&str; 8] = [
+    SHEET,
+    REPORT,
+    REPAIRED,
+    DIAGNOSIS,
+    "multisine.mcap",
+    "steps.mcap",
+    "balance.mcap",
+    "balance-repaired.mcap",
+];
 
 /// Length of each recording (s).
 const MULTISINE: f64 = 8.0;
@@ -56,9 +69,9 @@ type Wired = Session<SerialTransport>;
 /// repaired. Takes less than a minute; writes logs, rig files and report.html.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// Folder for everything the demo writes.
-    #[arg(long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
+    /// Folder for everything the demo writes. What an earlier demo wrote there is replaced, nothing else.
+    #[arg(long, value_name = "DIR", default_value = "out", value_parser = outputs::folder(&FILES))]
+    out: Folder,
     /// Effect to hide: ID or ID:NAME=VALUE,... in SI units.
     #[arg(
         long,
@@ -76,14 +89,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let begin = Instant::now();
     let sheet = Rig::builtin(RIG).ok_or_else(|| Failure::new(format!("no built-in rig {RIG}")))?;
     let hidden = hidden_effect(&args.hide, &sheet.params)?;
-    let out = args.out.as_path();
-    std::fs::create_dir_all(out).map_err(|e| {
-        Failure::new(format!(
-            "{}: cannot be created: {e}; give another folder with --out",
-            out.display()
-        ))
-    })?;
-    write(out, SHEET, &sheet.to_toml())?;
+    args.out.create()?;
+    args.out.write(SHEET, &sheet.to_toml())?;
+    let out = args.out.path();
 
     let rig = switch_on(&sheet, hidden)?;
     let mut bench = Bench {
@@ -115,7 +123,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
     bench.say("\n3. What is the data sheet missing? (furuta diagnose)")?;
     let mut logs = vec![multisine, steps, balance];
-    let outcome = find(&logs, &sheet, out)?;
+    let outcome = find(&logs, &sheet, &args.out)?;
     let diagnosis = &outcome.diagnosis;
     bench.say(&findings(diagnosis, &hidden))?;
 
@@ -275,6 +283,7 @@ impl Bench<'_> {
         let settings = LoopSettings {
             stop: Some(interrupt::flag()),
             probe: Some(LoopSettings::PROBE),
+            clock: RigClock::Emulated,
             ..LoopSettings::new(rig, self.session.period(), duration)
         };
         let flown = self.session.run(pilot, &settings, Some((&path, said)));
@@ -368,7 +377,7 @@ fn rad(angle: Option<f64>) -> String {
 }
 
 /// Diagnoses the logs and writes what was found.
-fn find(logs: &[PathBuf], sheet: &Rig, out: &Path) -> Result<Outcome, Failure> {
+fn find(logs: &[PathBuf], sheet: &Rig, out: &Folder) -> Result<Outcome, Failure> {
     let recordings = logs
         .iter()
         .map(Recording::load)
@@ -378,21 +387,15 @@ fn find(logs: &[PathBuf], sheet: &Rig, out: &Path) -> Result<Outcome, Failure> {
         rig: sheet,
         verify: &[],
     };
-    let outcome = search(&request, false)?;
+    let outcome = search(&request, false, false)?;
     if outcome.diagnosis.interrupted {
         return Err(Failure::new("the diagnosis was interrupted"));
     }
-    write(out, REPAIRED, &outcome.repaired.to_toml())?;
-    write(out, "diagnosis.json", &outcome.diagnosis.to_json())?;
+    out.write(REPAIRED, &outcome.repaired.to_toml())?;
+    out.write(DIAGNOSIS, &outcome.diagnosis.to_json())?;
     let html = report::html(&outcome.diagnosis, &outcome.curves);
-    write(out, REPORT, &html)?;
+    out.write(REPORT, &html)?;
     Ok(outcome)
-}
-
-fn write(out: &Path, name: &str, content: &str) -> Result<(), Failure> {
-    let path = out.join(name);
-    std::fs::write(&path, content)
-        .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))
 }
 
 /// What was found against what was hidden: only the demo can tell.

@@ -6,7 +6,6 @@ mod robust;
 mod steady_motion;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
 
 use furuta_ctrl::design::{Regulator, Weights, balance_weights, dlqr, lqr};
 use furuta_ctrl::file::MadeFor;
@@ -19,6 +18,7 @@ use serde_json::json;
 
 use super::emulate::positive;
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::print;
 use crate::streams::{self, note};
 
@@ -54,8 +54,8 @@ struct LqrArgs {
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
     /// Write the gain into a controller file, for `--controller` of `furuta run` and `furuta simulate`.
-    #[arg(long, value_name = "OUT.toml")]
-    write_controller: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
+    write_controller: Option<Output>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -115,11 +115,11 @@ pub(crate) fn regulator(
 
 /// Writes a controller file for this rig, standard but for its controller.
 pub(crate) fn write_controller(
-    path: &Path,
+    output: &Output,
     rig: &Rig,
     rate: Option<f64>,
     controller: Settings,
-) -> Result<(), Failure> {
+) {
     let file = ControllerFile {
         made_for: MadeFor {
             rig: Some(rig.name.clone()),
@@ -127,10 +127,9 @@ pub(crate) fn write_controller(
         },
         config: Config::with_controller(controller),
     };
-    std::fs::write(path, file.to_toml())
-        .map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
-    note!("{} written", path.display());
-    Ok(())
+    if output.write(file.to_toml()) {
+        note!("{output} written");
+    }
 }
 
 fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
@@ -146,7 +145,7 @@ fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
         .ok_or_else(|| Failure::new("the closed loop's poles cannot be computed"))?;
     if let Some(path) = &args.write_controller {
         let given = controllers::settings("lqr").unwrap_or(Config::default().controller);
-        write_controller(path, &rig, args.rate, given.with("gain", k.as_slice())?)?;
+        write_controller(path, &rig, args.rate, given.with("gain", k.as_slice())?);
     }
     let mut out = streams::output();
     if args.json {

@@ -10,9 +10,10 @@ use furuta_ident::{Task, report};
 use furuta_model::Rig;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::recorded::{RecordedArgs, write};
+use super::recorded::RecordedArgs;
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::outputs::{self, Output};
 
 /// Find where recordings and model disagree, name the missing effects, and repair the rig file.
 ///
@@ -22,17 +23,20 @@ pub(crate) struct Args {
     #[command(flatten)]
     recorded: RecordedArgs,
     /// Write a report, one HTML page that needs no network.
-    #[arg(long, value_name = "OUT.html")]
-    report: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.html", value_parser = outputs::page())]
+    report: Option<Output>,
     /// Write the repaired rig file: refitted parameters and the named effects.
-    #[arg(long, value_name = "OUT.toml")]
-    write_rig: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
+    write_rig: Option<Output>,
     /// Recordings that the search must not see, predicted afterwards by the model as given, refitted and repaired.
     #[arg(long, value_name = "DATA", num_args = 1..)]
     verify: Vec<PathBuf>,
     /// Where the data cannot tell effects apart, look for the experiment that would: simulates both with every test signal.
     #[arg(long)]
     plan: bool,
+    /// All recordings count their angles from the same zeros: no encoder was switched off between them. Otherwise each has zeros of its own.
+    #[arg(long)]
+    same_zero: bool,
 }
 
 /// Runs the command.
@@ -46,19 +50,19 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
         rig: &rig,
         verify: &verify,
     };
-    let mut outcome = search(&request, args.plan)?;
+    let mut outcome = search(&request, args.plan, args.same_zero)?;
     let interrupted = outcome.diagnosis.interrupted;
     outcome.diagnosis.notices.splice(0..0, notices);
     if let Some(path) = &args.report {
-        write(path, &report::html(&outcome.diagnosis, &outcome.curves))?;
+        path.write(report::html(&outcome.diagnosis, &outcome.curves));
     }
     if let Some(path) = &args.write_rig {
-        write(path, &outcome.repaired.to_toml())?;
+        path.write(outcome.repaired.to_toml());
     }
     let text = || {
-        let repaired = args.write_rig.as_deref();
+        let repaired = args.write_rig.as_ref();
         let given = || args.recorded.rig.clone();
-        let rig = repaired.map_or_else(given, |path| path.display().to_string());
+        let rig = repaired.map_or_else(given, Output::to_string);
         let mut text = report::text(&outcome.diagnosis, &rig);
         if args.plan && outcome.diagnosis.plan.is_empty() {
             text += "\nNo experiment is planned: nothing is confusable that a recording could tell apart.\n";
@@ -74,7 +78,11 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
 }
 
 /// Diagnoses with a progress bar where there is a terminal; Ctrl-C ends it early.
-pub(crate) fn search(request: &Request<'_>, plan: bool) -> Result<Outcome, Failure> {
+pub(crate) fn search(
+    request: &Request<'_>,
+    plan: bool,
+    same_zero: bool,
+) -> Result<Outcome, Failure> {
     let bar = ProgressBar::new(STAGES.len() as u64);
     let template = "{spinner} {elapsed:>4} [{bar:12}] {prefix} {wide_msg}";
     if let Ok(style) = ProgressStyle::with_template(template) {
@@ -85,6 +93,7 @@ pub(crate) fn search(request: &Request<'_>, plan: bool) -> Result<Outcome, Failu
     let options = Options {
         stop: Some(flag),
         plan,
+        same_zero,
     };
     let outcome = diagnose_with(request, options, &|progress| {
         let stage = STAGES.iter().position(|s| *s == progress.stage);

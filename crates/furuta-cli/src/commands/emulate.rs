@@ -3,8 +3,9 @@
 use std::io::Write;
 use std::time::Duration;
 
+use furuta_ctrl::Config;
 use furuta_hw::emulate::hidden_effect;
-use furuta_hw::{EmulatedRig, Emulation, Pace, PtyRig, Reference, SwingUpBalance};
+use furuta_hw::{EmulatedRig, Emulation, Pace, PtyRig, Reference};
 use furuta_model::{Effect, Params, Rig};
 use serde_json::json;
 
@@ -53,17 +54,19 @@ impl EmulationArgs {
 
     /// The rig, switched off.
     pub(crate) fn rig(&self, rig: &Rig) -> Result<EmulatedRig, Failure> {
+        Ok(EmulatedRig::new(rig, &self.emulation(rig)?)?)
+    }
+
+    /// How it is emulated.
+    fn emulation(&self, rig: &Rig) -> Result<Emulation, Failure> {
         let hidden = self.hidden(&rig.params)?;
         // The cast saturates; the emulation checks the range.
         let period_us = (1e6 / self.rate).round() as u32;
-        Ok(EmulatedRig::new(
-            rig,
-            &Emulation {
-                period_us,
-                hidden,
-                ..Emulation::default()
-            },
-        )?)
+        Ok(Emulation {
+            period_us,
+            hidden,
+            ..Emulation::default()
+        })
     }
 }
 
@@ -77,7 +80,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Pace::RealTime
     };
     let period_us = emulated.period_us();
-    let foresight = foresee(&rig, emulated.clone());
+    let foresight = foresee(&rig, &args.emulation.emulation(&rig)?);
     let rig_on = PtyRig::start(emulated, pace)?;
     let mut out = streams::output();
     if args.json {
@@ -103,10 +106,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// How `furuta run` would do on this rig; `None` where no controller can be designed for it.
-fn foresee(rig: &Rig, emulated: EmulatedRig) -> Option<Foresight> {
-    let period = f64::from(emulated.period_us()) * 1e-6;
-    let pilot = SwingUpBalance::design(rig, period, Reference::Constant(0.0)).ok()?;
-    Some(Foresight::of(rig, emulated, &pilot))
+fn foresee(rig: &Rig, emulation: &Emulation) -> Option<Foresight> {
+    let standard = Config::default();
+    Foresight::of(rig, emulation, &standard, Reference::Constant(0.0))
 }
 
 /// A number above zero that is a sensible time or rate.

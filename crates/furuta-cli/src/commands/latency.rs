@@ -1,7 +1,7 @@
 //! `furuta latency`: how punctual a loop is on this machine, beside cyclictest on the same terms.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use furuta_chart::{Chart, Line, Panel};
@@ -14,10 +14,10 @@ use furuta_model::Rig;
 use serde_json::{Value, json};
 
 use super::emulate::positive;
-use super::study::plot;
 use crate::cyclictest;
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::outputs::{self, Output};
 use crate::real_time::{RealTimeArgs, table};
 use crate::streams;
 
@@ -43,8 +43,8 @@ pub(crate) struct Args {
     #[arg(long, default_value_t = SerialTransport::BAUD)]
     baud: u32,
     /// Draw the share of wake-ups later than a time.
-    #[arg(long, value_name = "FILE.svg")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "FILE.svg", value_parser = outputs::picture())]
+    plot: Option<Output>,
     /// Print JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -103,13 +103,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let measured = measure(args, interval, link)?;
     if let Some(path) = &args.plot {
-        plot(path, &chart(&measured))?;
+        path.write(chart(&measured).svg());
     }
     if args.json {
         writeln!(
             streams::output(),
             "{}",
-            report(&measured, args.plot.as_deref())
+            report(&measured, args.plot.as_ref().map(Output::path))
         )?;
     } else {
         writeln!(streams::output(), "{}", text(&measured))?;

@@ -2,13 +2,16 @@
 
 use std::io::Write;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use furuta_ident::Task;
-use furuta_ident::recording::{Notice, Recording, Selection, against_rig};
+use furuta_ident::recording::{Recording, RecordingError, Selection};
+use furuta_ident::selection::{SelectionError, read_unseen, select};
+use furuta_input::shown;
 use furuta_model::Rig;
 
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::streams::{self, note};
 
 /// A rig, recordings of it, and where the answer goes.
@@ -20,9 +23,12 @@ pub(crate) struct RecordedArgs {
     /// Built-in rig or rig file: the model as it is known.
     #[arg(long, value_name = "RIG")]
     pub(crate) rig: String,
-    /// Write the answer as JSON to this file; `-` for standard output, in place of text.
-    #[arg(long, value_name = "OUT")]
-    json: Option<PathBuf>,
+    /// Print JSON in place of text.
+    #[arg(long)]
+    json: bool,
+    /// Write the same JSON to this file.
+    #[arg(long, value_name = "OUT.json", value_parser = outputs::json())]
+    json_file: Option<Output>,
     /// Use recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign, another rig).
     #[arg(long)]
     accept_suspicious: bool,
@@ -63,61 +69,64 @@ impl RecordedArgs {
         }
     }
 
-    /// The recordings, and those of `more`, all checked against the rig; what was noticed is added to `notices`.
+    /// The recordings, and those of `unseen`, all checked against the rig; what was noticed is added to `notices`. A suspicious one is left out where the
+    /// others suffice.
     pub(crate) fn load(
         &self,
         rig: &Rig,
-        more: &[PathBuf],
+        unseen: &[PathBuf],
         notices: &mut Vec<String>,
     ) -> Result<[Vec<Recording>; 2], Failure> {
-        let selection = Selection {
+        let part = Selection {
             every: self.every as usize,
             span: self.span.clone(),
         };
-        let mut all = Vec::new();
-        for path in self.data.iter().chain(more) {
-            let (recording, found) = Recording::load_with_notices(path)?;
-            self.judge(found, notices)?;
-            all.push(recording.select(&selection)?);
+        let read = |path: &PathBuf| {
+            let (recording, notices) = Recording::load_with_notices(path)?;
+            Ok::<_, RecordingError>((recording.select(&part)?, notices))
+        };
+        let search = self.data.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let (mut verify, mut unreadable) = (Vec::new(), Vec::new());
+        for path in unseen {
+            verify.extend(read_unseen(&shown(path), read(path), &mut unreadable)?);
         }
-        self.judge(against_rig(&all, rig), notices)?;
-        let more = all.split_off(self.data.len());
-        Ok([all, more])
+        let selection = select(search, verify, rig, self.accept_suspicious).map_err(refused)?;
+        let said = unreadable.iter().chain(&selection.notices);
+        notices.extend(said.map(ToString::to_string));
+        Ok([selection.recordings, selection.verify])
     }
 
-    fn judge(&self, found: Vec<Notice>, notices: &mut Vec<String>) -> Result<(), Failure> {
-        for notice in found {
-            if notice.kind.is_suspicion() && !self.accept_suspicious {
-                return Err(Failure::new(format!(
-                    "{notice}; mend the recording, or pass --accept-suspicious if it is right as it is"
-                )));
-            }
-            notices.push(notice.to_string());
-        }
-        Ok(())
-    }
-
-    /// Prints and writes the answer: as text, as JSON, or text and a file of JSON.
+    /// Prints the answer, as text or as JSON, and writes a file of JSON where one was asked for.
     pub(crate) fn answer(
         &self,
-        json: impl FnOnce() -> String,
-        text: impl FnOnce() -> String,
+        json: impl Fn() -> String,
+        text: impl Fn() -> String,
     ) -> Result<(), Failure> {
-        let text = match self.json.as_deref() {
-            Some(path) if path == Path::new("-") => json() + "\n",
-            Some(path) => {
-                write(path, &(json() + "\n"))?;
-                text()
-            }
-            None => text(),
-        };
-        streams::output().write_all(text.as_bytes())?;
-        Ok(())
+        answer(self.json, self.json_file.as_ref(), json, text)
     }
 }
 
-/// Writes a file whole.
-pub(crate) fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(path, text)
-        .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))
+/// As [`RecordedArgs::answer`], for a command without recordings.
+pub(crate) fn answer(
+    as_json: bool,
+    file: Option<&Output>,
+    json: impl Fn() -> String,
+    text: impl Fn() -> String,
+) -> Result<(), Failure> {
+    if let Some(file) = file {
+        file.write(json() + "\n");
+    }
+    let answer = if as_json { json() + "\n" } else { text() };
+    streams::output().write_all(answer.as_bytes())?;
+    Ok(())
+}
+
+/// A refusal in one line, with the way around it where there is one.
+fn refused(error: SelectionError) -> Failure {
+    match error {
+        SelectionError::Suspicious(notice) => Failure::new(format!(
+            "{notice}; mend the recording, or pass --accept-suspicious if it is right as it is"
+        )),
+        other => other.into(),
+    }
 }

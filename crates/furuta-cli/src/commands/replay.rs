@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use furuta_ctrl::ControllerFile;
 use furuta_hw::replay::{Finding, Hole};
@@ -12,6 +12,7 @@ use furuta_model::Rig;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::streams::{self, note};
 
 /// Run a log through the estimator and controller that made it and compare what they command with what is logged, bit for bit. With
@@ -34,8 +35,8 @@ pub(crate) struct Args {
     #[arg(long)]
     any_version: bool,
     /// Write both commands, modes and estimates, one row per sample.
-    #[arg(long, value_name = "OUT.csv")]
-    csv: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.csv", value_parser = outputs::data())]
+    csv: Option<Output>,
     /// Print JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -60,7 +61,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let replayed = replay(&log, &options).map_err(|e| Failure::new(format!("{name}: {e}")))?;
     if let Some(path) = &args.csv {
-        write(path, &csv(&log, &replayed))?;
+        path.write(csv(&log, &replayed));
     }
     if args.json {
         writeln!(streams::output(), "{}", report(args, &log, &replayed))?;
@@ -77,11 +78,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::new(format!("{name}: {replayed}")));
     }
     Ok(())
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(path, text)
-        .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))
 }
 
 /// A recording with the replayed columns behind the logged ones: `furuta diagnose` and every spreadsheet read it.

@@ -9,7 +9,8 @@ use clap::builder::PossibleValue;
 use furuta_ctrl::ControllerFile;
 use furuta_hw::{
     EmulatedRig, Emulation, End, LoopSettings, OpenLoop, Pace, PtyRig, Recorded, Reference,
-    SerialTransport, Session, Summary, SwingUpBalance, Task as LoggedTask, provenance,
+    RigClock, SerialTransport, Session, Summary, SwingUpBalance, Task as LoggedTask,
+    identity::printable, provenance,
 };
 use furuta_model::Rig;
 use serde_json::json;
@@ -19,6 +20,7 @@ use super::foresight::Foresight;
 use super::signal::{Built, Kind, SignalArgs};
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::outputs::{self, Output};
 use crate::real_time::{RealTimeArgs, times};
 use crate::streams::{self, note};
 
@@ -39,6 +41,9 @@ pub(crate) struct Args {
     /// Run a rig that is not the one of the rig file all the same.
     #[arg(long)]
     any_rig: bool,
+    /// Run a rig whose clock is not the host's all the same: an emulated one on a busy machine, or one that waits for its host.
+    #[arg(long)]
+    any_clock: bool,
     /// Controller file; the standard control system of the rig if not given.
     #[arg(long, value_name = "FILE.toml")]
     controller: Option<PathBuf>,
@@ -58,8 +63,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "RAD", value_parser = angle)]
     arm_noise: Option<f64>,
     /// Log file (MCAP); none is written if not given.
-    #[arg(long, value_name = "OUT.mcap")]
-    log: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.mcap", value_parser = outputs::data())]
+    log: Option<Output>,
     /// Bits per second of the serial port.
     #[arg(long, default_value_t = SerialTransport::BAUD)]
     baud: u32,
@@ -164,7 +169,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if !args.json {
         note!(
             "{} on {port} at {:.0} Hz; Ctrl-C ends the run",
-            session.hello().rig,
+            printable(&session.hello().rig),
             1.0 / session.period()
         );
     }
@@ -173,6 +178,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let settings = LoopSettings {
         stop: Some(interrupt::flag()),
         probe: Some(LoopSettings::PROBE),
+        clock: if args.any_clock || emulated.is_some() {
+            RigClock::Emulated
+        } else {
+            RigClock::Real
+        },
         real_time: args.real_time.asked(),
         ..LoopSettings::new(&rig, session.period(), duration)
     };
@@ -200,7 +210,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             session.run(
                 &pilot,
                 &settings,
-                args.log.as_deref().map(|path| (path, &metadata)),
+                args.log.as_ref().map(|log| (log.path(), &metadata)),
             )?
         }
         Task::Balance => {
@@ -208,7 +218,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             warn_of_another(&file, &rig, 1.0 / session.period());
             let pilot =
                 SwingUpBalance::from_config(&file.config, &rig, session.period(), reference)?;
-            foresight = foresee(&rig, session.hello().period_us, &pilot);
+            let emulation = Emulation {
+                period_us: session.hello().period_us,
+                ..Emulation::default()
+            };
+            foresight = Foresight::of(&rig, &emulation, &file.config, reference);
             if let Some(warning) = foresight.as_ref().and_then(Foresight::warning) {
                 note!("note: {warning}");
             }
@@ -217,14 +231,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             session.run(
                 &pilot,
                 &settings,
-                args.log.as_deref().map(|path| (path, &metadata)),
+                args.log.as_ref().map(|log| (log.path(), &metadata)),
             )?
         }
     };
 
     let kept = recorded
         .as_ref()
-        .zip(args.log.as_deref())
+        .zip(args.log.as_ref())
         .map(|(recorded, path)| kept(recorded, path));
     let explanation = foresight.and_then(|f| f.explanation(&summary));
     if args.json {
@@ -278,18 +292,11 @@ pub(crate) fn warn_of_another(file: &ControllerFile, rig: &Rig, rate: f64) {
     }
 }
 
-/// The run on the rig file's model; `None` where it cannot be emulated.
-fn foresee(rig: &Rig, period_us: u32, pilot: &SwingUpBalance) -> Option<Foresight> {
-    let emulation = Emulation {
-        period_us,
-        ..Emulation::default()
-    };
-    let emulated = EmulatedRig::new(rig, &emulation).ok()?;
-    Some(Foresight::of(rig, emulated, pilot))
-}
-
-fn kept(recorded: &Recorded, path: &std::path::Path) -> String {
-    format!("{} samples logged in {}", recorded.records, path.display())
+fn kept(recorded: &Recorded, path: &Output) -> String {
+    if recorded.records == 0 {
+        return format!("nothing logged: {path} is not written");
+    }
+    format!("{} samples logged in {}", recorded.records, path)
 }
 
 /// What happened, for a person. The clock of an emulated rig waits for this machine, so that nothing is late.
@@ -303,6 +310,12 @@ fn text(s: &Summary, emulated: bool) -> String {
         "{:.2} s, {} samples: {} lost, {late}{} commands missed, {} bad frames, {} not logged",
         s.seconds, s.samples, s.lost, s.held, s.bad_frames, s.unlogged
     )];
+    if s.old > 0 {
+        lines.push(format!(
+            "{} samples were repeated or old, and got no command",
+            s.old
+        ));
+    }
     if s.watchdog > 0 {
         lines.push(format!(
             "the rig's watchdog had the motor off for {} periods",
@@ -344,6 +357,7 @@ fn report(
         "seconds": s.seconds,
         "samples": s.samples,
         "lost": s.lost,
+        "old": s.old,
         "late": s.late,
         "commands_missed": s.held,
         "watchdog": s.watchdog,
@@ -354,7 +368,7 @@ fn report(
         "modes": s.modes.iter().map(|m| json!({ "t": m.t, "mode": m.mode.name() })).collect::<Vec<_>>(),
         "mode_changes": s.mode_changes,
         "explanation": explanation,
-        "log": args.log.as_ref().map(|p| p.display().to_string()),
+        "log": args.log.as_ref().map(Output::to_string),
         "logged": recorded.map(|r| r.records),
     })
 }

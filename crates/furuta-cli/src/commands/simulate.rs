@@ -23,8 +23,8 @@ use super::design::{four, regulator};
 use super::emulate::positive;
 use super::run::{angle, arm_reference, load_controller, warn_of_another};
 use super::signal::{Built, Kind, SignalArgs};
-use super::study::plot;
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::streams::{self, note};
 
 /// Simulate a rig and write a recording: what sensors without error or steps would see, with the true speeds beside it.
@@ -70,14 +70,14 @@ pub(crate) struct Args {
     #[arg(long, value_name = "HZ", default_value_t = 500.0, value_parser = positive)]
     rate: f64,
     /// Recording to write (CSV); standard output if not given.
-    #[arg(long, short, value_name = "OUT.csv")]
-    output: Option<PathBuf>,
+    #[arg(long, short, value_name = "OUT.csv", value_parser = outputs::data())]
+    output: Option<Output>,
     /// Print one line of JSON, an array for each column, in place of CSV.
     #[arg(long, conflicts_with = "output")]
     json: bool,
     /// Draw arm, pendulum and command (SVG); without an output no recording is written then.
-    #[arg(long, value_name = "OUT.svg")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
+    plot: Option<Output>,
 }
 
 /// Motor command during a simulation.
@@ -189,7 +189,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         None => simulate(&rig, args)?,
     };
     if let Some(path) = &args.plot {
-        plot(path, &chart(&rig, &input, &rows))?;
+        path.write(chart(&rig, &input, &rows).svg());
         if args.output.is_none() && !args.json {
             return Ok(());
         }
@@ -218,15 +218,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     match &args.output {
         None => write_csv(streams::output(), &rig, &input, &rows)?,
         Some(path) => {
-            let text = |e: std::io::Error| Failure::new(format!("{}: {e}", path.display()));
-            let file = std::fs::File::create(path).map_err(text)?;
-            write_csv(file, &rig, &input, &rows).map_err(text)?;
-            note!(
-                "{}: {} samples, {:.3} s",
-                path.display(),
-                rows.len(),
-                args.duration
-            );
+            path.write_by(|file| write_csv(file, &rig, &input, &rows))?;
+            note!("{path}: {} samples, {:.3} s", rows.len(), args.duration);
         }
     }
     Ok(())

@@ -11,10 +11,8 @@ mod region;
 mod shahzad2022;
 mod swing_up;
 
-use std::path::Path;
 use std::time::Duration;
 
-use furuta_chart::Chart;
 use furuta_model::params::RANGES;
 use furuta_model::{Params, Rig};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -59,26 +57,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Study::Region(args) => region::run(args),
         Study::Calibration(args) => calibration::run(args),
     }
-}
-
-/// Writes a picture. It is SVG, and so must be the file's name.
-pub(crate) fn plot(path: &Path, chart: &Chart) -> Result<(), Failure> {
-    picture(path, &chart.svg())
-}
-
-/// Writes this SVG.
-fn picture(path: &Path, svg: &str) -> Result<(), Failure> {
-    if path
-        .extension()
-        .is_none_or(|e| !e.eq_ignore_ascii_case("svg"))
-    {
-        return Err(Failure::new(format!(
-            "{}: pictures are SVG; let the name end in .svg",
-            path.display()
-        )));
-    }
-    std::fs::write(path, svg)
-        .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))
 }
 
 /// Length of a run that can be judged and waited for, s.

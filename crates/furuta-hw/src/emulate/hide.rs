@@ -169,7 +169,7 @@ mod tests {
     fn what_is_not_given_is_sensible() {
         let params = Rig::builtin("qube-servo-2").expect("built in").params;
         let values = |text| hidden_effect(text, &params).expect(text).values();
-        assert_eq!(values("sensor.alpha.scale")[..], [1.02]);
+        assert_eq!(values("sensor.alpha.scale")[..], [1.02, 0.0]);
         assert_eq!(values("motor.asymmetry")[..], [1.1]);
         assert_eq!(values("motor.saturation")[..], [5.0]);
         assert_eq!(

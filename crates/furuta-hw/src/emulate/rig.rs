@@ -240,8 +240,10 @@ mod tests {
         rig.receive(encode(&message, &mut buffer).expect("fits"));
     }
 
+    /// Answers the last sample: there must have been one.
     fn command(rig: &mut EmulatedRig, volts: f32) {
-        say(rig, Message::Command(Command { seq: 0, volts }));
+        let seq = rig.end.seq().wrapping_sub(1);
+        say(rig, Message::Command(Command { seq, volts }));
     }
 
     #[test]
@@ -260,6 +262,7 @@ mod tests {
     #[test]
     fn watchdog_switches_the_motor_off_and_a_command_on_again() {
         let mut rig = rig(Default::default());
+        rig.tick();
         command(&mut rig, 2.0);
         let volts: Vec<_> = (0..14).map(|_| rig.tick()).collect();
         for (k, sample) in volts.iter().enumerate() {
@@ -279,6 +282,7 @@ mod tests {
     #[test]
     fn commands_are_clipped_and_nan_is_refused() {
         let mut rig = rig(Default::default());
+        rig.tick();
         command(&mut rig, 1e9);
         let sample = rig.tick();
         assert_eq!((sample.volts, sample.status), (10.0, Status::CLIPPED));
@@ -298,6 +302,7 @@ mod tests {
             ..Default::default()
         };
         let mut rig = rig(limits);
+        rig.tick();
         let mut tripped = None;
         for _ in 0..1000 {
             command(&mut rig, 3.0);
@@ -333,6 +338,7 @@ mod tests {
     fn a_host_of_another_version_is_told_and_not_obeyed() {
         let mut rig = rig(Default::default());
         let query = |version| Message::Query(Query { version });
+        rig.tick();
         command(&mut rig, 2.0);
         assert_eq!(rig.tick().volts, 2.0);
         say(&mut rig, query(PROTOCOL_VERSION + 1));
@@ -358,6 +364,7 @@ mod tests {
             ..Emulation::default()
         };
         let mut rig = EmulatedRig::new(&rig, &emulation).expect("valid");
+        rig.tick();
         (0..2_000_000 / period_us)
             .map(|k| {
                 let volts = if (k * period_us / 250_000).is_multiple_of(2) {

@@ -42,6 +42,12 @@ impl SwingUpBalance {
         })
     }
 
+    /// The control system that decides.
+    #[must_use]
+    pub fn supervisor(&self) -> &Supervisor<f64> {
+        &self.supervisor
+    }
+
     /// In words, for the log.
     #[must_use]
     pub fn describe(&self) -> String {

@@ -1,7 +1,7 @@
 //! An emulated rig without a port, a thread or a clock: it ticks when the host waits for it. As fast as the host, and the same every time.
 
 use std::collections::VecDeque;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use furuta_wire::{MAX_FRAME, Message, encode};
 
@@ -11,7 +11,7 @@ use crate::emulate::EmulatedRig;
 /// Bytes the host may leave unread before frames are dropped, as a UART without flow control does.
 const UNREAD_LIMIT: usize = 4096;
 
-/// An emulated rig as a transport. Each read on an empty line is a tick: a host that only waits finds that time passes.
+/// An emulated rig as a transport. Each read on an empty line is a tick: a host that only waits finds that time passes, that of the host included.
 ///
 /// ```
 /// use furuta_hw::{EmulatedRig, EmulatedTransport, Emulation, Link};
@@ -25,6 +25,7 @@ const UNREAD_LIMIT: usize = 4096;
 pub struct EmulatedTransport {
     rig: EmulatedRig,
     line: VecDeque<u8>,
+    now: Instant,
 }
 
 impl EmulatedTransport {
@@ -34,6 +35,7 @@ impl EmulatedTransport {
         Self {
             rig,
             line: VecDeque::with_capacity(UNREAD_LIMIT + MAX_FRAME),
+            now: Instant::now(),
         }
     }
 
@@ -59,6 +61,7 @@ impl Transport for EmulatedTransport {
         }
         if self.line.is_empty() {
             let sample = self.rig.tick();
+            self.now += Duration::from_micros(self.rig.period_us().into());
             self.say(&Message::Sample(sample));
         }
         let filled = buffer.len().min(self.line.len());
@@ -76,5 +79,10 @@ impl Transport for EmulatedTransport {
     fn discard_input(&mut self) -> Result<(), TransportError> {
         self.line.clear();
         Ok(())
+    }
+
+    /// The rig's time, as far as it has ticked.
+    fn now(&self) -> Instant {
+        self.now
     }
 }

@@ -1,6 +1,6 @@
 //! A wire with faults, around any other transport: for tests of what a run survives.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::{Transport, TransportError};
 
@@ -177,6 +177,10 @@ impl<T: Transport> Transport for FaultyTransport<T> {
     fn discard_input(&mut self) -> Result<(), TransportError> {
         self.inner.discard_input()
     }
+
+    fn now(&self) -> Instant {
+        self.inner.now()
+    }
 }
 
 #[cfg(test)]
@@ -202,6 +206,10 @@ mod tests {
         fn discard_input(&mut self) -> Result<(), TransportError> {
             self.0.clear();
             Ok(())
+        }
+
+        fn now(&self) -> Instant {
+            Instant::now()
         }
     }
 

@@ -7,7 +7,7 @@ mod emulated;
 mod faulty;
 mod serial;
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 pub use emulated::EmulatedTransport;
 pub use faulty::{FaultRates, FaultyTransport};
@@ -32,6 +32,9 @@ pub trait Transport {
     /// # Errors
     /// [`TransportError`]: the other end is gone.
     fn discard_input(&mut self) -> Result<(), TransportError>;
+
+    /// The time in which this way to the rig lives: [`Instant::now`], or that of an emulated rig which knows no other.
+    fn now(&self) -> Instant;
 }
 
 impl<T: Transport> Transport for &mut T {
@@ -46,6 +49,10 @@ impl<T: Transport> Transport for &mut T {
     fn discard_input(&mut self) -> Result<(), TransportError> {
         (**self).discard_input()
     }
+
+    fn now(&self) -> Instant {
+        (**self).now()
+    }
 }
 
 /// The way to the rig is not there (any more).
@@ -58,6 +65,16 @@ pub enum TransportError {
     NoSuchPort {
         /// The port asked for.
         port: String,
+        /// Ports that are there, in words.
+        present: String,
+    },
+    /// The path is that of something else.
+    #[error("{port} is {what}, not a serial port: give the rig's port (present: {present})")]
+    NotAPort {
+        /// The path given.
+        port: String,
+        /// What is there.
+        what: &'static str,
         /// Ports that are there, in words.
         present: String,
     },

@@ -1,7 +1,7 @@
 //! A serial port: a real rig on USB, or the pseudo-terminal of an emulated one.
 
 use std::io::{ErrorKind, Read, Write};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serialport::{ClearBuffer, SerialPort};
 
@@ -30,8 +30,15 @@ impl SerialTransport {
     /// Opens a port (8 data bits, no parity, one stop bit, no flow control), for this process alone.
     ///
     /// # Errors
-    /// [`TransportError::NoSuchPort`], [`TransportError::Refused`].
+    /// [`TransportError::NoSuchPort`], [`TransportError::NotAPort`], [`TransportError::Refused`].
     pub fn open(name: &str, baud: u32) -> Result<Self, TransportError> {
+        if let Some(what) = no_device(name) {
+            return Err(TransportError::NotAPort {
+                port: name.to_owned(),
+                what,
+                present: present(),
+            });
+        }
         let port = serialport::new(name, baud)
             .timeout(WRITE_TIMEOUT)
             .open_native()
@@ -126,6 +133,32 @@ impl Transport for SerialTransport {
             .clear(ClearBuffer::Input)
             .map_err(|e| self.lost(e.into()))
     }
+
+    fn now(&self) -> Instant {
+        Instant::now()
+    }
+}
+
+/// What a path leads to, where it is no device.
+fn no_device(path: &str) -> Option<&'static str> {
+    let kind = std::fs::metadata(path).ok()?.file_type();
+    if kind.is_file() {
+        return Some("a file");
+    }
+    if kind.is_dir() {
+        return Some("a folder");
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            return Some("a pipe");
+        }
+        if kind.is_socket() {
+            return Some("a socket");
+        }
+    }
+    None
 }
 
 fn present() -> String {

@@ -7,8 +7,8 @@ use std::time::Duration;
 use furuta_ctrl::supervisor::Brake;
 use furuta_hw::{
     Decision, EmulatedRig, Emulation, Link, LoopSettings, Measurement, Pace, Pilot, PtyRig,
-    RecordSender, Recorded, Recorder, Reference, SerialTransport, Summary, SwingUpBalance,
-    Transport, run,
+    RecordSender, Recorded, Recorder, Reference, RigClock, SerialTransport, Summary,
+    SwingUpBalance, Transport, run,
 };
 use furuta_log::{Log, LogWriter, Metadata, Mode};
 use furuta_model::{Limits, Rig};
@@ -49,6 +49,7 @@ pub(crate) fn settings(seconds: f64) -> LoopSettings<'static> {
         limits: Limits::default(),
         brake: Brake::none(),
         silence: Duration::from_secs(5), // generous: other work shares the machine
+        clock: RigClock::Emulated,       // whose time stands still for it
         ..LoopSettings::new(&qube(), 0.002, Duration::from_secs_f64(seconds))
     }
 }

@@ -7,7 +7,7 @@ use furuta_hw::{
 };
 use furuta_log::{LogError, LogWriter, Metadata, Mode};
 
-use super::common::{emulated, logged, pilot, settings};
+use super::common::{TempLog, emulated, logged, pilot, settings};
 use super::link;
 
 /// A pilot whose estimator fails at the second second.
@@ -73,6 +73,75 @@ impl Write for SmallDisk {
 impl Seek for SmallDisk {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.bytes.seek(to)
+    }
+}
+
+/// A pilot that does something to the log at the second second.
+struct Vandal<F>(SwingUpBalance, F);
+
+impl<F: Fn()> Pilot for Vandal<F> {
+    type State = (<SwingUpBalance as Pilot>::State, bool);
+
+    fn start(&self) -> Self::State {
+        (self.0.start(), false)
+    }
+
+    fn process(&self, (state, done): &mut Self::State, m: &Measurement) -> Decision {
+        if m.t >= 2.0 && !*done {
+            *done = true;
+            (self.1)();
+        }
+        self.0.process(state, m)
+    }
+}
+
+/// What is done to the file of a log costs the log, and that is told; the run goes on.
+#[test]
+fn a_log_that_is_removed_replaced_or_truncated_is_told() {
+    type Deed = fn(&std::path::Path);
+    let deeds: [(Deed, &str); 3] = [
+        (|path| std::fs::remove_file(path).expect("there"), "removed"),
+        (
+            |path| {
+                std::fs::remove_file(path).expect("there");
+                std::fs::write(path, "another").expect("writable");
+            },
+            "replaced",
+        ),
+        (
+            |path| {
+                let file = std::fs::File::options().write(true).open(path);
+                file.and_then(|file| file.set_len(10)).expect("there");
+            },
+            "truncated",
+        ),
+    ];
+    for (deed, says) in deeds {
+        let file = TempLog::new(says);
+        let log = LogWriter::create(&file.0, &Metadata::default()).expect("writable");
+        let (mut sender, recorder) = Recorder::start(log).expect("a thread");
+        let (mut link, hello) = link(EmulatedTransport::new(emulated()));
+        let vandal = Vandal(pilot(), || {
+            // Not before something was written.
+            for _ in 0..1000 {
+                if std::fs::metadata(&file.0).is_ok_and(|m| m.len() > 10_000) {
+                    break;
+                }
+                std::thread::sleep(std::time::Duration::from_millis(5));
+            }
+            deed(&file.0);
+        });
+        let summary = run(&mut link, &hello, &vandal, &settings(10.0), &mut sender);
+        drop(sender);
+        assert!(matches!(summary.end, End::Finished), "{summary:?}");
+        let recorded = recorder.finish();
+        match recorded.error {
+            Some(error @ LogError::Tampered(_)) => {
+                assert!(error.to_string().contains(says), "{error}");
+            }
+            other => panic!("{says}: {other:?}"),
+        }
+        assert_eq!(recorded.records, 0);
     }
 }
 

@@ -1,6 +1,6 @@
 //! A rig that is unplugged, reset or exchanged, or whose clock steps.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use furuta_hw::{
     EmulatedRig, EmulatedTransport, Emulation, End, Pace, PtyRig, RunError, SerialTransport,
@@ -8,6 +8,7 @@ use furuta_hw::{
 };
 use furuta_model::Rig;
 
+use super::clock::Altered;
 use super::common::{emulated, pilot, settings, srv02, unlogged};
 use super::link;
 
@@ -62,6 +63,10 @@ impl<F: FnOnce(&mut EmulatedTransport)> Transport for Meanwhile<F> {
     fn discard_input(&mut self) -> Result<(), TransportError> {
         self.transport.discard_input()
     }
+
+    fn now(&self) -> Instant {
+        self.transport.now()
+    }
 }
 
 #[test]
@@ -85,61 +90,16 @@ fn a_rig_that_resets_ends_the_run() {
     assert_eq!(line.transport.rig().tick().volts, 0.0);
 }
 
-/// What the rig says, with its clock altered.
-struct Stepped {
-    transport: EmulatedTransport,
-    decoder: furuta_wire::Decoder,
-    samples: u32,
-    by_us: i64,
-}
-
-impl Transport for Stepped {
-    fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, TransportError> {
-        let mut raw = [0; 64];
-        let n = self.transport.read(&mut raw, timeout)?;
-        let mut filled = 0;
-        for message in raw[..n]
-            .iter()
-            .filter_map(|&byte| self.decoder.push(byte))
-            .flatten()
-        {
-            let message = match message {
-                furuta_wire::Message::Sample(mut sample) => {
-                    self.samples += 1;
-                    if self.samples > 500 {
-                        sample.t_us = sample.t_us.saturating_add_signed(self.by_us);
-                    }
-                    furuta_wire::Message::Sample(sample)
-                }
-                other => other,
-            };
-            let mut frame = [0; furuta_wire::MAX_FRAME];
-            let frame = furuta_wire::encode(&message, &mut frame).expect("fits");
-            buffer[filled..filled + frame.len()].copy_from_slice(frame);
-            filled += frame.len();
-        }
-        Ok(filled)
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> Result<(), TransportError> {
-        self.transport.write(bytes)
-    }
-
-    fn discard_input(&mut self) -> Result<(), TransportError> {
-        self.transport.discard_input()
-    }
-}
-
 /// The host's own clock is monotonic: what an administrator or NTP does to the time of day is not seen by the loop. The rig's clock is what can step.
 #[test]
 fn a_clock_that_steps_ends_the_run() {
     for by_us in [3_600_000_000, -700_000] {
-        let line = Stepped {
-            transport: EmulatedTransport::new(emulated()),
-            decoder: furuta_wire::Decoder::new(),
-            samples: 0,
-            by_us,
-        };
+        let line = Altered::new(emulated(), move |k, mut sample| {
+            if k >= 500 {
+                sample.t_us = sample.t_us.saturating_add_signed(by_us);
+            }
+            Some(sample)
+        });
         let (mut link, hello) = link(line);
         let summary = unlogged(&mut link, &hello, &pilot(), &settings(60.0));
         match summary.error() {

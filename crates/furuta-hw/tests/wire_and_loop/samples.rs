@@ -82,11 +82,18 @@ fn a_silent_host_trips_the_rigs_watchdog() {
     let rig = start(&Emulation::default(), Pace::RealTime);
     let (mut link, _) = connect(&rig);
     let deadline = Instant::now() + Duration::from_secs(10);
-    link.command(0, 2.0).expect("there");
     let mut driven = 0;
     loop {
         match link.receive(deadline).expect("still there") {
-            Some(Message::Sample(sample)) if sample.volts == 2.0 => driven += 1,
+            Some(Message::Sample(sample)) if sample.volts == 2.0 => {
+                // From the last command that was obeyed on.
+                let is_obeyed = !sample.status.contains(Status::HELD);
+                driven = if is_obeyed { 1 } else { driven + 1 };
+            }
+            // Until one comes in time.
+            Some(Message::Sample(sample)) if driven == 0 => {
+                link.command(sample.seq, 2.0).expect("there");
+            }
             Some(Message::Sample(sample)) if driven > 0 => {
                 assert!(sample.volts == 0.0 && sample.status.contains(Status::WATCHDOG));
                 break;

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::fit::Fit;
 use super::parameters::Space;
 use super::result::Combination;
-use crate::diagnose::shooting::MAX_FREE;
+use crate::shooting::MAX_FREE;
 
 /// Names, formulas and units of the ratios to the weight's moment.
 const COMBINATIONS: [(&str, &str, &str); 7] = [

@@ -3,9 +3,9 @@
 use super::Curve;
 use super::fit::{Fit, Problem};
 use super::result::ChannelFit;
-use crate::diagnose::data::Data;
-use crate::diagnose::result::Channel;
+use crate::answer::{Channel, fit_percent};
 use crate::recording::Recording;
+use crate::shooting::Data;
 
 /// Measured angles beside the predictions, window after window.
 pub(super) fn curves(problem: &Problem<'_>, nominal: &Fit, fitted: &Fit) -> Vec<Curve> {
@@ -40,15 +40,6 @@ pub(super) fn curves(problem: &Problem<'_>, nominal: &Fit, fitted: &Fit) -> Vec<
             }
         })
         .collect()
-}
-
-/// `100 (1 - |y - ŷ| / |y - mean y|)` over the samples that were predicted.
-pub(crate) fn fit_percent(pairs: &[(f64, f64)]) -> f64 {
-    let n = pairs.len() as f64;
-    let mean = pairs.iter().map(|p| p.0).sum::<f64>() / n;
-    let left: f64 = pairs.iter().map(|(y, p)| (y - p).powi(2)).sum();
-    let spread: f64 = pairs.iter().map(|(y, _)| (y - mean).powi(2)).sum();
-    100.0 * (1.0 - (left / spread).sqrt())
 }
 
 /// By recording and angle, over the windows.

@@ -1,17 +1,15 @@
-//! Output-error fit: Levenberg-Marquardt on the free parameters, every window's initial state solved for at each trial.
+//! Output-error fit of the numbers of a rig file, on the engine of `shooting`.
 
-use furuta_model::State;
+use furuta_model::{Jet, State};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::parameters::Space;
-use crate::diagnose::data::{Data, Run, Window};
-use crate::diagnose::fit::bounded_step;
-use crate::diagnose::shooting::{Inner, MAX_FREE, Reduced, eliminated};
+use crate::shooting::{
+    self, Data, Effort, Layout, MAX_FREE, Model, Observed, Prior, Reduced, Run, Window, Windows,
+    ZEROS, reduced, with_zeros_found, zero_bounds, zero_priors,
+};
 
-/// Steps of a fit, and the share of the cost below which a step's gain ends it.
-const ITERATIONS: usize = 30;
-const TOLERANCE: f64 = 1e-5;
 /// Near upright no model predicts for longer, s.
 const UPRIGHT: f64 = 0.5;
 /// Blocks over which scores are added up before they are squared, s: what is correlated for less is accounted for.
@@ -29,9 +27,88 @@ pub(super) struct Problem<'a> {
 pub(super) struct Fit {
     /// Of all parameters of the space.
     pub(super) values: Vec<f64>,
+    /// The zeros of each recording but the first, as the model counts them.
+    zeros: Vec<f64>,
     pub(super) states: Vec<State<f64>>,
     /// Squared residuals in units of the noise.
     pub(super) cost: f64,
+}
+
+/// The parameters of a space that are free, the others held.
+#[derive(Clone)]
+struct Free<'a> {
+    space: &'a Space,
+    free: Vec<usize>,
+    values: Vec<f64>,
+    recordings: usize,
+}
+
+impl Free<'_> {
+    fn scale(&self, k: usize) -> f64 {
+        self.space.parameters[self.free[k]].scale
+    }
+
+    /// Whether an angle of rest is free: then the first recording's zero of theta is what it is counted from.
+    fn rests_move(&self) -> bool {
+        self.space.has_rest(&self.free)
+    }
+
+    /// The values of all parameters for a vector.
+    fn values(&self, z: &[f64]) -> Vec<f64> {
+        let mut values = self.values.clone();
+        for (k, &i) in self.free.iter().enumerate() {
+            values[i] = z[k] * self.scale(k);
+        }
+        values
+    }
+
+    /// The vector for the values held and these zeros.
+    fn vector(&self, zeros: &[f64]) -> Vec<f64> {
+        let free = self.free.iter().enumerate();
+        let mut z: Vec<f64> = free.map(|(k, &i)| self.values[i] / self.scale(k)).collect();
+        z.extend(zeros);
+        z.resize(self.layout().len(), 0.0);
+        z
+    }
+}
+
+impl Model for Free<'_> {
+    fn layout(&self) -> Layout {
+        Layout {
+            shared: self.free.len(),
+            lead: self.free.len(),
+            zeros: ZEROS,
+            recordings: self.recordings,
+        }
+    }
+
+    fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>> {
+        let layout = self.layout();
+        let (plant, late) = self.space.plant::<N>(&self.values(z), &self.free, 4);
+        let mut seen = Observed::from_true_zeros(plant, late);
+        seen.free_zeros(&layout, z);
+        seen
+    }
+
+    fn bounds(&self, z: &[f64]) -> Vec<(f64, f64)> {
+        let bounds = self.space.bounds(&self.values(z), &self.free);
+        let scaled = bounds.iter().enumerate();
+        let mut bounds: Vec<(f64, f64)> = scaled
+            .map(|(k, (low, high))| (low / self.scale(k), high / self.scale(k)))
+            .collect();
+        bounds.extend(zero_bounds(
+            &self.layout(),
+            self.space.sees_angle(),
+            self.rests_move().then_some(0),
+        ));
+        bounds
+    }
+
+    fn priors(&self) -> Vec<Option<Prior>> {
+        let mut priors = vec![None; self.free.len()];
+        priors.extend(zero_priors(&self.layout()));
+        priors
+    }
 }
 
 /// Windows of `seconds` where the plant is stable, short ones elsewhere.
@@ -50,152 +127,81 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Sum of the weights of all samples, less four per window: the cost that noise alone leaves.
-    pub(super) fn floor(&self) -> f64 {
-        self.windows
-            .iter()
-            .map(|w| {
-                let weights = &self.data.runs[w.run].weight[w.start + 1..=w.start + w.len];
-                let samples: f64 = weights.iter().map(|w| w[0] * w[0] + w[1] * w[1]).sum();
-                (samples - 4.0).max(1.0)
-            })
-            .sum()
+    fn engine(&self) -> shooting::Problem<'a> {
+        shooting::Problem::new(self.data, self.windows.clone())
     }
 
-    fn inner(&self, values: &[f64]) -> Inner<4> {
-        let (plant, late) = self.space.plant::<4>(values, &[], 4);
-        Inner::of(plant, late)
+    fn model(&self, values: &[f64], free: &[usize]) -> Free<'a> {
+        Free {
+            space: self.space,
+            free: free.to_vec(),
+            values: values.to_vec(),
+            recordings: self.data.recordings,
+        }
+    }
+
+    /// Sum of the weights of all samples, less four per window: the cost that noise alone leaves.
+    pub(super) fn floor(&self) -> f64 {
+        self.engine().floor()
+    }
+
+    /// What the engine fitted, in values of the rig file.
+    fn known(fit: shooting::Fit<Free<'a>>) -> Fit {
+        Fit {
+            values: fit.model.values(&fit.z),
+            zeros: fit.z[fit.model.free.len()..].to_vec(),
+            states: fit.states,
+            cost: fit.costs.iter().sum(),
+        }
     }
 
     /// The initial states that suit these values, from several starts.
     pub(super) fn settle(&self, values: &[f64]) -> Fit {
-        let inner = self.inner(values);
-        let (states, costs): (Vec<_>, Vec<_>) = self
-            .windows
-            .par_iter()
-            .map(|w| inner.search(self.data, w, None))
-            .unzip();
-        Fit {
-            values: values.to_vec(),
-            cost: costs.iter().sum(),
-            states,
-        }
+        let model = self.model(values, &[]);
+        let z = with_zeros_found(self.data, |_| true, &model, &model.vector(&[]));
+        Self::known(self.engine().settle(&model, &z, None))
     }
 
     /// The same fit after its values were changed a little.
     pub(super) fn again(&self, fit: &Fit) -> Fit {
-        self.polish(fit.values.clone(), &fit.states, 4)
+        self.with_values(fit, fit.values.clone())
     }
 
     /// Other values, their initial states found from those of a fit.
     pub(super) fn with_values(&self, fit: &Fit, values: Vec<f64>) -> Fit {
-        self.polish(values, &fit.states, 6)
+        let model = self.model(&values, &[]);
+        let z = model.vector(&fit.zeros);
+        Self::known(self.engine().fit(&model, z, &fit.states, Effort::TIGHT))
     }
 
-    /// The same from states that are near.
-    fn polish(&self, values: Vec<f64>, states: &[State<f64>], iterations: usize) -> Fit {
-        let inner = self.inner(&values);
-        let (states, costs): (Vec<_>, Vec<_>) = self
-            .windows
-            .par_iter()
-            .zip(states)
-            .map(|(w, x)| inner.solve(self.data, w, *x, iterations))
-            .unzip();
-        Fit {
-            cost: costs.iter().sum(),
-            values,
-            states,
+    /// All windows linearised in the free parameters and the recordings' zeros, initial states eliminated.
+    fn reduced(&self, fit: &Fit, free: &[usize]) -> Reduced {
+        let model = self.model(&fit.values, free);
+        let z = model.vector(&fit.zeros);
+        reduced(&model, &z, self.data, &self.windows, &fit.states, 1.0)
+    }
+
+    /// What the windows say of the free parameters, in units of their scales, initial states and zeros eliminated.
+    pub(super) fn information(&self, fit: &Fit, free: &[usize]) -> DMatrix<f64> {
+        let (m, p) = (self.reduced(fit, free).matrix, free.len());
+        let zeros = m.nrows() - p;
+        let mut own = m.view((p, p), (zeros, zeros)).into_owned();
+        for i in 0..zeros {
+            own[(i, i)] += 1e-9;
         }
-    }
-
-    /// All windows linearised in the free parameters, initial states eliminated.
-    pub(super) fn linearise(&self, fit: &Fit, free: &[usize]) -> Reduced {
-        match free.len() {
-            0..=8 => self.linearise_n::<12>(fit, free),
-            9..=12 => self.linearise_n::<16>(fit, free),
-            _ => self.linearise_n::<24>(fit, free),
+        let cross = m.view((p, 0), (zeros, p)).into_owned();
+        let known = m.view((0, 0), (p, p)).into_owned();
+        match own.cholesky() {
+            Some(own) => known - cross.tr_mul(&own.solve(&cross)),
+            None => known,
         }
-    }
-
-    fn linearise_n<const N: usize>(&self, fit: &Fit, free: &[usize]) -> Reduced {
-        let (plant, late) = self.space.plant::<N>(&fit.values, free, 4);
-        eliminated(
-            (&plant, late),
-            free.len(),
-            self.data,
-            &self.windows,
-            &fit.states,
-        )
-    }
-
-    /// Free parameters and their bounds in units of their scales.
-    fn scaled(&self, values: &[f64], free: &[usize]) -> (Vec<f64>, Vec<(f64, f64)>) {
-        let scale = |i: usize| self.space.parameters[i].scale;
-        let bounds = self.space.bounds(values, free);
-        (
-            free.iter().map(|&i| values[i] / scale(i)).collect(),
-            free.iter()
-                .zip(bounds)
-                .map(|(&i, (low, high))| (low / scale(i), high / scale(i)))
-                .collect(),
-        )
     }
 
     /// Fits the free parameters from where `start` is.
     pub(super) fn fit(&self, start: &Fit, free: &[usize]) -> Fit {
-        let mut here = start.clone();
-        if free.is_empty() {
-            return here;
-        }
-        let mut damping = 1e-4;
-        let mut r = self.linearise(&here, free);
-        for _ in 0..ITERATIONS {
-            let (z, bounds) = self.scaled(&here.values, free);
-            let Some(step) = bounded_step(&z, &r, &bounds, damping) else {
-                break;
-            };
-            let trial = self.trial(&here, &r, &step, free);
-            if trial.cost < here.cost {
-                let small = here.cost - trial.cost < TOLERANCE * trial.cost;
-                here = trial;
-                if small {
-                    break;
-                }
-                damping = (damping * 0.1_f64).max(1e-9);
-                r = self.linearise(&here, free);
-            } else {
-                let predicted = 2.0 * r.gradient.dot(&step) - (&r.matrix * &step).dot(&step);
-                if predicted.abs() < 0.1 * TOLERANCE * here.cost {
-                    break;
-                }
-                damping = (damping * 10.0).max(1e-4);
-                if damping > 1e5 {
-                    break;
-                }
-            }
-        }
-        here
-    }
-
-    /// Where a step leads, the initial states following.
-    fn trial(&self, here: &Fit, r: &Reduced, step: &DVector<f64>, free: &[usize]) -> Fit {
-        let mut values = here.values.clone();
-        for (k, &i) in free.iter().enumerate() {
-            values[i] -= step[k] * self.space.parameters[i].scale;
-        }
-        let states: Vec<State<f64>> = here
-            .states
-            .iter()
-            .zip(&r.response)
-            .map(|(x, (response, own))| {
-                let mut by = *own;
-                for (k, s) in step.iter().enumerate() {
-                    by -= response.column(k) * *s;
-                }
-                State::from(std::array::from_fn(|i| x.to_array()[i] - by[i]))
-            })
-            .collect();
-        self.polish(values, &states, 2)
+        let model = self.model(&start.values, free);
+        let z = model.vector(&start.zeros);
+        Self::known(self.engine().fit(&model, z, &start.states, Effort::TIGHT))
     }
 
     /// Covariance of the free parameters in units of their scales, those at a bound held; `None` where the data do not determine them all.
@@ -203,17 +209,20 @@ impl<'a> Problem<'a> {
     /// `H⁻¹ B H⁻¹` with the curvature `H` and the scores' covariance `B`, added up over blocks of [`BLOCK`]: rounding repeats itself where a motion does,
     /// and what a model lacks is never white. Not below what white noise of the encoders' size would give.
     pub(super) fn covariance(&self, fit: &Fit, free: &[usize]) -> Option<DMatrix<f64>> {
-        let p = free.len();
-        let r = self.linearise(fit, free);
-        let (plant, late) = self.space.plant::<{ 4 + MAX_FREE }>(&fit.values, free, 4);
-        let inner = Inner::of(plant, late);
+        let model = self.model(&fit.values, free);
+        let layout = model.layout();
+        let p = layout.len();
+        let z = model.vector(&fit.zeros);
+        let r = self.reduced(fit, free);
+        let windows = Windows::<{ 4 + MAX_FREE }>::new(&model, &z);
         let blocks: Vec<Vec<DVector<f64>>> = (0..self.windows.len())
             .into_par_iter()
             .map(|i| {
                 let w = &self.windows[i];
-                let (response, _) = &r.response[i];
+                let response = &r.windows[i].by_parameters;
+                let recording = self.data.runs[w.run].recording;
                 let len = ((BLOCK / self.data.runs[w.run].h).round() as usize).max(1);
-                let steps = inner.trace(self.data, w, fit.states[i]).steps;
+                let steps = windows.trace(self.data, w, fit.states[i]).steps;
                 steps
                     .chunks(len)
                     .map(|chunk| {
@@ -222,10 +231,10 @@ impl<'a> Problem<'a> {
                             for c in 0..2 {
                                 let e = s.left[c] * s.weight[c] * s.weight[c];
                                 let d = &s.y[c].d;
-                                for k in 0..p {
+                                for k in 0..layout.local() {
                                     let by_states: f64 =
                                         (0..4).map(|j| d[j] * response[(j, k)]).sum();
-                                    score[k] += (d[4 + k] - by_states) * e;
+                                    score[layout.place(recording, k)] += (d[4 + k] - by_states) * e;
                                 }
                             }
                         }
@@ -235,7 +244,7 @@ impl<'a> Problem<'a> {
             })
             .collect();
         let blocks: Vec<DVector<f64>> = blocks.into_iter().flatten().collect();
-        let (z, bounds) = self.scaled(&fit.values, free);
+        let bounds = model.bounds(&z);
         let resting: Vec<bool> = z
             .iter()
             .zip(&bounds)
@@ -277,16 +286,17 @@ impl<'a> Problem<'a> {
                 robust.column_mut(i).scale_mut(wider);
             }
         }
-        Some(robust)
+        Some(robust.view((0, 0), (free.len(), free.len())).into_owned())
     }
 
     /// Predictions over the windows from the fit's initial states.
     pub(super) fn predictions(&self, fit: &Fit) -> Vec<Vec<[f64; 2]>> {
-        let inner = self.inner(&fit.values);
+        let model = self.model(&fit.values, &[]);
+        let windows = Windows::<4>::new(&model, &model.vector(&fit.zeros));
         self.windows
             .par_iter()
             .zip(&fit.states)
-            .map(|(w, x)| inner.predictions(self.data, w, *x))
+            .map(|(w, x)| windows.predictions(self.data, w, *x))
             .collect()
     }
 }

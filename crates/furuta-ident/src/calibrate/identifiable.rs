@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnose::result::significant;
+use crate::answer::significant;
 
 use super::result::{Direction, Held, Identifiability, Partner, Why};
 

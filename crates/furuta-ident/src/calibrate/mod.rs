@@ -22,15 +22,14 @@ use std::time::Instant;
 use furuta_model::Rig;
 use nalgebra::DMatrix;
 
-pub(crate) use curves::fit_percent;
 pub use error::CalibrateError;
 pub use plan::{Experiment, Plan, plan};
 pub use result::{Calibration, Verification};
 
-use crate::diagnose::data::Data;
 use crate::insufficient;
 use crate::recording::Recording;
-use crate::validate::{LatePlant, validate};
+use crate::shooting::Data;
+use crate::validate::validate;
 use combinations::combinations;
 use curves::{channel_fits, curves};
 use fit::{Problem, windows};
@@ -186,7 +185,7 @@ pub fn calibrate(
     let information = relative(
         &space,
         &settled.values,
-        long.linearise(&settled, &everything).matrix,
+        long.information(&settled, &everything),
     );
     if information.iter().any(|x| !x.is_finite()) {
         return Err(CalibrateError::DoesNotFollow {
@@ -285,12 +284,6 @@ pub fn calibrate(
         rig: rig_fitted,
         curves,
     })
-}
-
-/// The plant of a rig file with constants for parameters, and by how much everything is late (s).
-pub(crate) fn late_plant(rig: &Rig) -> LatePlant {
-    let space = Space::new(rig, None, true);
-    space.plant::<4>(&space.nominal(), &[], 4)
 }
 
 /// The information in units of the values at which it was found, for sheets that are far off: a value of nearly zero counts as a part of its scale.

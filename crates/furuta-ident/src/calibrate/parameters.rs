@@ -1,11 +1,13 @@
 //! The numbers of a rig file that can be calibrated, by their keys, and how a plain vector of them becomes a plant.
 
-use furuta_model::effects::{Acts, MAX_PARAMETERS};
+use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
 use furuta_model::params::{Coefficients, RANGES};
 use furuta_model::{Effect, Jet, Params, Plant, Rig};
 
-use crate::diagnose::shooting::MAX_FREE;
+use crate::shooting::{MAX_FREE, ZEROS};
 
+/// The most that are fitted at once, beside a recording's zeros.
+const MOST: usize = MAX_FREE - ZEROS;
 /// By which factor a parameter may differ from the rig file.
 const MOST_FACTOR: f64 = 20.0;
 /// Keys of the rig file in the order in which they are preferred: what a ruler, a balance and a data sheet know least comes first.
@@ -138,8 +140,8 @@ impl Space {
             }
         }
         // The vectors of the engine are so long; the last ones are those that a person would free last.
-        if parameters.len() > MAX_FREE {
-            let surplus = parameters.len() - MAX_FREE;
+        if parameters.len() > MOST {
+            let surplus = parameters.len() - MOST;
             let rigs = parameters
                 .iter()
                 .take_while(|p| matches!(p.place, Place::Rig(_)))
@@ -147,7 +149,7 @@ impl Space {
             let rest = parameters.split_off(rigs);
             parameters.truncate(rigs.saturating_sub(surplus));
             parameters.extend(rest);
-            parameters.truncate(MAX_FREE);
+            parameters.truncate(MOST);
         }
         Self {
             rig: rig.clone(),
@@ -270,12 +272,8 @@ impl Space {
                 effects.extend(Effect::unchecked(e.spec().id, &v));
             }
         }
-        let plant = Plant::from_coefficients(coefficients, &effects)
-            .or_else(|_| Plant::from_coefficients(coefficients, &[]));
-        match plant {
-            Ok(plant) => (plant, late),
-            Err(_) => unreachable!("no effects are not too many"),
-        }
+        let plant = Plant::from_coefficients(coefficients, &effects);
+        (plant.unwrap_or_else(|_| Plant::unknown()), late)
     }
 
     /// The rig with these values.
@@ -299,6 +297,24 @@ impl Space {
             })
             .collect();
         rig
+    }
+
+    /// Whether an effect depends on the arm's absolute angle.
+    pub(super) fn sees_angle(&self) -> bool {
+        let effects = &self.rig.effects;
+        effects.iter().any(|e| e.spec().acts.includes(Acts::ANGLE))
+    }
+
+    /// Whether one of these is an angle of the arm from which an effect is counted, or a phase.
+    pub(super) fn has_rest(&self, free: &[usize]) -> bool {
+        let is_rest = |place: Place| match place {
+            Place::Rig(_) => false,
+            Place::Effect(i, k) => {
+                let kind = self.rig.effects[i].spec().parameters[k].kind;
+                matches!(kind, Kind::Rest | Kind::Phase)
+            }
+        };
+        free.iter().any(|&i| is_rest(self.parameters[i].place))
     }
 
     /// By how much the rig file's delays make everything late, s.

@@ -13,9 +13,9 @@ use serde::{Deserialize, Serialize};
 use super::fit::{Problem, windows};
 use super::parameters::Space;
 use super::{CalibrateError, Options, identifiable, question, relative};
-use crate::diagnose::data::Data;
-use crate::diagnose::plan::{FAMILY, HALVED, LEVELS, SECONDS, Shape, record, two_digits};
-use crate::diagnose::result::{null_if_not_finite, significant};
+use crate::answer::{null_if_not_finite, significant};
+use crate::experiment::{FAMILY, HALVED, LEVELS, SECONDS, Shape, record, two_digits};
+use crate::shooting::Data;
 
 /// Version of the JSON contract, the field `schema`.
 pub(super) const SCHEMA: u32 = 1;
@@ -200,8 +200,8 @@ fn try_signal(
     let problem = Problem::new(&data, space, windows(&data, horizon));
     let settled = problem.settle(&space.nominal());
     let everything: Vec<usize> = (0..space.parameters.len()).collect();
-    let reduced = problem.linearise(&settled, &everything);
-    let information = relative(space, &settled.values, reduced.matrix);
+    let known = problem.information(&settled, &everything);
+    let information = relative(space, &settled.values, known);
     let run = &data.runs[0];
     let largest =
         |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |m: f64, v| m.max(v.abs()));

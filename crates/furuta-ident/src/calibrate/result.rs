@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::diagnose::result::{Channel, null_if_not_finite};
+use crate::answer::{Channel, null_if_not_finite};
 use crate::validate::Validation;
 
 /// Version of the JSON contract, the field `schema`.

@@ -22,9 +22,8 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::combinations::base;
 use super::parameters::Space;
-use crate::diagnose::data::{Data, Run};
-use crate::diagnose::fit::bounded_step;
-use crate::diagnose::shooting::{MAX_FREE, Reduced};
+use crate::least_squares::{LeastSquares, Rules, minimise};
+use crate::shooting::{Data, MAX_FREE, Reduced, Run, bounded_step};
 
 /// Base parameters: arm, swing, coupling, pendulum, drive, arm_damping, pendulum_damping.
 const BASE: usize = 7;
@@ -254,85 +253,132 @@ fn cone_program(
 /// The free parameters whose base parameters come nearest to those found, in the regression's own metric; what it does not know stays where the rig
 /// file has it.
 fn towards(space: &Space, free: &[usize], found: &Found, weight: f64) -> Vec<f64> {
-    const ITERATIONS: usize = 60;
-    let p = free.len();
-    let mut values = space.nominal();
     let size = found.firmness.trace() / BASE as f64;
-    let firmness = found.firmness / size + SMatrix::identity() * 1e-6;
-    let residual = |values: &[f64]| {
-        let c = space.coefficients::<{ 4 + MAX_FREE }>(values, free, 0);
+    let nearest = Nearest {
+        space,
+        free,
+        found,
+        firmness: found.firmness / size + SMatrix::identity() * 1e-6,
+        weight,
+    };
+    let start = nearest.at(space.nominal());
+    minimise(&nearest, start, &RULES).0.values
+}
+
+/// Sixty steps bring any start to rest: the problem is small and nearly linear.
+const RULES: Rules = Rules {
+    iterations: 60,
+    damping: 1e-4,
+    ease: (0.2, 1e-9),
+    stiffen: (10.0, 0.0),
+    most: 1e6,
+    hopeless: 0.0,
+};
+/// A step that gains less than this share of the cost is the last.
+const SMALL: f64 = 1e-9;
+/// How firmly the rig file's values hold, against what the regression knows.
+const FAINT: f64 = 1e-7;
+
+/// The values of a rig file whose base parameters are nearest to those found.
+struct Nearest<'a> {
+    space: &'a Space,
+    free: &'a [usize],
+    found: &'a Found,
+    firmness: SMatrix<f64, BASE, BASE>,
+    weight: f64,
+}
+
+/// Values of all parameters, and how far off they are.
+struct Place {
+    values: Vec<f64>,
+    left: SVector<f64, BASE>,
+    slopes: DMatrix<f64>,
+    cost: f64,
+}
+
+impl Nearest<'_> {
+    fn at(&self, values: Vec<f64>) -> Place {
+        let c = self
+            .space
+            .coefficients::<{ 4 + MAX_FREE }>(&values, self.free, 0);
         // Only ratios to the weight are known.
         let ratio = base(&c).map(|b| b / c.weight);
-        let r = SVector::<f64, BASE>::from_fn(|i, _| {
-            ratio[i].v * weight / found.unit[i] - found.value[i]
-        });
-        (r, ratio)
-    };
-    let cost = |values: &[f64], r: &SVector<f64, BASE>| {
-        let prior: f64 = free
+        let in_units = |i: usize, x: f64| x * self.weight / self.found.unit[i];
+        let left =
+            SVector::<f64, BASE>::from_fn(|i, _| in_units(i, ratio[i].v) - self.found.value[i]);
+        let slopes = DMatrix::from_fn(BASE, self.free.len(), |i, k| in_units(i, ratio[i].d[k]));
+        let moved: f64 = self
+            .free
             .iter()
-            .map(|&i| {
-                let q = &space.parameters[i];
-                ((values[i] - q.nominal) / q.scale).powi(2)
-            })
+            .map(|&i| self.moved(&values, i).powi(2))
             .sum();
-        (r.transpose() * firmness * r)[0] + 1e-7 * prior
-    };
-    let (mut r, mut ratio) = residual(&values);
-    let mut here = cost(&values, &r);
-    let mut damping = 1e-4;
-    for _ in 0..ITERATIONS {
-        let jacobian = DMatrix::from_fn(BASE, p, |i, k| ratio[i].d[k] * weight / found.unit[i]);
-        let f = DMatrix::from_fn(BASE, BASE, |a, b| firmness[(a, b)]);
-        let weighted = jacobian.transpose() * f;
-        let mut gradient = &weighted * DVector::from_iterator(BASE, r.iter().copied());
-        let mut matrix = &weighted * &jacobian;
-        for (k, &i) in free.iter().enumerate() {
-            let q = &space.parameters[i];
-            gradient[k] += 1e-7 * (values[i] - q.nominal) / q.scale;
-            matrix[(k, k)] += 1e-7;
-        }
-        let reduced = Reduced {
-            gradient,
-            matrix,
-            response: Vec::new(),
-            scores: Vec::new(),
-        };
-        let z: Vec<f64> = free
-            .iter()
-            .map(|&i| values[i] / space.parameters[i].scale)
-            .collect();
-        let bounds: Vec<(f64, f64)> = space
-            .bounds(&values, free)
-            .iter()
-            .zip(free)
-            .map(|((low, high), &i)| {
-                let scale = space.parameters[i].scale;
-                (low / scale, high / scale)
-            })
-            .collect();
-        let Some(step) = bounded_step(&z, &reduced, &bounds, damping) else {
-            break;
-        };
-        let mut trial = values.clone();
-        for (k, &i) in free.iter().enumerate() {
-            trial[i] -= step[k] * space.parameters[i].scale;
-        }
-        let (tr, tratio) = residual(&trial);
-        let there = cost(&trial, &tr);
-        if there < here {
-            let done = here - there < 1e-9 * here;
-            (values, r, ratio, here) = (trial, tr, tratio, there);
-            damping = (damping * 0.2_f64).max(1e-9);
-            if done {
-                break;
-            }
-        } else {
-            damping *= 10.0;
-            if damping > 1e6 {
-                break;
-            }
+        Place {
+            cost: (left.transpose() * self.firmness * left)[0] + FAINT * moved,
+            values,
+            left,
+            slopes,
         }
     }
-    values
+
+    /// How far a value is from the rig file's, in its scale.
+    fn moved(&self, values: &[f64], i: usize) -> f64 {
+        let q = &self.space.parameters[i];
+        (values[i] - q.nominal) / q.scale
+    }
+}
+
+impl LeastSquares<Place> for Nearest<'_> {
+    type Linear = Reduced;
+    type Step = DVector<f64>;
+
+    fn cost(&self, place: &Place) -> f64 {
+        place.cost
+    }
+
+    fn linearise(&self, place: &mut Place) -> Reduced {
+        let firmness = DMatrix::from_fn(BASE, BASE, |a, b| self.firmness[(a, b)]);
+        let weighted = place.slopes.transpose() * firmness;
+        let mut gradient = &weighted * DVector::from_iterator(BASE, place.left.iter().copied());
+        let mut matrix = &weighted * &place.slopes;
+        for (k, &i) in self.free.iter().enumerate() {
+            gradient[k] += FAINT * self.moved(&place.values, i);
+            matrix[(k, k)] += FAINT;
+        }
+        Reduced {
+            gradient,
+            matrix,
+            windows: Vec::new(),
+        }
+    }
+
+    fn step(&self, place: &Place, r: &Reduced, damping: f64) -> Option<(DVector<f64>, f64)> {
+        let scale = |i: usize| self.space.parameters[i].scale;
+        let z: Vec<f64> = self
+            .free
+            .iter()
+            .map(|&i| place.values[i] / scale(i))
+            .collect();
+        let bounds: Vec<(f64, f64)> = self
+            .space
+            .bounds(&place.values, self.free)
+            .iter()
+            .zip(self.free)
+            .map(|((low, high), &i)| (low / scale(i), high / scale(i)))
+            .collect();
+        let step = bounded_step(&z, r, &bounds, damping)?;
+        let predicted = r.gradient.dot(&step);
+        Some((step, predicted))
+    }
+
+    fn trial(&self, place: &Place, _: &Reduced, step: &DVector<f64>, _: bool) -> Place {
+        let mut values = place.values.clone();
+        for (k, &i) in self.free.iter().enumerate() {
+            values[i] -= step[k] * self.space.parameters[i].scale;
+        }
+        self.at(values)
+    }
+
+    fn reached(&self, place: &mut Place, gain: f64, _: usize) -> bool {
+        gain >= SMALL * (place.cost + gain)
+    }
 }

@@ -3,7 +3,7 @@
 use super::parameters::Space;
 use super::result::{Calibration, Held, Why};
 use super::{EXPLAINED, identifiable::per_cent};
-use crate::diagnose::result::significant;
+use crate::answer::significant;
 
 /// A condition number beyond which the parameters are known as a bundle rather than one by one.
 const ILL: f64 = 300.0;

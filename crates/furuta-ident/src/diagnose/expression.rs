@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use furuta_model::effects::Term;
 use serde::{Deserialize, Serialize};
 
-use super::result::{Channels, Estimate, null_if_not_finite, significant};
+use super::result::{Channels, Estimate};
+use crate::answer::{null_if_not_finite, significant};
 
 /// An expression for what no effect explains, fitted to the recordings: it imitates, it does not explain.
 ///

@@ -1,11 +1,9 @@
 //! Judging by data that were not fitted: each part is predicted by a model fitted to the others.
 
-use super::data::{Data, Window};
-use super::fit::{Effort, Fit, Problem};
-use super::hypothesis::Nominal;
-use super::predict::{self, Model, rms};
+use super::predict::{self, Predictor, rms};
 use super::result::HeldOut;
-use super::{REPORT, SEARCH};
+use super::{Fit, LONG, REPORT, SEARCH};
+use crate::shooting::{Data, Effort, Problem, Run, Window, with_zeros_found};
 
 use rayon::prelude::*;
 
@@ -48,35 +46,151 @@ impl Folds {
     }
 }
 
-/// Prediction errors on every part by a model fitted to the others.
-pub(super) fn errors(data: &Data, nominal: &Nominal, folds: &Folds, fit: &Fit) -> Vec<[f64; 2]> {
-    (0..folds.count())
+impl Folds {
+    /// What predicts a part that a fit has not seen. A recording that was kept apart comes with data of its own, since its
+    /// encoders' zeros are found in its first seconds.
+    fn apart(&self, data: &Data, part: usize, fitted: &Fit) -> (Option<Data>, Predictor) {
+        if !self.comes_apart(fitted) {
+            return (None, fitted.into());
+        }
+        let mut apart = data.clone();
+        apart.runs.retain(|run| run.recording == part);
+        apart.recordings = 1;
+        for run in &mut apart.runs {
+            run.recording = 0;
+        }
+        let (hypothesis, z) = fitted.model.for_others(&fitted.z, &apart);
+        let z = with_zeros_found(&apart, |_| true, &hypothesis, &z);
+        (Some(apart), Predictor { hypothesis, z })
+    }
+
+    fn comes_apart(&self, fitted: &Fit) -> bool {
+        matches!(self, Self::Recordings(_)) && fitted.model.nominal.own_zeros
+    }
+
+    /// The index of a part's recording in the data that [`Self::apart`] gives.
+    fn index_apart(&self, part: usize, fitted: &Fit) -> usize {
+        if self.comes_apart(fitted) { 0 } else { part }
+    }
+
+    /// Whether a window of the data that [`Self::apart`] gives belongs to the part.
+    fn part_apart(&self, data: &Data, w: &Window, part: usize) -> bool {
+        // Data of its own holds nothing else.
+        let alone = data.recordings == 1;
+        (alone && matches!(self, Self::Recordings(_))) || self.part(data, w) == part
+    }
+}
+
+/// What a model leaves on data that its parameters were not fitted to.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Unseen {
+    /// Errors over windows of [`REPORT`], rad.
+    pub(super) errors: Vec<[f64; 2]>,
+    /// Mean squared errors in units of the noise, over windows of [`SEARCH`] and of [`REPORT`] and, where the pendulum hangs, of [`LONG`] and over whole
+    /// runs; not a number where there are none.
+    pub(super) horizons: [f64; 4],
+}
+
+/// Over long windows and whole runs, dry friction and an unstable upright make errors of their own: a model that is worse by less than this is no worse.
+const NO_WORSE: f64 = 1.1;
+
+impl Unseen {
+    /// Whether this model predicts better over short windows and no worse over long ones.
+    pub(super) fn is_better_than(&self, other: &Self) -> bool {
+        let [search, report, long, whole] =
+            std::array::from_fn(|i| self.horizons[i] / other.horizons[i]);
+        let no_worse = |ratio: f64| ratio.is_nan() || ratio < NO_WORSE;
+        search < 1.0 && report < 1.0 && no_worse(long) && no_worse(whole)
+    }
+
+    /// Mean of the logarithms of the horizons that there are: the lower, the better the model predicts all in all.
+    pub(super) fn level(&self) -> f64 {
+        let known: Vec<f64> = self
+            .horizons
+            .iter()
+            .filter(|e| e.is_finite())
+            .map(|e| e.ln())
+            .collect();
+        known.iter().sum::<f64>() / known.len().max(1) as f64
+    }
+}
+
+/// What a model leaves on every part, its parameters fitted to the others (`refit`) or taken as they are.
+pub(super) fn unseen(data: &Data, folds: &Folds, fit: &Fit, refit: bool) -> Unseen {
+    let parts: Vec<(Vec<[f64; 2]>, [(f64, usize); 4])> = (0..folds.count())
         .into_par_iter()
-        .map(|part| {
-            let mut seen = data.windows(SEARCH, |_| true);
-            let mut unseen = data.windows(REPORT, |_| true);
-            // The states of the full fit belong to the same windows.
-            let (kept, states): (Vec<_>, Vec<_>) = seen
-                .drain(..)
-                .zip(&fit.states)
-                .filter(|(w, _)| folds.part(data, w) != part)
-                .unzip();
-            unseen.retain(|w| folds.part(data, w) == part);
-            if kept.is_empty() || unseen.is_empty() {
-                return Vec::new();
-            }
-            let fitted = Problem::new(data, nominal, kept).fit(
-                &fit.hypothesis,
-                fit.z.clone(),
-                &states,
-                Effort::FULL,
-            );
-            let problem = Problem::new(data, nominal, unseen);
-            let predictions = predict::windowed(&problem, Model::from(&fitted));
-            predict::errors(&problem, &predictions).concat()
-        })
-        .flatten()
-        .collect()
+        .map(|part| of_part(data, folds, part, fit, refit))
+        .collect();
+    let horizons = std::array::from_fn(|h| {
+        let (sum, count) = parts
+            .iter()
+            .fold((0.0, 0), |(s, n), (_, sums)| (s + sums[h].0, n + sums[h].1));
+        sum / count as f64
+    });
+    Unseen {
+        errors: parts.into_iter().flat_map(|(errors, _)| errors).collect(),
+        horizons,
+    }
+}
+
+fn of_part(
+    data: &Data,
+    folds: &Folds,
+    part: usize,
+    fit: &Fit,
+    refit: bool,
+) -> (Vec<[f64; 2]>, [(f64, usize); 4]) {
+    // The states of the full fit belong to the same windows.
+    let (kept, states): (Vec<_>, Vec<_>) = data
+        .windows(SEARCH, |_| true)
+        .into_iter()
+        .zip(&fit.states)
+        .filter(|(w, _)| folds.part(data, w) != part)
+        .unzip();
+    if kept.is_empty() {
+        return (Vec::new(), [(0.0, 0); 4]);
+    }
+    let fitted = if refit {
+        Problem::new(data, kept).fit(&fit.model, fit.z.clone(), &states, Effort::FULL)
+    } else {
+        fit.clone()
+    };
+    let (apart, predictor) = folds.apart(data, part, &fitted);
+    let data = apart.as_ref().unwrap_or(data);
+    let squared = |errors: &[[f64; 2]]| -> (f64, usize) {
+        let squared = errors
+            .iter()
+            .flat_map(|e| [e[0] / data.noise[0], e[1] / data.noise[1]]);
+        (squared.map(|e| e * e).sum(), 2 * errors.len())
+    };
+    let windowed = |seconds: f64, wanted: &dyn Fn(&Run) -> bool| {
+        let mut windows = data.windows(seconds, wanted);
+        windows.retain(|w| folds.part_apart(data, w, part));
+        let problem = Problem::new(data, windows);
+        let predictions = predict::windowed(&problem, &predictor);
+        predict::errors(&problem, &predictions).concat()
+    };
+    let errors = windowed(REPORT, &|_| true);
+    let whole = match folds {
+        Folds::Blocks => Vec::new(),
+        Folds::Recordings(_) => (data.runs.iter().enumerate())
+            .filter(|(_, run)| run.recording == folds.index_apart(part, &fitted) && run.hangs())
+            .flat_map(|(i, run)| {
+                let series = predict::whole(data, i, &predictor);
+                let error = |k: usize, c: usize| predict::finite(series[c][k] - run.y[k][c]);
+                (0..run.y.len())
+                    .map(|k| [error(k, 0), error(k, 1)])
+                    .collect::<Vec<_>>()
+            })
+            .collect(),
+    };
+    let sums = [
+        squared(&windowed(SEARCH, &|_| true)),
+        squared(&errors),
+        squared(&windowed(LONG, &Run::hangs)),
+        squared(&whole),
+    ];
+    (errors, sums)
 }
 
 /// Root mean square of the errors of both models; `None` where nothing could be kept apart.

@@ -3,22 +3,20 @@
 
 use furuta_model::effects::Acts;
 
-use super::REPORT;
-use super::candidates::Trial;
-use super::data::{self, Data};
-use super::fit::{Effort, Fit, Problem};
-use super::hypothesis::{Hypothesis, Nominal};
+use super::additions::Trial;
+use super::hypothesis::Hypothesis;
 use super::predict;
-use super::stop::Stop;
+use super::search::Search;
+use super::{Fit, LONG, REPORT};
+use crate::shooting::{Data, Effort, Problem, Run, Window};
+use crate::stop::Stop;
 
-/// Length of the windows on which a name must hold as well, where the plant is stable, s.
-const LONG: f64 = 2.0;
 /// Horizons by which an incomplete model is led to whole runs, s.
 const LADDER: [f64; 4] = [1.0, LONG, 5.0, 10.0];
 
 /// Windows for judging an incomplete model: `seconds` long where the plant is stable, short elsewhere.
-fn long_windows(data: &Data, seconds: f64) -> Vec<data::Window> {
-    let mut windows = data.windows(seconds, data::Run::hangs);
+fn long_windows(data: &Data, seconds: f64) -> Vec<Window> {
+    let mut windows = data.windows(seconds, Run::hangs);
     windows.extend(data.windows(REPORT, |r| !r.hangs()));
     windows
 }
@@ -33,46 +31,40 @@ fn fitted(problem: &Problem<'_>, h: &Hypothesis, z: &[f64]) -> Fit {
 pub(super) fn search(
     short: &Problem<'_>,
     data: &Data,
-    nominal: &Nominal,
     named: Fit,
     report: &(dyn Fn(&str) + Sync),
 ) -> Fit {
-    if !data.runs.iter().any(data::Run::hangs) {
+    if !data.runs.iter().any(Run::hangs) {
         return named;
     }
-    let long = Problem::new(data, nominal, long_windows(data, LONG)).until(short.stop);
-    let start = fitted(&long, &named.hypothesis, &named.z);
+    let long = Problem::new(data, long_windows(data, LONG)).until(short.stop);
+    let start = fitted(&long, &named.model, &named.z);
     let helps_at_short = |t: &Trial| {
-        let (h, z) = t.fit.without(t.spec);
+        let h = t.fit.model.without(t.spec.id);
+        let z = t.fit.model.reduced(&t.fit.z, t.spec.id);
         let smaller = short.fit(&h, z, &named.states, Effort::FULL);
-        let h = &t.fit.hypothesis;
+        let h = &t.fit.model;
         let larger = short.fit(h, t.fit.z.clone(), &smaller.states, Effort::FULL);
         short.evidence(&smaller, &larger).helps()
     };
-    let found = long
-        .select(start, &named.hypothesis, &helps_at_short, report)
-        .fit;
-    if found.hypothesis.effects.len() == named.hypothesis.effects.len() {
+    let found = Search::new(&long, start, &helps_at_short, report).run();
+    if found.model.effects.len() == named.model.effects.len() {
         return named;
     }
-    short.fit(
-        &found.hypothesis,
-        found.z.clone(),
-        &named.states,
-        Effort::FULL,
-    )
+    short.fit(&found.model, found.z.clone(), &named.states, Effort::FULL)
 }
 
 /// An incomplete model without those of its kicks that do not help over long windows: what is wrong everywhere looks like a kick somewhere.
-pub(super) fn lasting(short: &Problem<'_>, data: &Data, nominal: &Nominal, mut named: Fit) -> Fit {
-    let long = Problem::new(data, nominal, long_windows(data, LONG)).until(short.stop);
-    for spec in named.hypothesis.effects.clone() {
+pub(super) fn lasting(short: &Problem<'_>, data: &Data, mut named: Fit) -> Fit {
+    let long = Problem::new(data, long_windows(data, LONG)).until(short.stop);
+    for spec in named.model.effects.clone() {
         if !spec.acts.includes(Acts::JUMPS) {
             continue;
         }
-        let (h, z) = named.without(spec);
+        let h = named.model.without(spec.id);
+        let z = named.model.reduced(&named.z, spec.id);
         let smaller = fitted(&long, &h, &z);
-        let larger = fitted(&long, &named.hypothesis, &named.z);
+        let larger = fitted(&long, &named.model, &named.z);
         if !long.evidence(&smaller, &larger).helps() {
             named = short.fit(&h, z, &named.states, Effort::FULL);
         }
@@ -82,32 +74,26 @@ pub(super) fn lasting(short: &Problem<'_>, data: &Data, nominal: &Nominal, mut n
 
 /// The parameters to be used: from half-second windows for a model that explains the data. For one that does not, what it lacks pulls the
 /// parameters of each horizon elsewhere: of those led to longer and longer windows, those that predict whole runs best. In a hurry, those at hand.
-pub(super) fn finish(
-    data: &Data,
-    nominal: &Nominal,
-    fit: &Fit,
-    explained: bool,
-    stop: Stop<'_>,
-) -> Fit {
+pub(super) fn finish(data: &Data, fit: &Fit, explained: bool, stop: Stop<'_>) -> Fit {
     if stop.wanted() {
         return fit.clone();
     }
-    let h = &fit.hypothesis;
+    let h = &fit.model;
     let refit = |last: &Fit, seconds: f64| {
-        let problem = Problem::new(data, nominal, long_windows(data, seconds));
+        let problem = Problem::new(data, long_windows(data, seconds));
         fitted(&problem, h, &last.z)
     };
     let mut last = refit(fit, REPORT);
-    if explained || !data.runs.iter().any(data::Run::hangs) {
+    if explained || !data.runs.iter().any(Run::hangs) {
         return last;
     }
-    let mut best = (predict::open_loop(data, nominal, &last), last.clone());
+    let mut best = (predict::open_loop(data, &last), last.clone());
     for seconds in LADDER {
         if stop.wanted() {
             break;
         }
         last = refit(&last, seconds);
-        let error = predict::open_loop(data, nominal, &last);
+        let error = predict::open_loop(data, &last);
         if error < best.0 {
             best = (error, last.clone());
         }

@@ -1,17 +1,22 @@
 //! A model to be fitted: which effects it has, and how a plain vector of numbers becomes a plant.
 
+use std::sync::Arc;
+
 use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
 use furuta_model::params::Coefficients;
 use furuta_model::{Effect, Jet, Params, Plant, Rig, Spec};
 
-use super::data::Data;
+use crate::shooting::{
+    Data, Layout, Model, Observed, Prior, ZEROS, zero_bounds, zero_priors, zero_units,
+};
 
 /// The identifiable base parameters, in the order of the vector; the scale of torque is fixed by `mass * com`.
-pub(super) const BASE: usize = 5;
-/// Indices of the motor's gain and of the two dampings.
+pub(super) const BASE: usize = 6;
+/// Indices of the motor's gain, of the two dampings and of the arm's length.
 pub(super) const DRIVE: usize = 2;
 pub(super) const ARM_DAMPING: usize = 3;
 pub(super) const PENDULUM_DAMPING: usize = 4;
+pub(super) const LENGTH: usize = 5;
 /// Index of the timing nuisance: by how much the samples are late, a fraction of the period.
 pub(super) const TIMING: usize = BASE;
 /// Where the effects' parameters begin.
@@ -20,7 +25,10 @@ pub(super) const FIRST_EFFECT: usize = BASE + 1;
 const MOST_TIMING: f64 = 0.1;
 /// By which factor inertias and gain may differ from the data sheet.
 const MOST_FACTOR: f64 = 4.0;
-
+/// By which share the arm's length may: three standard deviations of a ruler.
+const MOST_LENGTH: f64 = 3.0 * RULER;
+/// Standard deviation of the arm's length in a data sheet, a share: a millimetre or two on a desk-top rig.
+const RULER: f64 = 0.02;
 /// The rig as given, and what a step in each parameter means.
 #[derive(Clone, Debug)]
 pub(super) struct Nominal {
@@ -31,12 +39,18 @@ pub(super) struct Nominal {
     pub(super) period: f64,
     /// Where the longest recording ends, s.
     pub(super) end: f64,
+    /// How many recordings there are.
+    pub(super) recordings: usize,
+    /// Whether each recording has zeros of its own.
+    pub(super) own_zeros: bool,
+    /// The recording from whose zero of theta angles of rest are counted; none of recordings that the fit has not seen.
+    pub(super) reference: Option<usize>,
     /// Effects that the rig file already has: part of every hypothesis, their values fixed.
     pub(super) present: Vec<Effect<f64>>,
 }
 
 impl Nominal {
-    pub(super) fn new(rig: &Rig, data: &Data) -> Self {
+    pub(super) fn new(rig: &Rig, data: &Data, own_zeros: bool) -> Self {
         let c = rig.params.coefficients();
         // Damping ratio one per cent: a small friction, for sheets that leave it out.
         let small = 0.02 * (c.weight * c.pendulum).sqrt();
@@ -49,14 +63,27 @@ impl Nominal {
                 c.drive,
                 c.arm_damping.max(small),
                 c.pendulum_damping.max(small),
+                rig.params.arm.length,
             ],
-            period: data.runs[0].h,
+            period: data.runs.first().map_or(0.0, |r| r.h),
             end: data
                 .runs
                 .iter()
                 .map(|r| r.t0 + r.y.len() as f64 * r.h)
                 .fold(0.0, f64::max),
+            recordings: data.recordings,
+            own_zeros,
+            reference: Some(0),
             present: rig.effects.clone(),
+        }
+    }
+
+    /// The same rig with recordings that the fit has not seen.
+    pub(super) fn for_others(&self, data: &Data) -> Self {
+        Self {
+            recordings: data.recordings,
+            reference: None,
+            ..self.clone()
         }
     }
 
@@ -68,6 +95,7 @@ impl Nominal {
             c.drive,
             c.arm_damping,
             c.pendulum_damping,
+            self.params.arm.length,
         ]
     }
 }
@@ -78,43 +106,85 @@ pub(super) fn is_late(spec: &Spec) -> bool {
 }
 
 /// A set of effects to be fitted beside the base parameters.
+///
+/// The vector: base parameters, timing, the parameters of the effects, and for each recording the zeros of its encoders.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
     pub(super) effects: Vec<&'static Spec>,
+    pub(super) nominal: Arc<Nominal>,
 }
 
 impl Hypothesis {
-    pub(super) fn base() -> Self {
+    pub(super) fn base(nominal: &Arc<Nominal>) -> Self {
         Self {
             effects: Vec::new(),
+            nominal: Arc::clone(nominal),
         }
+    }
+
+    /// The same effects for recordings that the fit has not seen, their zeros where they should be, and the vector for them: what acts once in a recording
+    /// acts in none of these.
+    pub(super) fn for_others(&self, z: &[f64], data: &Data) -> (Self, Vec<f64>) {
+        let other = Self {
+            effects: self.effects.clone(),
+            nominal: Arc::new(self.nominal.for_others(data)),
+        };
+        let mut z = z[..self.shared()].to_vec();
+        z.resize(other.len(), 0.0);
+        for (i, spec) in self.effects.iter().enumerate() {
+            for (k, p) in spec.parameters.iter().enumerate() {
+                if p.kind == Kind::Run {
+                    z[self.offset(i) + k] = data.recordings as f64;
+                }
+            }
+        }
+        (other, z)
     }
 
     pub(super) fn has(&self, id: &str) -> bool {
         self.effects.iter().any(|e| e.id == id)
     }
 
-    /// Whether the other has the same effects in the same order.
-    pub(super) fn is(&self, other: &Self) -> bool {
-        let ids = |h: &Self| h.effects.iter().map(|e| e.id).collect::<Vec<_>>();
-        ids(self) == ids(other)
-    }
-
     pub(super) fn with(&self, spec: &'static Spec) -> Self {
         let mut effects = self.effects.clone();
         effects.push(spec);
-        Self { effects }
+        Self {
+            effects,
+            nominal: Arc::clone(&self.nominal),
+        }
     }
 
     pub(super) fn without(&self, id: &str) -> Self {
+        let kept = self.effects.iter().copied().filter(|e| e.id != id);
         Self {
-            effects: self
-                .effects
-                .iter()
-                .copied()
-                .filter(|e| e.id != id)
-                .collect(),
+            effects: kept.collect(),
+            nominal: Arc::clone(&self.nominal),
         }
+    }
+
+    /// A vector of this hypothesis with the parameters of one more effect.
+    pub(super) fn extended(&self, z: &[f64], values: &[f64]) -> Vec<f64> {
+        let mut z = z.to_vec();
+        let at = self.shared();
+        z.splice(at..at, values.iter().copied());
+        z
+    }
+
+    /// A vector of this hypothesis without the parameters of one of its effects.
+    pub(super) fn reduced(&self, z: &[f64], id: &str) -> Vec<f64> {
+        let mut z = z.to_vec();
+        if let Some(i) = self.effects.iter().position(|e| e.id == id) {
+            let offset = self.offset(i);
+            z.drain(offset..offset + self.effects[i].parameters.len());
+        }
+        z
+    }
+
+    /// The parameters of one of its effects, in their units.
+    pub(super) fn values<'a>(&self, z: &'a [f64], id: &str) -> Option<&'a [f64]> {
+        let i = self.effects.iter().position(|e| e.id == id)?;
+        let offset = self.offset(i);
+        Some(&z[offset..offset + self.effects[i].parameters.len()])
     }
 
     /// Whether a delay is among the effects: then the timing nuisance, which is a delay as well, rests at zero.
@@ -122,9 +192,9 @@ impl Hypothesis {
         self.effects.iter().any(|e| is_late(e))
     }
 
-    /// Those, with their values.
-    pub(super) fn local(&self, z: &[f64], nominal: &Nominal) -> impl Iterator<Item = Effect<f64>> {
-        let values = self.physical(z, nominal);
+    /// Those that are local in time, with their values.
+    pub(super) fn local(&self, z: &[f64]) -> impl Iterator<Item = Effect<f64>> {
+        let values = self.physical(z);
         self.effects
             .iter()
             .enumerate()
@@ -146,17 +216,25 @@ impl Hypothesis {
         self.has("drive.backlash")
     }
 
-    /// Length of the parameter vector.
-    pub(super) fn len(&self) -> usize {
-        FIRST_EFFECT
-            + self
-                .effects
-                .iter()
-                .map(|e| e.parameters.len())
-                .sum::<usize>()
+    /// Whether something in the plant depends on the arm's absolute angle: then the zero of each recording's encoder shows.
+    pub(super) fn sees_angle(&self) -> bool {
+        let present = self.nominal.present.iter().map(|e| e.spec());
+        present
+            .chain(self.effects.iter().copied())
+            .any(|e| e.acts.includes(Acts::ANGLE))
     }
 
-    /// How many of them are free.
+    /// Length of the part of the vector that all recordings share.
+    pub(super) fn shared(&self) -> usize {
+        self.offset(self.effects.len())
+    }
+
+    /// Length of the vector.
+    pub(super) fn len(&self) -> usize {
+        self.layout().len()
+    }
+
+    /// How many of them are free, but for what is known beforehand of a length and of a pendulum's zero.
     pub(super) fn free(&self) -> usize {
         let fixed = self
             .effects
@@ -164,7 +242,16 @@ impl Hypothesis {
             .flat_map(|e| e.parameters)
             .filter(|p| !p.kind.is_continuous())
             .count();
-        self.len() - usize::from(self.delays()) - fixed
+        self.shared() - usize::from(self.delays()) - fixed + self.free_zeros()
+    }
+
+    /// How many recordings have a zero of theta of their own that shows.
+    pub(super) fn free_zeros(&self) -> usize {
+        if self.nominal.own_zeros && self.sees_angle() {
+            self.nominal.recordings - 1
+        } else {
+            0
+        }
     }
 
     /// Whether one of the effects is local in time, as a kick is.
@@ -182,47 +269,70 @@ impl Hypothesis {
     }
 
     /// Physical size of one unit of each component of the vector.
-    pub(super) fn scales(&self, nominal: &Nominal) -> Vec<f64> {
+    pub(super) fn scales(&self) -> Vec<f64> {
+        let nominal = &self.nominal;
         let mut scales = nominal.scale.to_vec();
         scales.push(nominal.period);
         for e in &self.effects {
             scales.extend(e.parameters.iter().map(|p| (p.typical)(&nominal.params)));
         }
+        scales.extend(zero_units(&self.layout()));
         scales
     }
 
-    /// Where each component of the vector is zero: data sheet, and effects that do nothing.
-    fn origins(&self, nominal: &Nominal) -> Vec<f64> {
-        let mut origins = nominal.base().to_vec();
+    /// Where each component of the vector is zero: data sheet, effects that do nothing, the first recording's zeros.
+    fn origins(&self) -> Vec<f64> {
+        let mut origins = self.nominal.base().to_vec();
         origins.push(0.0);
         let parameters = self.effects.iter().flat_map(|e| e.parameters);
         origins.extend(parameters.map(|p| p.off));
+        origins.resize(self.len(), 0.0);
         origins
     }
 
     /// The values in physical units (base parameters: the coefficients themselves).
-    pub(super) fn physical(&self, z: &[f64], nominal: &Nominal) -> Vec<f64> {
-        let mut values: Vec<f64> = z
-            .iter()
-            .zip(self.scales(nominal))
-            .map(|(z, s)| z * s)
-            .collect();
-        for (v, b) in values.iter_mut().zip(self.origins(nominal)) {
+    pub(super) fn physical(&self, z: &[f64]) -> Vec<f64> {
+        let mut values: Vec<f64> = z.iter().zip(self.scales()).map(|(z, s)| z * s).collect();
+        for (v, b) in values.iter_mut().zip(self.origins()) {
             *v += b;
         }
         values
     }
 
-    /// Where each component may lie: positive inertias and gains within a factor of the data sheet's, friction that does not drive,
-    /// effects within their ranges; whole numbers and choices stay as they are.
-    pub(super) fn bounds(&self, nominal: &Nominal, z: &[f64]) -> Vec<(f64, f64)> {
+    /// The zeros `[theta, alpha]` of each recording's encoders against those of the first, rad.
+    pub(super) fn zeros(&self, z: &[f64]) -> Vec<[f64; ZEROS]> {
+        let (layout, values) = (self.layout(), self.physical(z));
+        let zero = |r: usize, k: usize| match layout.zeros {
+            0 => 0.0,
+            _ => values[layout.zero(r, k)],
+        };
+        (0..self.nominal.recordings)
+            .map(|r| std::array::from_fn(|k| zero(r, k)))
+            .collect()
+    }
+}
+
+impl Model for Hypothesis {
+    fn layout(&self) -> Layout {
+        Layout {
+            shared: self.shared(),
+            lead: FIRST_EFFECT,
+            zeros: if self.nominal.own_zeros { ZEROS } else { 0 },
+            recordings: self.nominal.recordings,
+        }
+    }
+
+    /// Positive inertias and gains within a factor of the data sheet's, friction that does not drive, effects within their ranges; whole numbers and
+    /// choices stay as they are.
+    fn bounds(&self, z: &[f64]) -> Vec<(f64, f64)> {
+        let nominal = &self.nominal;
         let (base, scale) = (nominal.base(), nominal.scale);
         let mut bounds: Vec<(f64, f64)> = (0..BASE)
             .map(|i| {
-                let (least, most) = if i < 3 {
-                    (base[i] / MOST_FACTOR, base[i] * MOST_FACTOR)
-                } else {
-                    (0.0, base[i] + 20.0 * scale[i])
+                let (least, most) = match i {
+                    ARM_DAMPING | PENDULUM_DAMPING => (0.0, base[i] + 20.0 * scale[i]),
+                    LENGTH => (base[i] * (1.0 - MOST_LENGTH), base[i] * (1.0 + MOST_LENGTH)),
+                    _ => (base[i] / MOST_FACTOR, base[i] * MOST_FACTOR),
                 };
                 ((least - base[i]) / scale[i], (most - base[i]) / scale[i])
             })
@@ -253,41 +363,54 @@ impl Hypothesis {
             };
             ((least - p.off) / scale, (p.max - p.off) / scale)
         }));
+        bounds.extend(zero_bounds(
+            &self.layout(),
+            self.sees_angle(),
+            nominal.reference,
+        ));
         bounds
     }
 
-    /// The plant for the vector, and the time by which everything is late (s). With `N > 0`, component `i` of the vector is
-    /// independent variable `offset + i`.
-    pub(super) fn plant<const N: usize>(
-        &self,
-        z: &[f64],
-        nominal: &Nominal,
-        offset: usize,
-    ) -> (Plant<Jet<f64, N>>, Jet<f64, N>) {
-        let (scales, origins) = (self.scales(nominal), self.origins(nominal));
+    fn priors(&self) -> Vec<Option<Prior>> {
+        let mut priors = vec![None; self.shared()];
+        priors[LENGTH] = Some(Prior {
+            mean: 0.0,
+            std: RULER,
+        });
+        priors.extend(zero_priors(&self.layout()));
+        priors
+    }
+
+    fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>> {
+        let (scales, origins) = (self.scales(), self.origins());
+        let layout = self.layout();
         let variable = |i: usize| {
             let mut x = Jet::<f64, N>::constant(origins[i] + z[i] * scales[i]);
-            if offset + i < N {
-                x.d[offset + i] = scales[i];
+            let local = 4 + layout.local_of(i);
+            if local < N {
+                x.d[local] = scales[i];
             }
             x
         };
+        let nominal = &self.nominal;
         let c = nominal.coefficients;
-        let pendulum = variable(1);
-        let arm = variable(0);
+        let (arm, pendulum) = (variable(0), variable(1));
+        // Lengths enter by their ratio to the sheet's; what the pendulum's mass adds to the arm goes with the square.
+        let longer = variable(LENGTH) / Jet::constant(nominal.params.arm.length);
+        let carried = nominal.params.pendulum.mass * nominal.params.arm.length.powi(2);
+        let fixed = c.arm - c.hub - carried;
         let coefficients = Coefficients {
             arm,
-            // The pendulum's share of the arm's inertia is that of the data sheet.
-            hub: arm - Jet::constant(c.arm - c.hub),
+            hub: arm - longer * longer * Jet::constant(carried) - Jet::constant(fixed),
             pendulum,
             // m c² is in both: a longer pendulum swings with more inertia about both axes.
             swing: Jet::constant(c.swing) + pendulum - Jet::constant(c.pendulum),
-            drive: variable(2),
-            arm_damping: variable(3),
-            pendulum_damping: variable(4),
-            coupling: Jet::constant(c.coupling),
+            drive: variable(DRIVE),
+            arm_damping: variable(ARM_DAMPING),
+            pendulum_damping: variable(PENDULUM_DAMPING),
+            coupling: longer * Jet::constant(c.coupling),
             weight: Jet::constant(c.weight),
-            lever: Jet::constant(c.lever),
+            lever: longer * Jet::constant(c.lever),
         };
         let mut late = if self.delays() {
             Jet::constant(0.0)
@@ -316,11 +439,10 @@ impl Hypothesis {
                 effects.push(e);
             }
         }
-        let plant = Plant::from_coefficients(coefficients, &effects)
-            .or_else(|_| Plant::from_coefficients(coefficients, &[]));
-        match plant {
-            Ok(plant) => (plant, late),
-            Err(_) => unreachable!("no effects are not too many"),
-        }
+        let plant =
+            Plant::from_coefficients(coefficients, &effects).unwrap_or_else(|_| Plant::unknown());
+        let mut seen = Observed::from_true_zeros(plant, late);
+        seen.free_zeros(&layout, z);
+        seen
     }
 }

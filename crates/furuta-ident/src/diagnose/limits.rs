@@ -7,10 +7,10 @@ use furuta_model::Spec;
 use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
 use rayon::prelude::*;
 
-use super::fit::{Fit, Problem};
+use super::Fit;
 use super::result::Limit;
-use super::scout::{self, Scout};
-use super::shooting::MAX_FREE;
+use super::screen::{self, Screen};
+use crate::shooting::{MAX_FREE, Model, Problem};
 
 /// 95 % of a normal distribution lie within so many standard deviations, to both sides or below.
 const TWO_SIDED: f64 = 1.96;
@@ -24,16 +24,16 @@ const TESTED: [f64; 2] = [1e-3, 3.0];
 /// (any order, any moment, any frequency) and a drive with play or spring are left out.
 pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
     // Room for the largest effect is needed in the fit's fixed size.
-    if named.hypothesis.free() + MAX_PARAMETERS > MAX_FREE {
+    if named.model.layout().local() + MAX_PARAMETERS > MAX_FREE {
         return Vec::new();
     }
-    let scout = Scout::new(problem, named);
+    let screen = Screen::new(problem, named);
     let specs: Vec<&'static Spec> = problem
         .addable(named)
         .filter(|s| {
             s.strengths == 1
                 && s.parameters[0].kind == Kind::Real
-                && !scout::wanted(s)
+                && !screen::is_scanned(s)
                 && !s.acts.touches(Acts::DRIVE)
         })
         .collect();
@@ -41,12 +41,12 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
         .into_par_iter()
         .filter_map(|spec| {
             let (room, deviation) = problem
-                .starts(named, spec, &scout)
+                .starts(named, spec, &screen)
                 .into_iter()
-                .filter_map(|z| room(problem, named, spec, &scout, &z))
+                .filter_map(|z| room(problem, named, spec, &screen, &z))
                 .max_by(|a, b| a.0.total_cmp(&b.0))?;
             let p = &spec.parameters[0];
-            let typical = (p.typical)(&problem.nominal.params);
+            let typical = (p.typical)(&named.model.nominal.params);
             room.is_finite().then(|| Limit {
                 id: spec.id.into(),
                 parameter: p.name.into(),
@@ -66,18 +66,18 @@ fn room(
     problem: &Problem<'_>,
     named: &Fit,
     spec: &'static Spec,
-    scout: &Scout,
+    screen: &Screen,
     z: &[f64],
 ) -> Option<(f64, f64)> {
-    let per_sample = (named.cost / problem.floor()).max(1.0);
+    let per_sample = problem.per_sample(named);
     let one_way = spec.parameters[0].min >= spec.parameters[0].off;
-    let first = named.z.len();
-    let h = named.hypothesis.with(spec);
+    let first = named.model.shared();
+    let h = named.model.with(spec);
     let score = |strength: f64| {
-        let mut here = named.z.clone();
-        here.extend(&z[first..]);
+        let mut here = z.to_vec();
+        here[..first].copy_from_slice(&named.z[..first]);
         here[first] = strength;
-        let score = scout.score(problem, named, &h, &here)?;
+        let score = screen.score(problem, named, &h, &here)?;
         (score.square > 0.0).then_some(score)
     };
     let at = |strength: f64| {

@@ -1,7 +1,8 @@
 //! Where the gap sits: by run, arm speed, direction, command and time.
 
-use super::data::{Data, Run};
-use super::result::{Channel, GapBar, GapShare};
+use super::result::{GapBar, GapShare};
+use crate::answer::Channel;
+use crate::shooting::{Data, Run};
 
 /// Squared prediction errors of one sample, in units of the noise.
 pub(super) struct Residual {

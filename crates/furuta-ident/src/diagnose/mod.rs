@@ -1,61 +1,62 @@
 //! Finds where model and data disagree, and names what is missing.
 //!
-//! 1. The noise floor is estimated from the encoders themselves (`data`), so that "explained" is an absolute statement.
-//! 2. The model is fitted by multiple shooting over short windows (`shooting`, `fit`): first its parameters alone, in the combinations that data
+//! 1. The noise floor is estimated from the encoders themselves (`crate::shooting`), so that "explained" is an absolute statement.
+//! 2. The model is fitted by multiple shooting over short windows (`crate::shooting`): first its parameters alone, in the combinations that data
 //!    can show (`hypothesis`), then with each effect of the catalogue added, the most convincing one kept, until none is left (`search`).
 //! 3. What short windows leave unexplained is looked at again over long ones: a name must help at both.
 //! 4. The named effects are judged on data they were not fitted to (`held_out`), and their rivals listed.
 //! 5. The repaired model goes back into a rig file (`repair`), and whole recordings are predicted with it (`predict`).
 
-mod candidates;
+mod additions;
+mod criteria;
 mod custom;
-pub(crate) mod data;
-mod echo;
 mod evidence;
 mod expression;
-pub(crate) mod fit;
 mod held_out;
 mod horizons;
 mod hypothesis;
+mod judge;
 mod limits;
 mod location;
 mod parts;
-pub(crate) mod plan;
+mod plan;
 mod predict;
 mod repair;
 pub mod result;
-mod scout;
+mod screen;
 mod search;
-pub(crate) mod shooting;
-mod stop;
 mod torque;
 mod verify;
-mod way;
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use furuta_model::{Rig, effects};
 
-pub use candidates::candidates;
+pub use additions::candidates;
 pub use parts::Parts;
 pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
 
 use crate::insufficient::{self, Insufficient};
 use crate::recording::Recording;
-use data::Data;
-use fit::{Effort, Fit, Problem};
+use crate::shooting::{self, Data, Effort, Problem};
+use crate::stop::Stop;
 use hypothesis::{Hypothesis, Nominal};
 use location::Residual;
-use predict::{Model, rms};
-use result::{CandidateEvidence, NamedEffect, RunCurves};
-use search::Rival;
-use stop::Stop;
+use predict::{Predictor, rms};
+use result::{Best, CandidateEvidence, NamedEffect, RunCurves, Zero};
+use search::{Rival, Search};
+
+/// A fitted hypothesis.
+type Fit = shooting::Fit<Hypothesis>;
 
 /// Length of the windows of the search, s.
 const SEARCH: f64 = 0.25;
 /// Length of the windows whose prediction errors are reported, s.
 const REPORT: f64 = 0.5;
+/// Length of the windows on which a name must hold as well, where the plant is stable, s.
+const LONG: f64 = 2.0;
 /// Of each worker thread, bytes.
 const STACK: usize = 16 << 20;
 
@@ -78,6 +79,8 @@ pub struct Options<'a> {
     pub stop: Option<&'a AtomicBool>,
     /// Look for the experiments that would tell confusable effects apart: [`Diagnosis::plan`].
     pub plan: bool,
+    /// All recordings count their angles from the same zeros: no encoder was switched off between them. Otherwise each recording has zeros of its own.
+    pub same_zero: bool,
 }
 
 /// The stages of a diagnosis in their order; some are skipped where there is nothing to do.
@@ -109,7 +112,7 @@ pub struct Outcome {
     pub diagnosis: Diagnosis,
     /// Curves and evidence for the report.
     pub curves: Curves,
-    /// The rig with refitted parameters and the named effects.
+    /// The rig that predicts data kept apart best ([`Diagnosis::best`]): most often the one with refitted parameters and the named effects.
     pub repaired: Rig,
 }
 
@@ -182,7 +185,7 @@ fn search(
     let mut unfinished: Vec<Part> = Vec::new();
     let data = Data::new(request.recordings, request.rig);
     insufficient::check(request.recordings, request.rig, &data)?;
-    let nominal = Nominal::new(request.rig, &data);
+    let nominal = Arc::new(Nominal::new(request.rig, &data, !options.same_zero));
     let stage = |stage| {
         progress(Progress {
             stage,
@@ -199,78 +202,87 @@ fn search(
     };
 
     stage("recalibrating");
-    let short = Problem::new(&data, &nominal, data.windows(SEARCH, |_| true)).until(stop);
-    let base = Hypothesis::base();
-    let (as_given, recalibrated) = short.recalibrated();
+    let short = Problem::new(&data, data.windows(SEARCH, |_| true)).until(stop);
+    let base = Hypothesis::base(&nominal);
+    let as_given = short.settle(&base, &vec![0.0; base.len()], None);
+    let recalibrated = short.fit(&base, as_given.z.clone(), &as_given.states, Effort::FULL);
 
     if stop.wanted() {
         unfinished.push(Part::Parameters);
     }
 
     stage("searching");
-    let found = short.select(recalibrated.clone(), &base, &|_| true, &report("searching"));
-    let found = short.other_ways(found, &base, &report("searching"));
-    let first = found.first.clone();
-    let (mut named, mut rivals) = short.substitute(found, &report("searching"));
+    let searching = report("searching");
+    let mut search = Search::new(&short, recalibrated.clone(), &|_| true, &searching);
+    let mut named = search.run();
+    let first = std::mem::take(&mut search.first);
+    let mut rivals = search.rivals(&named);
     let explains = |f: &Fit| short.explains(f);
     if !explains(&named) && !stop.wanted() {
         stage("searching over long windows");
         let further = horizons::search(
             &short,
             &data,
-            &nominal,
             named.clone(),
             &report("searching over long windows"),
         );
-        if further.hypothesis.effects.len() > named.hypothesis.effects.len() {
+        if further.model.effects.len() > named.model.effects.len() {
             named = further;
-            rivals = short.rivals(&named, None, &first, &report("judging"));
+            rivals = search.rivals(&named);
         }
     }
 
-    if !explains(&named) && named.hypothesis.jumps() && !stop.wanted() {
-        let lasting = horizons::lasting(&short, &data, &nominal, named.clone());
-        if lasting.hypothesis.effects.len() < named.hypothesis.effects.len() {
+    if !explains(&named) && named.model.jumps() && !stop.wanted() {
+        let lasting = horizons::lasting(&short, &data, named.clone());
+        if lasting.model.effects.len() < named.model.effects.len() {
             named = lasting;
-            rivals = short.rivals(&named, None, &first, &report("judging"));
+            rivals = search.rivals(&named);
         }
     }
 
     // From here on every fit is made to its end.
-    let calm = Problem::new(&data, &nominal, short.windows.clone());
+    let calm = Problem::new(&data, short.windows.clone());
     if stop.wanted() {
         // Names of finished rounds stay if they stand up to a fit to the end; who else might stand in their place was not looked at.
         unfinished.extend([Part::Search, Part::Rivals]);
-        if !named.hypothesis.effects.is_empty() {
+        if !named.model.effects.is_empty() {
             named = calm.fit(
-                &named.hypothesis.clone(),
+                &named.model.clone(),
                 named.z.clone(),
                 &named.states,
                 Effort::FULL,
             );
-            (named, _) = calm.simplify(named, None, &base);
+            named = calm.simplified(named);
         }
-        rivals = calm.unrivalled(&named);
+        rivals = Search::new(&calm, recalibrated.clone(), &|_| true, &searching).rivals(&named);
     }
 
-    let explained = explains(&named);
     let folds = held_out::folds(&data);
-    let unseen = |fit: &Fit| held_out::errors(&data, &nominal, &folds, fit);
-    let (mut custom, mut after) = (None, None);
+    let unseen = |fit: &Fit| held_out::unseen(&data, &folds, fit, true);
+    let mut suspected = Vec::new();
+    let mut after = None;
+    if !stop.wanted() {
+        stage("judging");
+        let judged = judge::judge(&calm, &unseen, named, rivals, &search);
+        (named, rivals, suspected) = (judged.named, judged.rivals, judged.suspected);
+        after = judged.unseen;
+    }
+    let explained = explains(&named);
+    let mut custom = None;
     if !explained && stop.wanted() {
         unfinished.push(Part::Expression);
     } else if !explained {
         stage("looking for an expression");
-        let without = after.insert(unseen(&named));
-        custom = custom::propose(&calm, &folds, &recalibrated, (&named, without));
+        let without = after.get_or_insert_with(|| unseen(&named));
+        custom = custom::propose(&calm, &folds, &recalibrated, (&named, &without.errors));
     }
     let whole = custom.as_ref().map_or(&named, |c| &c.fit);
-    rivals.retain(|r| whole.hypothesis.has(r.spec.id));
+    rivals.retain(|r| whole.model.has(r.spec.id));
 
     stage("fitting");
     let (base_fit, named_fit) = rayon::join(
-        || horizons::finish(&data, &nominal, &recalibrated, explained, stop),
-        || horizons::finish(&data, &nominal, whole, explains(whole), stop),
+        || horizons::finish(&data, &recalibrated, explained, stop),
+        || horizons::finish(&data, whole, explains(whole), stop),
     );
     if stop.wanted() && !explained {
         unfinished.push(Part::LongHorizons);
@@ -278,7 +290,7 @@ fn search(
 
     stage("judging");
     let mut diagnosis = Diagnosis::new(if explained {
-        match (named.hypothesis.effects.is_empty(), explains(&as_given)) {
+        match (named.model.effects.is_empty(), explains(&as_given)) {
             (false, _) => Verdict::MissingEffects,
             (true, true) => Verdict::NoGap,
             (true, false) => Verdict::ParametersOnly,
@@ -288,7 +300,7 @@ fn search(
     });
     if options.plan {
         stage("planning");
-        diagnosis.plan = plan::plan(request.rig, &data, &nominal, &named, &rivals, stop);
+        diagnosis.plan = plan::plan(request.rig, &data, &named, &rivals, stop);
         if stop.wanted() {
             unfinished.push(Part::Plan);
         }
@@ -300,22 +312,28 @@ fn search(
         let before = unseen(&recalibrated);
         let after = match after {
             Some(after) => after,
-            None if named.hypothesis.effects.is_empty() => before.clone(),
+            None if named.model.effects.is_empty() => before.clone(),
             None => unseen(&named),
         };
-        let whole = custom.as_ref().map_or(&after, |c| &c.errors);
-        diagnosis.held_out = held_out::compared(&data, &before, whole);
+        let whole = custom.as_ref().map_or(&after.errors, |c| &c.errors);
+        diagnosis.held_out = held_out::compared(&data, &before.errors, whole);
         let gain = |without: &Fit| {
-            let without = if without.hypothesis.effects.is_empty() {
+            let without = if without.model.effects.is_empty() {
                 before.clone()
             } else {
                 unseen(without)
             };
-            held_out::removed(&data, &without, &after)
+            held_out::removed(&data, &without.errors, &after.errors)
         };
         diagnosis.effects = name(&calm, &named, &named_fit, rivals, &gain);
+        let repaired = custom
+            .as_ref()
+            .map_or(after.level(), |c| unseen(&c.fit).level());
+        let given = held_out::unseen(&data, &folds, &as_given, false);
+        diagnosis.best = Best::of([given.level(), before.level(), repaired]);
     }
-    diagnosis.custom = custom.as_ref().map(|c| c.refitted(&nominal, &named_fit));
+    diagnosis.suspected = suspected;
+    diagnosis.custom = custom.as_ref().map(|c| c.refitted(&named_fit));
     if unfinished.contains(&Part::Rivals) {
         for effect in &mut diagnosis.effects {
             effect.confusable_with = not_ruled_out(&effect.id, &named);
@@ -330,11 +348,17 @@ fn search(
     diagnosis.interrupted = !unfinished.is_empty();
     diagnosis.unfinished = unfinished;
 
-    let repaired = repair::repaired(request.rig, &nominal, &named_fit);
-    diagnosis.parameters = repair::parameters(request.rig, &repaired, &nominal, &named_fit);
+    let repaired = repair::repaired(request.rig, &named_fit);
+    let best = match diagnosis.best {
+        Best::Given => request.rig.clone(),
+        Best::Refitted => repair::repaired(request.rig, &base_fit),
+        Best::Repaired => repaired.clone(),
+    };
+    diagnosis.parameters = repair::parameters(request.rig, &repaired, &named_fit);
+    diagnosis.zeros = zeros(request.recordings, &named_fit);
     let mut curves = Curves {
         rig: request.rig.name.clone(),
-        repaired_rig: Some(repaired.to_toml()),
+        repaired_rig: Some(best.to_toml()),
         ..Curves::default()
     };
     curves.evidence = first
@@ -343,24 +367,20 @@ fn search(
             id: t.spec.id.into(),
             delta_bic: t.evidence.delta_bic,
             held_out_gain: f64::NAN,
-            named: whole.hypothesis.has(t.spec.id),
+            named: whole.model.has(t.spec.id),
         })
         .collect();
-    let models = [
-        Model::from(&as_given),
-        Model::from(&base_fit),
-        Model::from(&named_fit),
-    ];
-    gap(&data, &nominal, models, &mut diagnosis, &mut curves);
+    let models = &[&as_given, &base_fit, &named_fit].map(Predictor::from);
+    gap(&data, models, &mut diagnosis, &mut curves);
     if !request.verify.is_empty() {
         stage("verifying");
-        verify::verify(request, &nominal, models, &mut diagnosis, &mut curves);
+        verify::verify(request, models, &mut diagnosis, &mut curves);
     }
     diagnosis.seconds = begin.elapsed().as_secs_f64();
     Ok(Outcome {
         diagnosis,
         curves,
-        repaired,
+        repaired: best,
     })
 }
 
@@ -377,14 +397,14 @@ fn name(
         .map(|(i, rival)| NamedEffect {
             id: rival.spec.id.into(),
             name: rival.spec.name.into(),
-            parameters: repair::effect_parameters(short.nominal, named_fit, i),
+            parameters: repair::effect_parameters(named_fit, i),
             delta_bic: short.evidence(&rival.without, named).delta_bic,
             held_out_gain: held_out_gain(&rival.without),
             confusable_with: rival
                 .near
                 .iter()
                 .map(|t| t.spec)
-                .chain(candidates::same_class(rival.spec))
+                .chain(additions::same_class(rival.spec))
                 .map(|s| s.id.to_owned())
                 .collect(),
         })
@@ -393,12 +413,30 @@ fn name(
     effects
 }
 
+/// The zeros of each recording's encoders against those of the first.
+fn zeros(recordings: &[Recording], fit: &Fit) -> Vec<Zero> {
+    if !fit.model.nominal.own_zeros || recordings.len() < 2 {
+        return Vec::new();
+    }
+    let shows = fit.model.sees_angle();
+    fit.model
+        .zeros(&fit.z)
+        .into_iter()
+        .zip(recordings)
+        .map(|([theta, alpha], recording)| Zero {
+            run: recording.name.clone(),
+            theta: if shows { theta } else { f64::NAN },
+            alpha,
+        })
+        .collect()
+}
+
 /// The look-alikes that the catalogue lists, for an effect whose rivals were not compared.
 fn not_ruled_out(id: &str, named: &Fit) -> Vec<String> {
     effects::spec(id)
         .map_or(&[][..], |spec| spec.look_alikes)
         .iter()
-        .filter(|other| !named.hypothesis.has(other))
+        .filter(|other| !named.model.has(other))
         .map(|&other| other.to_owned())
         .collect()
 }
@@ -415,14 +453,8 @@ fn next_experiment(named: &[NamedEffect]) -> Option<String> {
 }
 
 /// Prediction errors over the reported horizon by model, where they sit, and the curves.
-fn gap(
-    data: &Data,
-    nominal: &Nominal,
-    models: [Model<'_>; 3],
-    diagnosis: &mut Diagnosis,
-    curves: &mut Curves,
-) {
-    let problem = Problem::new(data, nominal, data.windows(REPORT, |_| true));
+fn gap(data: &Data, models: &[Predictor; 3], diagnosis: &mut Diagnosis, curves: &mut Curves) {
+    let problem = Problem::new(data, data.windows(REPORT, |_| true));
     let predictions = predict::of_each(models, |m| predict::windowed(&problem, m));
     let errors = predictions.each_ref().map(|p| predict::errors(&problem, p));
     let [given, recalibrated, augmented] =
@@ -446,8 +478,8 @@ fn gap(
     (curves.bars, diagnosis.location) = location::locate(data, &residuals);
     let [_, before, after] = models;
     let (before, after) = rayon::join(
-        || torque::Heard::new(&problem, before),
-        || torque::Heard::new(&problem, after),
+        || torque::Responses::new(&problem, before),
+        || torque::Responses::new(&problem, after),
     );
     (curves.torque_by_state, diagnosis.missing_torque) = torque::by_state(&before, &after);
     if matches!(diagnosis.verdict, Verdict::NoGap | Verdict::ParametersOnly) {
@@ -455,13 +487,13 @@ fn gap(
     }
     curves.torque_in_time = torque::in_time(&problem, &before, &after);
     for (i, run) in data.runs.iter().enumerate() {
-        let [nominal, recalibrated, augmented] = predictions
+        let series = predictions
             .each_ref()
             .map(|p| predict::joined(&problem, i, p));
         let windows = problem.windows.iter().filter(|w| w.run == i);
         curves.runs.push(RunCurves {
             restarts: windows.map(|w| w.start).collect(),
-            ..run.curves(nominal, recalibrated, augmented)
+            ..predict::curves(run, series)
         });
     }
 }

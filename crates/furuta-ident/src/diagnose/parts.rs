@@ -2,13 +2,13 @@
 
 use furuta_model::{Rig, effects};
 
-use super::SEARCH;
-use super::data::Data;
-use super::fit::{Effort, Fit, Problem};
-use super::hypothesis::Nominal;
-use super::shooting::Inner;
+use std::sync::Arc;
+
+use super::hypothesis::{Hypothesis, Nominal};
+use super::{Fit, SEARCH};
 use crate::insufficient::{self, Insufficient};
 use crate::recording::Recording;
+use crate::shooting::{Data, Effort, Model, Problem, Windows};
 
 /// Recordings made ready, and the model refitted to them: what a search starts from.
 ///
@@ -36,7 +36,6 @@ use crate::recording::Recording;
 /// ```
 pub struct Parts {
     data: Data,
-    nominal: Nominal,
     base: Fit,
 }
 
@@ -48,22 +47,16 @@ impl Parts {
     pub fn new(recordings: &[Recording], rig: &Rig) -> Result<Self, Insufficient> {
         let data = Data::new(recordings, rig);
         insufficient::check(recordings, rig, &data)?;
-        let nominal = Nominal::new(rig, &data);
-        let problem = Problem::new(&data, &nominal, data.windows(SEARCH, |_| true));
-        let (_, base) = problem.recalibrated();
-        Ok(Self {
-            data,
-            nominal,
-            base,
-        })
+        let base = Hypothesis::base(&Arc::new(Nominal::new(rig, &data, true)));
+        let problem = Problem::new(&data, data.windows(SEARCH, |_| true));
+        let z = vec![0.0; base.layout().len()];
+        let given = problem.settle(&base, &z, None);
+        let base = problem.fit(&base, z, &given.states, Effort::FULL);
+        Ok(Self { data, base })
     }
 
     fn problem(&self) -> Problem<'_> {
-        Problem::new(
-            &self.data,
-            &self.nominal,
-            self.data.windows(SEARCH, |_| true),
-        )
+        Problem::new(&self.data, self.data.windows(SEARCH, |_| true))
     }
 
     /// How many windows the recordings are cut into.
@@ -88,18 +81,18 @@ impl Parts {
     #[must_use]
     pub fn solve_window(&self, window: usize) -> Option<f64> {
         let problem = self.problem();
-        let inner = Inner::<4>::new(&self.base.hypothesis, &self.base.z, &self.nominal);
+        let windows = Windows::<4>::new(&self.base.model, &self.base.z);
         let w = problem.windows.get(window)?;
-        Some(inner.search(&self.data, w, None).1)
+        Some(windows.search(&self.data, w, None).1)
     }
 
     /// Fits the model with one more effect from its typical strength; the cost that is left, nothing if the catalogue has no such effect.
     #[must_use]
     pub fn fit(&self, id: &str) -> Option<f64> {
         let spec = effects::spec(id)?;
-        let h = self.base.hypothesis.with(spec);
-        let mut z = self.base.z.clone();
-        z.extend(spec.parameters.iter().map(|p| p.starts[0]));
+        let h = self.base.model.with(spec);
+        let values: Vec<f64> = spec.parameters.iter().map(|p| p.starts[0]).collect();
+        let z = self.base.model.extended(&self.base.z, &values);
         let fit = self.problem().fit(&h, z, &self.base.states, Effort::FULL);
         Some(fit.cost)
     }

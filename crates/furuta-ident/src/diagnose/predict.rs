@@ -1,35 +1,35 @@
 //! Predictions made for people: errors over windows and whole runs, curves for the report.
 
-use super::data::{Data, Window};
-use super::fit::{Fit, Problem};
-use super::hypothesis::{Hypothesis, Nominal};
-use super::shooting::Inner;
+use super::Fit;
+use super::hypothesis::Hypothesis;
+use super::result::RunCurves;
+use crate::shooting::{Data, Problem, Run, Window, Windows};
 
 /// The error put in place of a prediction that diverged, rad.
 const DIVERGED: f64 = 1e3;
 /// The state at the start of a whole run is estimated from its first quarter of a second.
 const FIRST: f64 = 0.25;
 
-/// A model: hypothesis and parameters.
-#[derive(Clone, Copy)]
-pub(super) struct Model<'a> {
-    pub(super) hypothesis: &'a Hypothesis,
-    pub(super) z: &'a [f64],
+/// A model that predicts: a hypothesis and its numbers.
+#[derive(Clone)]
+pub(super) struct Predictor {
+    pub(super) hypothesis: Hypothesis,
+    pub(super) z: Vec<f64>,
 }
 
-impl<'a> From<&'a Fit> for Model<'a> {
-    fn from(f: &'a Fit) -> Self {
+impl From<&Fit> for Predictor {
+    fn from(f: &Fit) -> Self {
         Self {
-            hypothesis: &f.hypothesis,
-            z: &f.z,
+            hypothesis: f.model.clone(),
+            z: f.z.clone(),
         }
     }
 }
 
 /// What each of the three models says, computed side by side.
 pub(super) fn of_each<T: Send>(
-    models: [Model<'_>; 3],
-    f: impl Fn(Model<'_>) -> T + Sync,
+    models: &[Predictor; 3],
+    f: impl Fn(&Predictor) -> T + Sync,
 ) -> [T; 3] {
     let [a, b, c] = models;
     let (x, (y, z)) = rayon::join(|| f(a), || rayon::join(|| f(b), || f(c)));
@@ -37,14 +37,14 @@ pub(super) fn of_each<T: Send>(
 }
 
 /// Predictions over the problem's windows, each from its own best initial state.
-pub(super) fn windowed(problem: &Problem<'_>, model: Model<'_>) -> Vec<Vec<[f64; 2]>> {
-    let settled = problem.settle(model.hypothesis, model.z, None);
-    let inner = Inner::<4>::new(model.hypothesis, model.z, problem.nominal);
+pub(super) fn windowed(problem: &Problem<'_>, model: &Predictor) -> Vec<Vec<[f64; 2]>> {
+    let settled = problem.settle(&model.hypothesis, &model.z, None);
+    let windows = Windows::<4>::new(&model.hypothesis, &model.z);
     problem
         .windows
         .iter()
         .zip(&settled.states)
-        .map(|(w, x)| inner.predictions(problem.data, w, *x))
+        .map(|(w, x)| windows.predictions(problem.data, w, *x))
         .collect()
 }
 
@@ -107,8 +107,27 @@ pub(super) fn rms<'a>(errors: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 2] {
     sum.map(|s| (s / count.max(1) as f64).sqrt())
 }
 
+/// The measured series and the predictions of the three models, for the report.
+pub(super) fn curves(
+    run: &Run,
+    [nominal, recalibrated, augmented]: [[Vec<f64>; 2]; 3],
+) -> RunCurves {
+    RunCurves {
+        name: run.name.clone(),
+        t: (0..run.y.len())
+            .map(|k| run.t0 + k as f64 * run.h)
+            .collect(),
+        u: run.u.clone(),
+        measured: std::array::from_fn(|c| run.y.iter().map(|y| y[c]).collect()),
+        nominal,
+        recalibrated,
+        augmented,
+        ..RunCurves::default()
+    }
+}
+
 /// A run predicted as a whole from its first quarter of a second, `[theta, alpha]` for every sample.
-pub(super) fn whole(data: &Data, run: usize, model: Model<'_>, nominal: &Nominal) -> [Vec<f64>; 2] {
+pub(super) fn whole(data: &Data, run: usize, model: &Predictor) -> [Vec<f64>; 2] {
     let r = &data.runs[run];
     let last = r.y.len() - 1;
     let first = Window {
@@ -116,14 +135,14 @@ pub(super) fn whole(data: &Data, run: usize, model: Model<'_>, nominal: &Nominal
         start: 0,
         len: ((FIRST / r.h).round() as usize).clamp(1, last),
     };
-    let inner = Inner::<4>::new(model.hypothesis, model.z, nominal);
-    let (x0, _) = inner.search(data, &first, None);
+    let windows = Windows::<4>::new(&model.hypothesis, &model.z);
+    let (x0, _) = windows.search(data, &first, None);
     let all = Window {
         run,
         start: 0,
         len: last,
     };
-    let predicted = inner.predictions(data, &all, x0);
+    let predicted = windows.predictions(data, &all, x0);
     std::array::from_fn(|c| {
         std::iter::once(r.y[0][c])
             .chain(predicted.iter().map(|p| p[c]))
@@ -132,10 +151,10 @@ pub(super) fn whole(data: &Data, run: usize, model: Model<'_>, nominal: &Nominal
 }
 
 /// Mean squared error of the runs that hang, predicted as a whole, in units of the noise.
-pub(super) fn open_loop(data: &Data, nominal: &Nominal, fit: &Fit) -> f64 {
+pub(super) fn open_loop(data: &Data, fit: &Fit) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for (i, run) in data.runs.iter().enumerate().filter(|(_, r)| r.hangs()) {
-        let predicted = whole(data, i, fit.into(), nominal);
+        let predicted = whole(data, i, &fit.into());
         for (k, y) in run.y.iter().enumerate() {
             for c in 0..2 {
                 sum += (finite(predicted[c][k] - y[c]) / data.noise[c]).powi(2);

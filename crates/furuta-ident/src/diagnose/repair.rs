@@ -6,17 +6,18 @@ use furuta_model::effects::MAX_PARAMETERS;
 use furuta_model::params::RANGES;
 use furuta_model::{Effect, Rig};
 
-use super::fit::Fit;
-use super::hypothesis::{BASE, FIRST_EFFECT, Nominal};
+use super::Fit;
+use super::hypothesis::{BASE, FIRST_EFFECT, LENGTH};
 use super::result::{Estimate, ParameterEstimate};
 
 /// The rig with the fitted parameters and effects.
 ///
 /// Data show only combinations; where one stands for several parameters, the change goes to the one that is known least: inertias to
-/// `arm.inertia` and `pendulum.inertia`, gain to `motor.torque_constant`, damping to `arm.viscous`.
-pub(super) fn repaired(rig: &Rig, nominal: &Nominal, fit: &Fit) -> Rig {
+/// `arm.inertia` and `pendulum.inertia`, the coupling of both axes to `arm.length`, gain to `motor.torque_constant`, damping to `arm.viscous`.
+pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
     let mut rig = rig.clone();
-    let v = fit.hypothesis.physical(&fit.z, nominal);
+    let nominal = &fit.model.nominal;
+    let v = fit.model.physical(&fit.z);
     let p = &mut rig.params;
     let moment = p.pendulum.mass * p.pendulum.com;
     let about_com = v[1] - moment * p.pendulum.com;
@@ -30,6 +31,7 @@ pub(super) fn repaired(rig: &Rig, nominal: &Nominal, fit: &Fit) -> Rig {
         p.pendulum.com = v[1] / moment;
         p.pendulum.mass = moment / p.pendulum.com;
     }
+    p.arm.length = v[LENGTH];
     let carried = p.pendulum.mass * p.arm.length * p.arm.length + p.pendulum.inertia_axial;
     p.arm.inertia = (v[0] - carried).max(1e-3 * v[0]);
     p.motor.torque_constant *= v[2] / nominal.coefficients.drive;
@@ -45,7 +47,7 @@ pub(super) fn repaired(rig: &Rig, nominal: &Nominal, fit: &Fit) -> Rig {
     }
     p.pendulum.viscous = v[4].max(0.0);
     let mut i = FIRST_EFFECT;
-    for spec in &fit.hypothesis.effects {
+    for spec in &fit.model.effects {
         let values: arrayvec::ArrayVec<f64, MAX_PARAMETERS> =
             v[i..i + spec.parameters.len()].iter().copied().collect();
         i += spec.parameters.len();
@@ -58,9 +60,9 @@ pub(super) fn repaired(rig: &Rig, nominal: &Nominal, fit: &Fit) -> Rig {
 pub(super) fn parameters(
     rig: &Rig,
     repaired: &Rig,
-    nominal: &Nominal,
     fit: &Fit,
 ) -> BTreeMap<String, ParameterEstimate> {
+    let nominal = &fit.model.nominal;
     let scale = |i: usize| fit.std[i] * nominal.scale[i];
     let relative_gain = scale(2) / nominal.coefficients.drive;
     let determined: [(&str, f64); BASE] = [
@@ -72,6 +74,7 @@ pub(super) fn parameters(
         ),
         ("arm.viscous", scale(3)),
         ("pendulum.viscous", scale(4)),
+        ("arm.length", scale(LENGTH)),
     ];
     RANGES
         .iter()
@@ -99,15 +102,11 @@ pub(super) fn parameters(
 }
 
 /// The fitted parameters of the `index`-th effect.
-pub(super) fn effect_parameters(
-    nominal: &Nominal,
-    fit: &Fit,
-    index: usize,
-) -> BTreeMap<String, Estimate> {
-    let spec = fit.hypothesis.effects[index];
-    let offset = fit.hypothesis.offset(index);
-    let values = fit.hypothesis.physical(&fit.z, nominal);
-    let scales = fit.hypothesis.scales(nominal);
+pub(super) fn effect_parameters(fit: &Fit, index: usize) -> BTreeMap<String, Estimate> {
+    let spec = fit.model.effects[index];
+    let offset = fit.model.offset(index);
+    let values = fit.model.physical(&fit.z);
+    let scales = fit.model.scales();
     spec.parameters
         .iter()
         .enumerate()

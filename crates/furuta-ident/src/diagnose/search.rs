@@ -1,31 +1,47 @@
-//! Which effects are missing: forward selection with evidence, backward elimination, and what is confusable.
+//! Which effects are missing: a best-first search over sets of effects.
+//!
+//! Every set that was fitted is kept with its best fit. The search takes the set with the best score that it has not been through, and tries what is one
+//! step away: one effect more, one fewer, another one in the place of one. A neighbour is fitted from where the set ended, so a fit that stopped short is
+//! found out by its neighbours. It ends when no neighbour of the best set is better; what came near the best is a rival.
+
+use std::collections::BTreeMap;
 
 use furuta_model::Spec;
 use rayon::prelude::*;
 
-use super::candidates::{CLOSE, Trial};
-use super::evidence::LEAST_GAIN;
-use super::fit::{Effort, Fit, Problem};
+use super::Fit;
+use super::additions::{CLOSE, Trial};
 use super::hypothesis::Hypothesis;
+use crate::shooting::{Effort, Problem};
 
 /// The most effects that are looked for together.
 pub(super) const MOST_EFFECTS: usize = 4;
-/// Where a search ends so far from the noise (this many times its size), pairs that begin with so many others are tried.
-const ASTRAY: f64 = 5.0;
-const BEAM: usize = 2;
-/// A rival whose excess is within this share is confusable.
-const CONFUSABLE: f64 = 0.10;
+/// Sets that are gone through side by side, where the best is still further than `ASTRAY` times the noise from the data: alone, neither of a pair need
+/// be the best.
+const BEAM: usize = 3;
+const ASTRAY: f64 = 3.0;
+/// Sets that are gone through at most.
+const MOST_SETS: usize = 16;
 
-/// For each effect of a fit, the fit without it.
-pub(super) type Without = Vec<(&'static Spec, Fit)>;
+/// A set of effects by their ids, sorted.
+type Set = Vec<&'static str>;
 
-/// What a search has found.
-pub(super) struct Selection {
-    pub(super) fit: Fit,
-    /// If it was looked at.
-    pub(super) without: Option<Without>,
-    /// All candidates of the first step.
-    pub(super) first: Vec<Trial>,
+fn set(h: &Hypothesis) -> Set {
+    let mut ids: Set = h.effects.iter().map(|e| e.id).collect();
+    ids.sort_unstable();
+    ids
+}
+
+/// What is known of a set.
+struct Node {
+    fit: Fit,
+    /// Whether each of its effects convinces, as far as is known.
+    eligible: bool,
+    /// Whether one more effect was tried, and others in the place of each.
+    grown: bool,
+    exchanged: bool,
+    /// The cost towards which additions to it were followed; none were: infinite.
+    followed: f64,
 }
 
 /// What could stand in the place of an effect.
@@ -38,359 +54,324 @@ pub(super) struct Rival {
     pub(super) near: Vec<Trial>,
 }
 
-impl Problem<'_> {
-    /// Adds the most convincing effect again and again, and takes out what the others have made superfluous (but for those of `settled`, which
-    /// another problem decided on).
-    pub(super) fn select(
-        &self,
+/// A search over one problem.
+pub(super) struct Search<'a> {
+    problem: &'a Problem<'a>,
+    known: BTreeMap<Set, Node>,
+    /// Effects that stay.
+    settled: Hypothesis,
+    /// Whether an addition may be taken up, beside its evidence.
+    acceptable: &'a (dyn Fn(&Trial) -> bool + Sync),
+    report: &'a (dyn Fn(&str) + Sync),
+    /// What was added to the start.
+    pub(super) first: Vec<Trial>,
+}
+
+impl<'a> Search<'a> {
+    /// From `start`, whose effects stay.
+    pub(super) fn new(
+        problem: &'a Problem<'a>,
         start: Fit,
-        settled: &Hypothesis,
-        acceptable: &dyn Fn(&Trial) -> bool,
-        report: &(dyn Fn(&str) + Sync),
-    ) -> Selection {
-        let mut here = start;
-        let (mut without, mut first) = (None, Vec::new());
-        while here.hypothesis.effects.len() < MOST_EFFECTS && !self.stop.wanted() {
-            let trials = self.candidates(&here, None, report);
-            if first.is_empty() {
-                first.clone_from(&trials);
-            }
-            // Of a round that was broken off, the best may not have been looked at: nobody is named by it.
-            if self.stop.wanted() {
-                break;
-            }
-            let next = trials
-                .into_iter()
-                .find(|t| t.evidence.convinces() && acceptable(t));
-            match next {
-                Some(t) => (here, without) = self.simplify(t.fit, Some(&here), settled),
-                None => break,
-            }
-        }
-        Selection {
-            fit: here,
-            without,
-            first,
-        }
-    }
-
-    /// Where a selection from nothing ended far from the noise, tries pairs that begin with the next best of the first effects, unless those look like the
-    /// best and are no simpler, and goes on from one that is better: alone, neither of a pair need be the best.
-    pub(super) fn other_ways(
-        &self,
-        mut found: Selection,
-        base: &Hypothesis,
-        report: &(dyn Fn(&str) + Sync),
-    ) -> Selection {
-        let Some(best) = found.first.first().map(|t| t.spec) else {
-            return found;
+        acceptable: &'a (dyn Fn(&Trial) -> bool + Sync),
+        report: &'a (dyn Fn(&str) + Sync),
+    ) -> Self {
+        let mut search = Self {
+            problem,
+            known: BTreeMap::new(),
+            settled: start.model.clone(),
+            acceptable,
+            report,
+            first: Vec::new(),
         };
-        let begins: Vec<Trial> = found
-            .first
-            .iter()
-            .filter(|t| t.spec.id != best.id && t.evidence.convinces())
-            .filter(|t| {
-                !best.look_alikes.contains(&t.spec.id)
-                    || t.spec.parameters.len() < best.parameters.len()
-            })
-            .take(BEAM)
-            .cloned()
-            .collect();
-        for Trial { fit, .. } in begins {
-            if self.stop.wanted() || self.chi(&found.fit) < ASTRAY {
+        search.keep(start, true);
+        search
+    }
+
+    /// Goes through sets until no neighbour of the best is better; the best fit.
+    pub(super) fn run(&mut self) -> Fit {
+        let mut gone_through = 0;
+        while let Some(next) = self.next().filter(|_| gone_through < 2 * MOST_SETS) {
+            if self.problem.stop.wanted() {
                 break;
             }
-            let start = self.fit(&fit.hypothesis, fit.z, &fit.states, Effort::FULL);
-            let bar = self.worth(&found.fit, &found.fit);
-            let pair = self
-                .candidates(&start, None, report)
-                .into_iter()
-                .find(|t| t.evidence.convinces() && self.worth(&t.fit, &found.fit) < bar);
-            if let (Some(pair), false) = (pair, self.stop.wanted()) {
-                let first = found.first;
-                let (pair, _) = self.simplify(pair.fit, Some(&start), base);
-                found = self.select(pair, base, &|_| true, report);
-                found.first = first;
+            if self.known[&next].grown {
+                self.exchange(&next);
+            } else {
+                self.grow(&next);
             }
+            gone_through += 1;
         }
-        found
+        self.best()
     }
 
-    /// The cost with what each parameter must gain, in units of what `here` leaves: the lower, the better.
-    fn worth(&self, fit: &Fit, here: &Fit) -> f64 {
-        let room = LEAST_GAIN * (here.cost / self.floor()).max(1.0);
-        fit.cost + room * fit.hypothesis.free() as f64
-    }
-
-    /// Leaves out, one at a time, the effects that the others do without; those of `settled` stay. `known` is a fit without one of them.
-    ///
-    /// Returns what is left and, where it is more than one effect, the fits without each.
-    pub(super) fn simplify(
-        &self,
-        mut here: Fit,
-        known: Option<&Fit>,
-        settled: &Hypothesis,
-    ) -> (Fit, Option<Without>) {
-        while here.hypothesis.effects.len() > 1 {
-            let without = self.without_each(&here, known);
-            let weakest = without
-                .iter()
-                .filter(|(spec, _)| !settled.has(spec.id))
-                .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-            match weakest {
-                Some((_, smaller)) if !self.evidence(smaller, &here).convinces() => {
-                    here = smaller.clone();
-                }
-                _ => return (here, Some(without)),
-            }
-        }
-        (here, None)
-    }
-
-    /// Puts another effect in the place of one found where it fits better, or as well with fewer parameters: a spring that rests far away
-    /// is a bias.
-    ///
-    /// Returns the fit and what could stand in the place of its effects.
-    pub(super) fn substitute(
-        &self,
-        found: Selection,
-        report: &(dyn Fn(&str) + Sync),
-    ) -> (Fit, Vec<Rival>) {
-        let first = &found.first;
-        let mut here = found.fit;
-        let mut rivals = self.rivals(&here, found.without, first, report);
-        // Each round lowers the cost or the number of parameters; a few are plenty.
-        for _ in 0..MOST_EFFECTS {
-            let worth = |f: &Fit| self.worth(f, &here);
-            let better = rivals
-                .iter()
-                .enumerate()
-                .flat_map(|(i, r)| r.near.iter().map(move |t| (i, t)))
-                .min_by(|a, b| worth(&a.1.fit).total_cmp(&worth(&b.1.fit)));
-            match better {
-                _ if self.stop.wanted() => break,
-                Some((i, t)) if worth(&t.fit) < worth(&here) => {
-                    let spec = t.spec;
-                    let fit = self.fit(
-                        &t.fit.hypothesis,
-                        t.fit.z.clone(),
-                        &t.fit.states,
-                        Effort::FULL,
-                    );
-                    let again = self.shaken_out(&here, &fit);
-                    if self.worth(&again, &here) <= self.worth(&fit, &here) {
-                        here = again;
-                        let bar = here.cost + self.tolerance(&here);
-                        for rival in &mut rivals {
-                            rival.near.retain(|t| t.fit.cost < bar);
-                        }
-                    } else {
-                        rivals = self.rivals_after(rivals, i, spec, &here, &fit);
-                        here = fit;
-                    }
-                }
-                _ => {
-                    // What has come in an effect's place may have made another superfluous.
-                    let superfluous = rivals.iter().any(|r| {
-                        !r.without.hypothesis.effects.is_empty()
-                            && !self.evidence(&r.without, &here).convinces()
-                    });
-                    if !superfluous {
-                        break;
-                    }
-                    let without;
-                    (here, without) = self.simplify(here, None, &Hypothesis::base());
-                    rivals = self.rivals(&here, without, first, report);
-                }
-            }
-        }
-        (here, rivals)
-    }
-
-    /// A fit that a larger one is to replace, made again from where that one ended: stiction has windows settle beside their best initial states, and what
-    /// has more parameters may only have shaken them out.
-    fn shaken_out(&self, here: &Fit, larger: &Fit) -> Fit {
-        if larger.hypothesis.free() <= here.hypothesis.free() {
-            return here.clone();
-        }
-        let effort = Effort::FULL.towards(larger.cost + self.tolerance(larger));
-        self.fit(&here.hypothesis, here.z.clone(), &larger.states, effort)
-    }
-
-    /// What [`Self::rivals`] gives, from what it gave before `spec` was put in the place of the `replaced`-th effect: in its place the same
-    /// are near, and `before`; in those of the others, those that were near before are fitted again.
-    fn rivals_after(
-        &self,
-        mut known: Vec<Rival>,
-        replaced: usize,
-        spec: &'static Spec,
-        before: &Fit,
-        here: &Fit,
-    ) -> Vec<Rival> {
-        let bar = here.cost + self.tolerance(here);
-        let gone = known.remove(replaced);
-        let mut rivals: Vec<Rival> = self
-            .without_each(here, None)
-            .into_iter()
-            .zip(known)
-            .map(|((kept, without), known)| {
-                let near = known.near.into_par_iter().map(|t| {
-                    let h = without.hypothesis.with(t.spec);
-                    let mut z = without.z.clone();
-                    z.extend(&t.fit.z[t.fit.z.len() - t.spec.parameters.len()..]);
-                    let fit = self.fit(&h, z, &here.states, Effort::FULL.towards(bar));
-                    let evidence = self.evidence(&without, &fit);
-                    Trial { fit, evidence, ..t }
-                });
-                Rival {
-                    spec: kept,
-                    near: near.filter(|t| t.fit.cost < bar).collect(),
-                    without,
-                }
-            })
-            .collect();
-        let mut near: Vec<Trial> = gone.near;
-        near.retain(|t| t.spec.id != spec.id && t.fit.cost < bar);
-        if before.cost < bar {
-            near.push(Trial {
-                spec: gone.spec,
-                evidence: self.evidence(&gone.without, before),
-                fit: before.clone(),
-            });
-        }
-        rivals.push(Rival {
-            spec,
-            without: gone.without,
-            near,
+    /// Keeps the better fit of a set.
+    fn keep(&mut self, fit: Fit, eligible: bool) {
+        let node = self.known.entry(set(&fit.model)).or_insert_with(|| Node {
+            fit: fit.clone(),
+            eligible,
+            grown: false,
+            exchanged: false,
+            followed: f64::INFINITY,
         });
-        rivals
+        node.eligible |= eligible && !node.grown;
+        if fit.cost < node.fit.cost {
+            node.fit = fit;
+        }
     }
 
-    /// By how much more a rival may cost that is said to be confusable.
-    fn tolerance(&self, here: &Fit) -> f64 {
-        let floor = self.floor();
-        CONFUSABLE * (here.cost - floor).max(0.0) + 2.0 * LEAST_GAIN * (here.cost / floor).max(1.0)
+    /// The unit of all scores: what the closest fit leaves per sample.
+    fn unit(&self) -> f64 {
+        let costs = self.known.values().map(|n| self.problem.per_sample(&n.fit));
+        costs.fold(f64::INFINITY, f64::min)
     }
 
-    /// The larger what an effect gains, the fewer digits of it are computed. A fit without one of them that is `known` is where that one starts.
-    fn without_each(&self, here: &Fit, known: Option<&Fit>) -> Without {
+    /// The eligible sets, the best score first.
+    fn ranked(&self) -> Vec<&Set> {
+        let unit = self.unit();
+        let score = |s: &Set| self.problem.score(&self.known[s].fit, unit);
+        let mut sets: Vec<&Set> = self
+            .known
+            .keys()
+            .filter(|s| self.known[*s].eligible)
+            .collect();
+        sets.sort_by(|a, b| score(a).total_cmp(&score(b)));
+        sets
+    }
+
+    /// The best fit of those whose effects were each tried without.
+    fn best(&self) -> Fit {
+        let ranked = self.ranked();
+        let best = ranked
+            .iter()
+            .find(|s| self.known[**s].grown)
+            .or(ranked.first());
+        match best {
+            Some(s) => self.known[*s].fit.clone(),
+            None => self.known[&set(&self.settled)].fit.clone(),
+        }
+    }
+
+    /// The set to go through next.
+    fn next(&self) -> Option<Set> {
+        let ranked = self.ranked();
+        let open = |s: &&&Set| !(self.known[**s].grown && self.known[**s].exchanged);
+        let beam = match ranked.first() {
+            Some(s) if self.problem.chi(&self.known[*s].fit) > ASTRAY => BEAM,
+            _ => 1,
+        };
+        ranked.iter().take(beam).find(open).map(|s| (*s).clone())
+    }
+
+    /// Tries the set without each of its effects, and with one more.
+    fn grow(&mut self, here: &Set) {
+        let fit = self.known[here].fit.clone();
+        for (spec, smaller) in self.without_each(&fit) {
+            let stays = self.settled.has(spec.id);
+            let convinces = self.problem.evidence(&smaller, &fit).convinces();
+            self.keep(smaller, true);
+            if !stays
+                && !convinces
+                && let Some(node) = self.known.get_mut(here)
+            {
+                node.eligible = false;
+            }
+        }
+        let Some(node) = self.known.get_mut(here) else {
+            return;
+        };
+        node.grown = true;
+        if node.eligible && fit.model.effects.len() < MOST_EFFECTS {
+            self.add(&fit, None);
+        }
+    }
+
+    /// Adds one effect to a fit. `instead` is an effect that is known to bring the cost down to somewhat less than the number beside it: others that
+    /// cannot are abandoned, and none is taken up that does not convince beside the rest.
+    fn add(&mut self, from: &Fit, instead: Option<(&'static Spec, f64)>) {
+        let trials = self.problem.additions(from, instead, self.report);
+        if std::env::var("FDEBUG").is_ok() {
+            eprintln!(
+                "ADD to {:?} cost {:.0} chi {:.2} instead {:?}",
+                set(&from.model),
+                from.cost,
+                self.problem.chi(from),
+                instead.map(|i| (i.0.id, i.1))
+            );
+            for t in trials.iter().take(8) {
+                let e = &t.evidence;
+                eprintln!(
+                    "    {} cost {:.0} conv {} gain {:.0} rob {:.0} else {:.0} win {:.1}/{:.1} least {:.0} fac {:.2} bic {:.0}",
+                    t.spec.id,
+                    t.fit.cost,
+                    e.convinces(),
+                    e.gain,
+                    e.robust,
+                    e.elsewhere,
+                    e.windows,
+                    e.windows_needed,
+                    e.least,
+                    e.factor,
+                    e.delta_bic
+                );
+            }
+        }
+        // Of a round that was broken off, the best may not have been looked at: no effect is named by it.
+        if self.problem.stop.wanted() {
+            return;
+        }
+        if let Some(node) = self.known.get_mut(&set(&from.model)) {
+            node.followed = instead.map_or(f64::INFINITY, |(_, bar)| bar);
+        }
+        if self.first.is_empty() && instead.is_none() {
+            self.first.clone_from(&trials);
+        }
+        for t in trials {
+            let eligible = t.evidence.convinces() && (self.acceptable)(&t);
+            self.keep(t.fit, eligible);
+        }
+    }
+
+    /// Tries others in the place of each effect of a set, and the set again from where they ended.
+    fn exchange(&mut self, here: &Set) {
+        let fit = self.known[here].fit.clone();
+        let bar = fit.cost + self.problem.tolerance(&fit);
+        for (spec, smaller) in self.without_each(&fit) {
+            self.keep(smaller.clone(), true);
+            if self.settled.has(spec.id) {
+                continue;
+            }
+            let looked_at = !smaller.model.effects.is_empty()
+                && self.known[&set(&smaller.model)].followed >= bar
+                && self.known[&set(&smaller.model)].grown;
+            if !smaller.model.effects.is_empty() && !looked_at {
+                self.add(&smaller, Some((spec, bar)));
+            }
+            if self.problem.stop.wanted() {
+                return;
+            }
+            // Those that come near, and those that are nested in what they stand for, are fitted from where this set ended.
+            let limit = fit.cost + (1.0 - CLOSE) * (smaller.cost - fit.cost);
+            let again: Vec<Hypothesis> = self
+                .problem
+                .addable(&smaller)
+                .filter(|c| c.id != spec.id)
+                .map(|c| (c, smaller.model.with(c)))
+                .filter(|(c, h)| {
+                    let near = self.known.get(&set(h)).is_some_and(|n| n.fit.cost < limit);
+                    let nested = spec.look_alikes.contains(&c.id)
+                        && c.parameters.len() < spec.parameters.len();
+                    near || nested
+                })
+                .map(|(_, h)| h)
+                .collect();
+            let fits: Vec<Fit> = again
+                .into_par_iter()
+                .flat_map_iter(|h| {
+                    let known = self.known.get(&set(&h)).map(|n| &n.fit);
+                    let from_here = self.moved(&fit, &h, known);
+                    from_here
+                        .into_iter()
+                        .chain(known.map(|k| self.finished(k, bar)))
+                })
+                .collect();
+            for f in fits {
+                if std::env::var("FDEBUG").is_ok() {
+                    eprintln!(
+                        "EXCHANGE {:?} -> {:?} cost {:.0} vs {:.0}",
+                        here,
+                        set(&f.model),
+                        f.cost,
+                        fit.cost
+                    );
+                }
+                let eligible = self.problem.evidence(&smaller, &f).convinces();
+                self.keep(f, eligible);
+            }
+        }
+        if let Some(node) = self.known.get_mut(here) {
+            node.exchanged = true;
+        }
+    }
+
+    /// A fit followed to its end, as long as it can come down to `bar`.
+    fn finished(&self, fit: &Fit, bar: f64) -> Fit {
+        let effort = Effort::FULL.towards(bar);
+        self.problem
+            .fit(&fit.model, fit.z.clone(), &fit.states, effort)
+    }
+
+    /// A neighbour's hypothesis fitted from where `here` ended: what both have stays, what it alone has is as in `known`, or as what has the same name in
+    /// the effect that it replaces.
+    fn moved(&self, here: &Fit, to: &Hypothesis, known: Option<&Fit>) -> Option<Fit> {
+        let nominal = &to.nominal;
+        let mut z = here.z[..to.offset(0)].to_vec();
+        let physical = here.model.physical(&here.z);
+        let replaced = here.model.effects.iter().position(|e| !to.has(e.id));
+        for spec in &to.effects {
+            if let Some(values) = here.model.values(&here.z, spec.id) {
+                z.extend(values);
+                continue;
+            }
+            if let Some(values) = known.and_then(|k| k.model.values(&k.z, spec.id)) {
+                z.extend(values);
+                continue;
+            }
+            for p in spec.parameters {
+                let same = replaced.and_then(|i| {
+                    let names = here.model.effects[i].parameters;
+                    let k = names.iter().position(|q| q.name == p.name)?;
+                    Some(
+                        (physical[here.model.offset(i) + k] - p.off) / (p.typical)(&nominal.params),
+                    )
+                });
+                z.push(same.unwrap_or(p.starts[0]));
+            }
+        }
+        z.extend(&here.z[here.model.shared()..]);
+        let bar = here.cost + self.problem.tolerance(here);
+        let effort = Effort::FULL.towards(bar);
+        (z.len() == to.len()).then(|| self.problem.fit(to, z, &here.states, effort))
+    }
+
+    /// The set without each of its effects: the better of what was known and what is found from where the set ended.
+    fn without_each(&self, here: &Fit) -> Vec<(&'static Spec, Fit)> {
         let effort = Effort::FULL.above(here.cost);
-        here.hypothesis
+        here.model
             .effects
             .clone()
             .into_par_iter()
             .map(|spec| {
-                let (h, z) = here.without(spec);
-                let fit = match known {
-                    Some(k) if k.hypothesis.is(&h) => self.fit(&h, k.z.clone(), &k.states, effort),
-                    _ => self.fit(&h, z, &here.states, effort),
-                };
-                (spec, fit)
-            })
-            .collect()
-    }
-
-    /// What [`Self::rivals`] gives where nobody has the time to look for rivals.
-    pub(super) fn unrivalled(&self, here: &Fit) -> Vec<Rival> {
-        self.without_each(here, None)
-            .into_iter()
-            .map(|(spec, without)| Rival {
-                spec,
-                without,
-                near: Vec::new(),
-            })
-            .collect()
-    }
-
-    /// A simpler rival of `spec` that comes close is fitted again from where `here` ended: it may have stopped short of what it can explain, for what came
-    /// before it had no place to be right in (a kick moves to where friction is missing).
-    fn started_again(&self, here: &Fit, spec: &Spec, without: &Fit, t: Trial, bar: f64) -> Trial {
-        if t.fit.hypothesis.free() >= here.hypothesis.free() {
-            return t;
-        }
-        let (_, mut z) = here.without(spec);
-        z.extend(&t.fit.z[t.fit.z.len() - t.spec.parameters.len()..]);
-        let effort = Effort::FULL.towards(bar);
-        let fit = self.fit(&t.fit.hypothesis, z, &here.states, effort);
-        if fit.cost >= t.fit.cost {
-            return t;
-        }
-        let evidence = self.evidence(without, &fit);
-        Trial { fit, evidence, ..t }
-    }
-
-    /// Look-alikes of an effect with fewer parameters, fitted in its place from where `here` ended: what is nested in it is not to be missed for a bad
-    /// start. Those that are `known` to come close are not asked.
-    fn simpler(
-        &self,
-        here: &Fit,
-        spec: &'static Spec,
-        without: &Fit,
-        known: &[&str],
-        bar: f64,
-    ) -> Vec<Trial> {
-        let Some(index) = here.hypothesis.effects.iter().position(|e| e.id == spec.id) else {
-            return Vec::new();
-        };
-        let offset = here.hypothesis.offset(index);
-        let physical = here.hypothesis.physical(&here.z, self.nominal);
-        self.addable(without)
-            .filter(|s| {
-                spec.look_alikes.contains(&s.id)
-                    && s.parameters.len() < spec.parameters.len()
-                    && !known.contains(&s.id)
-            })
-            .filter_map(|simple| {
-                let h = without.hypothesis.with(simple);
-                let mut z = here.z.clone();
-                z.drain(offset..offset + spec.parameters.len());
-                for p in simple.parameters {
-                    // What has the same name is the same.
-                    let same = spec.parameters.iter().position(|q| q.name == p.name);
-                    let scale = (p.typical)(&self.nominal.params);
-                    z.push(same.map_or(p.starts[0], |i| (physical[offset + i] - p.off) / scale));
+                let h = here.model.without(spec.id);
+                let z = here.model.reduced(&here.z, spec.id);
+                let fit = self.problem.fit(&h, z, &here.states, effort);
+                match self.known.get(&set(&h)) {
+                    Some(known) if known.fit.cost <= fit.cost => (spec, known.fit.clone()),
+                    _ => (spec, fit),
                 }
-                let fit = self.fit(&h, z, &here.states, Effort::FULL.towards(bar));
-                (fit.cost < bar).then(|| Trial {
-                    spec: simple,
-                    evidence: self.evidence(without, &fit),
-                    fit,
-                })
             })
             .collect()
     }
 
-    /// For each effect, the fit without it (`without`, if known), and the others that would explain the data nearly as well in its place. `first` are
-    /// the candidates for a single effect.
-    pub(super) fn rivals(
-        &self,
-        here: &Fit,
-        without: Option<Without>,
-        first: &[Trial],
-        report: &(dyn Fn(&str) + Sync),
-    ) -> Vec<Rival> {
-        let bar = here.cost + self.tolerance(here);
-        without
-            .unwrap_or_else(|| self.without_each(here, None))
+    /// For each effect of a fit, the fit without it and what came near in its place, the nearest first.
+    pub(super) fn rivals(&self, here: &Fit) -> Vec<Rival> {
+        let bar = here.cost + self.problem.tolerance(here);
+        self.without_each(here)
             .into_iter()
             .map(|(spec, without)| {
-                let trials = if here.hypothesis.effects.len() == 1 {
-                    first.to_vec()
-                } else {
-                    self.candidates(&without, Some((spec, bar)), report)
-                };
-                let (again, mut near): (Vec<Trial>, Vec<Trial>) = trials
-                    .into_iter()
-                    .filter(|t| t.spec.id != spec.id)
-                    .partition(|t| is_close(here, &without, t));
-                let known: Vec<&str> = again.iter().map(|t| t.spec.id).collect();
-                near.extend(self.simpler(here, spec, &without, &known, bar));
-                near.extend(
-                    again
-                        .into_iter()
-                        .map(|t| self.started_again(here, spec, &without, t, bar)),
-                );
-                near.retain(|t| t.fit.cost < bar);
+                let mut near: Vec<Trial> = self
+                    .problem
+                    .addable(&without)
+                    .filter(|c| c.id != spec.id)
+                    .filter_map(|c| {
+                        let fit = &self.known.get(&set(&without.model.with(c)))?.fit;
+                        (fit.cost < bar).then(|| Trial {
+                            spec: c,
+                            evidence: self.problem.evidence(&without, fit),
+                            fit: fit.clone(),
+                        })
+                    })
+                    .collect();
+                near.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
                 Rival {
                     spec,
                     without,
@@ -401,7 +382,25 @@ impl Problem<'_> {
     }
 }
 
-/// Whether a rival comes near enough to `here` to be fitted to the end.
-fn is_close(here: &Fit, without: &Fit, t: &Trial) -> bool {
-    t.fit.cost - here.cost < (1.0 - CLOSE) * (without.cost - here.cost)
+impl Problem<'_> {
+    /// Leaves out, one at a time, the effects that the others do without.
+    pub(super) fn simplified(&self, mut here: Fit) -> Fit {
+        while here.model.effects.len() > 1 {
+            let effort = Effort::FULL.above(here.cost);
+            let weakest = here
+                .model
+                .effects
+                .par_iter()
+                .map(|spec| {
+                    let z = here.model.reduced(&here.z, spec.id);
+                    self.fit(&here.model.without(spec.id), z, &here.states, effort)
+                })
+                .min_by(|a, b| a.cost.total_cmp(&b.cost));
+            match weakest {
+                Some(smaller) if !self.evidence(&smaller, &here).convinces() => here = smaller,
+                _ => break,
+            }
+        }
+        here
+    }
 }

@@ -1,6 +1,8 @@
-//! Nonlinear least squares by Levenberg and Marquardt, for a handful of parameters.
+//! Nonlinear least squares of a handful of parameters, whose Jacobian is at hand.
 
 use nalgebra::{DMatrix, DVector};
+
+use crate::least_squares::{self, LeastSquares, Rules};
 
 /// Where the search ended.
 #[derive(Clone, Debug)]
@@ -15,58 +17,117 @@ pub(super) struct Optimum {
 /// Residuals and their Jacobian at a place; `None` where there is no value.
 pub(super) type Evaluation = Option<(DVector<f64>, DMatrix<f64>)>;
 
-/// Steps that may be tried.
-const TRIALS: usize = 200;
+/// Two hundred trials end any fit of a handful of parameters.
+const RULES: Rules = Rules {
+    iterations: 200,
+    damping: 1e-3,
+    ease: (0.2, 1e-12),
+    stiffen: (4.0, 0.0),
+    most: 1e12,
+    hopeless: 0.0,
+};
+/// This many steps in a row that gain less than this share of the sum end a fit.
+const STILL: usize = 3;
+const SMALL: f64 = 1e-10;
+
+/// Residuals as a problem of least squares.
+struct Residuals<F> {
+    evaluate: F,
+}
+
+/// A place with what was evaluated there.
+struct Place {
+    x: DVector<f64>,
+    residuals: DVector<f64>,
+    jacobian: DMatrix<f64>,
+    sum: f64,
+    /// The largest column each parameter has had: what a step is measured in (Moré).
+    scale: DVector<f64>,
+    /// Steps in a row that gained next to nothing.
+    still: usize,
+}
+
+impl Place {
+    fn with_columns(mut self) -> Self {
+        for (s, column) in self.scale.iter_mut().zip(self.jacobian.column_iter()) {
+            *s = column.norm().max(*s).max(f64::MIN_POSITIVE.sqrt());
+        }
+        self
+    }
+}
+
+impl<F: Fn(&DVector<f64>) -> Evaluation> LeastSquares<Place> for Residuals<F> {
+    type Linear = ();
+    type Step = DVector<f64>;
+
+    fn cost(&self, place: &Place) -> f64 {
+        place.sum
+    }
+
+    fn linearise(&self, _: &mut Place) {}
+
+    fn step(&self, place: &Place, (): &(), damping: f64) -> Option<(DVector<f64>, f64)> {
+        let step = step(&place.residuals, &place.jacobian, &place.scale, damping)?;
+        let left = &place.residuals - &place.jacobian * &step;
+        let predicted = place.sum - left.norm_squared();
+        Some((step, predicted))
+    }
+
+    fn trial(&self, place: &Place, (): &(), step: &DVector<f64>, _: bool) -> Place {
+        let x = &place.x - step;
+        let (residuals, jacobian, sum) = match (self.evaluate)(&x) {
+            Some((r, j)) => {
+                let sum = r.norm_squared();
+                (r, j, sum)
+            }
+            None => (
+                place.residuals.clone(),
+                place.jacobian.clone(),
+                f64::INFINITY,
+            ),
+        };
+        Place {
+            x,
+            residuals,
+            jacobian,
+            sum,
+            scale: place.scale.clone(),
+            still: place.still,
+        }
+        .with_columns()
+    }
+
+    fn reached(&self, place: &mut Place, gain: f64, _: usize) -> bool {
+        let small = gain < SMALL * (place.sum + gain).max(f64::MIN_POSITIVE);
+        place.still = if small { place.still + 1 } else { 0 };
+        place.still < STILL && place.sum > 0.0
+    }
+}
 
 /// Minimises the sum of squares from a starting place. `None` where there is no value at the start.
 pub(super) fn minimise(
     start: DVector<f64>,
     evaluate: impl Fn(&DVector<f64>) -> Evaluation,
 ) -> Option<Optimum> {
-    let mut x = start;
-    let (mut residuals, mut jacobian) = evaluate(&x)?;
-    let mut sum = residuals.norm_squared();
+    let (residuals, jacobian) = evaluate(&start)?;
+    let sum = residuals.norm_squared();
     if !sum.is_finite() {
         return None;
     }
-    let mut damping = 1e-3;
-    // The largest column each parameter has had: what a step is measured in (Moré).
-    let mut scale = DVector::from_element(x.len(), 0.0);
-    let mut still = 0;
-    for _ in 0..TRIALS {
-        for (s, column) in scale.iter_mut().zip(jacobian.column_iter()) {
-            *s = column.norm().max(*s).max(f64::MIN_POSITIVE.sqrt());
-        }
-        let Some(step) = step(&residuals, &jacobian, &scale, damping) else {
-            damping *= 10.0;
-            continue;
-        };
-        let trial = &x - &step;
-        let better = evaluate(&trial)
-            .map(|(r, j)| (r.norm_squared(), r, j))
-            .filter(|(s, ..)| *s < sum);
-        match better {
-            Some((s, r, j)) => {
-                let gain = (sum - s) / sum.max(f64::MIN_POSITIVE);
-                (x, residuals, jacobian, sum) = (trial, r, j, s);
-                damping = (damping * 0.2).max(1e-12);
-                still = if gain < 1e-10 { still + 1 } else { 0 };
-                if still >= 3 || sum == 0.0 {
-                    break;
-                }
-            }
-            None => {
-                damping *= 4.0;
-                if damping > 1e12 {
-                    break;
-                }
-            }
-        }
-    }
-    Some(Optimum {
-        parameters: x,
-        sum,
+    let place = Place {
+        scale: DVector::from_element(start.len(), 0.0),
+        x: start,
+        residuals,
         jacobian,
+        sum,
+        still: 0,
+    };
+    let problem = Residuals { evaluate };
+    let (end, _) = least_squares::minimise(&problem, place.with_columns(), &RULES);
+    Some(Optimum {
+        parameters: end.x,
+        sum: end.sum,
+        jacobian: end.jacobian,
     })
 }
 

@@ -149,7 +149,7 @@ pub fn polynomial_text(coefficients: &[f64], digits: usize) -> String {
             (false, false) => " + ",
             (false, true) => " - ",
         };
-        let size = crate::diagnose::result::significant(c.abs(), digits);
+        let size = crate::answer::significant(c.abs(), digits);
         let size = if size.contains('.') && !size.contains('e') {
             size.trim_end_matches('0').trim_end_matches('.').to_owned()
         } else {

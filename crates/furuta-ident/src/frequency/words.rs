@@ -6,7 +6,7 @@ use super::fit::Uncertain;
 use super::response::decibels;
 use super::transfer::polynomial_text;
 use super::{Fit, FrequencyError, Frf};
-use crate::diagnose::result::significant;
+use crate::answer::significant;
 
 /// Lines shown; all of them are in [`csv`].
 const SHOWN: usize = 24;

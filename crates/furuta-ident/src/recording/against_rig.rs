@@ -4,12 +4,10 @@
 //! angles' scales and the sign of the command, each within some per cent. A data sheet, or an effect that is worth a diagnosis, is not off by as much as is asked
 //! for here.
 
-use furuta_model::dynamics::{Angle, bias, gravity, mass_matrix};
-use furuta_model::{Rig, State};
+use furuta_model::Rig;
 
-use super::convention::{DIFFERENCE, PendulumLaw, differences};
-use super::regression::Regression;
-use super::{Notice, NoticeKind, Recording};
+use super::convention::PendulumLaw;
+use super::{Notice, NoticeKind, Recording, command, counts, frozen};
 
 /// Standard deviations that a coefficient must be away from zero to be spoken of.
 const SIGNIFICANT: f64 = 12.0;
@@ -26,10 +24,6 @@ const COUPLING_FACTOR: f64 = 5.0;
 /// Between two recordings of one rig, frequency and coupling differ by less than these factors.
 const FREQUENCY_BETWEEN: f64 = 1.2;
 const COUPLING_BETWEEN: f64 = 1.5;
-/// Least share of the sheet's gain at which the command's sign is looked at.
-const LEAST_GAIN: f64 = 0.1;
-/// Smooth direction of the arm's motion, for its friction, rad/s.
-const SLOW: f64 = 0.1;
 
 /// What looks as if recordings were not of this rig, or not of one rig: a suspicion for each recording that is.
 ///
@@ -56,23 +50,49 @@ const SLOW: f64 = 0.1;
 /// ```
 #[must_use]
 pub fn against_rig(recordings: &[Recording], rig: &Rig) -> Vec<Notice> {
+    let of_each = each_against_rig(recordings, rig).into_iter();
+    of_each.map(|(_, notice)| notice).collect()
+}
+
+/// The same with the index of the recording.
+pub(crate) fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usize, Notice)> {
     let mut notices = Vec::new();
-    let mut known: Vec<(&Recording, PendulumLaw)> = Vec::new();
+    let mut known: Vec<(usize, &Recording, PendulumLaw)> = Vec::new();
     // Upright, the controller answers every disturbance, and a regression takes the answer for the law: only what hangs is judged, if anything does.
     let judged = |r: &&Recording| r.hangs() || !recordings.iter().any(Recording::hangs);
-    for recording in recordings.iter().filter(judged) {
+    for (i, recording) in recordings.iter().enumerate() {
+        let notice = |kind| {
+            let file = recording.name.clone();
+            (i, Notice { file, kind })
+        };
+        // A command in another unit says nothing of the angles, so both may be named.
+        notices.extend(command::unit(recording, rig).map(notice));
+        let broken = counts::counts(recording, rig).or_else(|| frozen::frozen(recording, rig));
+        if let Some(kind) = broken {
+            notices.push(notice(kind));
+            continue;
+        }
+        if !judged(&recording) {
+            continue;
+        }
         let law = PendulumLaw::of(recording, &recording.theta, &recording.alpha)
             .filter(|law| law.left < LEFT_AT_MOST);
+        // Arm and pendulum that swing at one frequency, as they do under a sine, leave open which of gravity and arm holds the pendulum to it: then the
+        // sheet's coupling decides.
+        let sheet = PendulumLaw::with_coupling(recording, coupling(rig));
         let kind = law
-            .and_then(|law| scale(&law, rig))
-            .or_else(|| command_sign(recording, rig));
+            .and_then(|law| scale(&law, sheet.as_ref(), rig))
+            .or_else(|| command::sign(recording, rig));
         if let Some(kind) = kind {
-            notices.push(Notice {
-                file: recording.name.clone(),
-                kind,
-            });
-        } else if let Some(law) = law.filter(|law| law.left < LEFT_BETWEEN && recording.hangs()) {
-            known.push((recording, law));
+            notices.push(notice(kind));
+        } else if let Some(law) = law.filter(|law| {
+            let of_sheet = |sheet: &PendulumLaw| {
+                let ratio = law.gravity.value / sheet.gravity.value;
+                (1.0 / FREQUENCY_BETWEEN..FREQUENCY_BETWEEN).contains(&ratio)
+            };
+            law.left < LEFT_BETWEEN && recording.hangs() && sheet.as_ref().is_some_and(of_sheet)
+        }) {
+            known.push((i, recording, law));
         }
     }
     notices.extend(two_rigs(&known));
@@ -80,67 +100,42 @@ pub fn against_rig(recordings: &[Recording], rig: &Rig) -> Vec<Notice> {
     notices
 }
 
-/// Time stamps or angles that do not fit the rig.
-fn scale(law: &PendulumLaw, rig: &Rig) -> Option<NoticeKind> {
+/// The sheet's coupling `m L c / (I + m c^2)`.
+fn coupling(rig: &Rig) -> f64 {
+    let c = rig.params.coefficients();
+    c.coupling / c.pendulum
+}
+
+/// Time stamps or angles that do not fit the rig: `law` with a coupling of its own, `sheet` with the sheet's.
+fn scale(law: &PendulumLaw, sheet: Option<&PendulumLaw>, rig: &Rig) -> Option<NoticeKind> {
     let c = rig.params.coefficients();
     if law.gravity.sign(LEAST_FREQUENCY, SIGNIFICANT) != Some(1.0) {
         return None;
     }
     let expected = (c.weight / c.pendulum).sqrt();
     let found = law.gravity.value.sqrt();
-    if !(1.0 / FREQUENCY_FACTOR..FREQUENCY_FACTOR).contains(&(found / expected)) {
+    let off =
+        |found: f64| !(1.0 / FREQUENCY_FACTOR..FREQUENCY_FACTOR).contains(&(found / expected));
+    let too = sheet.is_none_or(|sheet| off(sheet.gravity.value.max(0.0).sqrt()));
+    if off(found) && too {
         let hertz = |w: f64| w / core::f64::consts::TAU;
         return Some(NoticeKind::FrequencySuspected {
             found: hertz(found),
             expected: hertz(expected),
         });
     }
-    let ratio = law.coupling.value * c.pendulum / c.coupling;
+    let ratio = law.coupling.value / coupling(rig);
     // Too large is seen in its value, too small in how well it is known all the same.
-    let small = law.coupling.value.abs() + SIGNIFICANT * law.coupling.std
-        < c.coupling / c.pendulum / COUPLING_FACTOR;
+    let small =
+        law.coupling.value.abs() + SIGNIFICANT * law.coupling.std < coupling(rig) / COUPLING_FACTOR;
     (law.signs()[1] == Some(1.0) && ratio > COUPLING_FACTOR || small)
         .then_some(NoticeKind::ScaleSuspected { ratio })
 }
 
-/// Whether the arm's acceleration answers the command with the wrong sign: `torque = k*u - d*theta_dot - f*direction`, the torque from the
-/// sheet's inertias.
-fn command_sign(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
-    let c = rig.params.coefficients();
-    let mut regression = Regression::default();
-    let h = recording.sample_period;
-    let lag = ((DIFFERENCE / h).round().max(1.0)) as usize;
-    // A second difference weighs the command before and after by a triangle.
-    let command = |k: usize| {
-        let (mut sum, mut weights) = (0.0, 0.0);
-        for i in k.saturating_sub(lag)..(k + lag).min(recording.len()) {
-            let weight = lag as f64 - (i as f64 + 0.5 - k as f64).abs();
-            sum += weight * recording.u[i];
-            weights += weight;
-        }
-        sum / weights
-    };
-    differences(
-        recording,
-        [&recording.theta, &recording.alpha],
-        DIFFERENCE,
-        |[t, a]| {
-            let angle = Angle::of(a.angle);
-            let x = State::new(t.angle, a.angle, t.speed, a.speed);
-            let inertial = mass_matrix(&c, angle).times([t.acceleration, a.acceleration])[0];
-            let torque = inertial + bias(&c, angle, &x)[0] + gravity(&c, angle)[0];
-            regression.add([command(t.index), t.speed, (t.speed / SLOW).tanh()], torque);
-        },
-    )?;
-    let [gain, ..] = regression.solve((2 * lag + 1) as f64)?.coefficients;
-    (gain.sign(LEAST_GAIN * c.drive, SIGNIFICANT) == Some(-1.0))
-        .then_some(NoticeKind::CommandSignSuspected)
-}
-
 /// Recordings whose pendulums are not one.
-fn two_rigs(known: &[(&Recording, PendulumLaw)]) -> Option<Notice> {
-    let ((first, law), rest) = known.split_first()?;
-    rest.iter().find_map(|(other, theirs)| {
+fn two_rigs(known: &[(usize, &Recording, PendulumLaw)]) -> Option<(usize, Notice)> {
+    let ((_, first, law), rest) = known.split_first()?;
+    rest.iter().find_map(|(i, other, theirs)| {
         let apart = |a: f64, b: f64, factor: f64| !(1.0 / factor..factor).contains(&(a / b));
         let both =
             |f: fn(&PendulumLaw) -> Option<f64>| f(law) == Some(1.0) && f(theirs) == Some(1.0);
@@ -152,7 +147,7 @@ fn two_rigs(known: &[(&Recording, PendulumLaw)]) -> Option<Notice> {
             );
         let coupling = both(|l| l.signs()[1])
             && apart(law.coupling.value, theirs.coupling.value, COUPLING_BETWEEN);
-        (frequency || coupling).then(|| Notice {
+        (frequency || coupling).then(|| (*i, Notice {
             file: other.name.clone(),
             kind: NoticeKind::OtherRigSuspected {
                 than: first.name.clone(),
@@ -169,24 +164,29 @@ fn two_rigs(known: &[(&Recording, PendulumLaw)]) -> Option<Notice> {
                     )
                 },
             },
-        })
+        }))
     })
 }
 
 /// Logs that name different rigs.
-fn two_names(recordings: &[Recording]) -> Option<Notice> {
-    let mut named = recordings.iter().filter_map(|r| {
+fn two_names(recordings: &[Recording]) -> Option<(usize, Notice)> {
+    let mut named = recordings.iter().enumerate().filter_map(|(i, r)| {
         let rig = Rig::from_toml(r.rig.as_deref()?).ok()?;
-        Some((r, rig.name))
+        Some((i, r, rig.name))
     });
-    let (first, name) = named.next()?;
+    let (_, first, name) = named.next()?;
     named
-        .find(|(_, other)| *other != name)
-        .map(|(r, other)| Notice {
-            file: r.name.clone(),
-            kind: NoticeKind::OtherRigSuspected {
-                than: first.name.clone(),
-                why: format!("it was logged on `{other}`, the other on `{name}`"),
-            },
+        .find(|(_, _, other)| *other != name)
+        .map(|(i, r, other)| {
+            (
+                i,
+                Notice {
+                    file: r.name.clone(),
+                    kind: NoticeKind::OtherRigSuspected {
+                        than: first.name.clone(),
+                        why: format!("it was logged on `{other}`, the other on `{name}`"),
+                    },
+                },
+            )
         })
 }

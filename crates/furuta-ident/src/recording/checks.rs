@@ -48,7 +48,7 @@ pub(super) fn check(mut table: Table) -> Result<(Recording, Vec<Notice>), Record
 
     notices.extend(convention::time_unit(timing.period));
     for (column, values) in [("theta", &mut table.theta), ("alpha", &mut table.alpha)] {
-        match convention::degrees(column, values) {
+        match convention::coarse(column, values) {
             Some(suspicion) => notices.push(suspicion),
             None => unwrap_turns(column, values, &table.rows, &timing, &mut notices),
         }
@@ -393,6 +393,15 @@ fn content(recording: &Recording, notices: &mut Vec<NoticeKind>) {
     }
     for (column, values) in [("theta", &recording.theta), ("alpha", &recording.alpha)] {
         notices.extend(clipped::clipped(recording, column, values));
+    }
+    let in_degrees = |n: &NoticeKind| matches!(n, NoticeKind::DegreesSuspected { .. });
+    if !notices.iter().any(in_degrees) {
+        let degrees = convention::degrees(recording);
+        if !degrees.is_empty() {
+            // Degrees are fast: what looked like a jump is motion.
+            notices.retain(|n| !matches!(n, NoticeKind::Jump { .. }));
+        }
+        notices.extend(degrees);
     }
     if !notices.iter().any(NoticeKind::is_suspicion) {
         notices.extend(convention::signs(recording));

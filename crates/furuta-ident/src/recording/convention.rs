@@ -5,12 +5,14 @@
 use core::f64::consts::PI;
 
 use super::regression::{Estimate, Regression};
-use super::{NoticeKind, Recording};
+use super::{NoticeKind, Recording, weak};
 
 /// No encoder of the bench has fewer counts a turn: a resolution coarser than `2 pi` over this is not in radians.
 const COUNTS_AT_LEAST: f64 = 150.0;
-/// An angle beyond this, rad, would be more than six turns of the cable.
+/// An angle beyond this, rad, would be more than six turns of a cable: worth a look at its unit.
 const ANGLE_AT_MOST: f64 = 40.0;
+/// Share that an alpha in degrees, converted, leaves of what it leaves as it is.
+const LEFT_IN_RADIANS: f64 = 0.3;
 
 /// Suspects milliseconds or microseconds behind a sample period of half a second and more.
 pub(super) fn time_unit(period: f64) -> Option<NoticeKind> {
@@ -22,31 +24,89 @@ pub(super) fn time_unit(period: f64) -> Option<NoticeKind> {
     Some(NoticeKind::TimeUnitSuspected { period, unit })
 }
 
-/// Suspects degrees: steps far coarser than any encoder's in radians, or angles of many turns.
-pub(super) fn degrees(column: &'static str, values: &[f64]) -> Option<NoticeKind> {
+/// Suspects counts or degrees: whole numbers, or steps far coarser than any encoder's in radians.
+pub(super) fn coarse(column: &'static str, values: &[f64]) -> Option<NoticeKind> {
+    let (resolution, largest) = steps(values);
+    let coarse = resolution.is_finite() && resolution > core::f64::consts::TAU / COUNTS_AT_LEAST;
+    (coarse && largest > PI).then(|| {
+        if values.iter().all(|value| value.fract() == 0.0) {
+            NoticeKind::RawCountsSuspected {
+                column,
+                largest,
+                per_turn: None,
+            }
+        } else {
+            NoticeKind::DegreesSuspected {
+                column,
+                resolution,
+                largest,
+            }
+        }
+    })
+}
+
+/// Suspects degrees behind angles of many turns in fine steps. An arm, or a pendulum that spins, may really turn so far: so the pendulum's equation
+/// decides, which holds in radians alone; and a pendulum that hangs at half a turn.
+pub(super) fn degrees(recording: &Recording) -> Vec<NoticeKind> {
+    let (theta, alpha) = (&recording.theta, &recording.alpha);
+    let suspicion = |column, values: &[f64]| {
+        let (resolution, largest) = steps(values);
+        NoticeKind::DegreesSuspected {
+            column,
+            resolution: if resolution.is_finite() {
+                resolution
+            } else {
+                0.0
+            },
+            largest,
+        }
+    };
+    let mut found = Vec::new();
+    let beyond = |values: &[f64]| steps(values).1 > ANGLE_AT_MOST;
+    let degrees = PI.recip() * 180.0;
+    let law = |scale: f64| {
+        let regression = weak::regression(recording, scale, 0.0).only(weak::PLAIN);
+        regression.solve(weak::CORRELATED)
+    };
+    let in_degrees = beyond(alpha) && {
+        let left = |scale: f64| law(scale).map_or(1.0, |law| law.left);
+        let about_half_a_turn = alpha.iter().all(|a| (a.abs() - 180.0).abs() < 90.0);
+        about_half_a_turn || left(degrees) < LEFT_IN_RADIANS * left(1.0)
+    };
+    // An arm in degrees moves the pendulum by a sixtieth of what any arm would.
+    if beyond(theta) {
+        let scale = if in_degrees { degrees } else { 1.0 };
+        let weak = law(scale).is_some_and(|law| {
+            let [value, std] = {
+                let e = law.coefficients[weak::COUPLING];
+                [e.value / scale, e.std / scale]
+            };
+            law.left < SWAPPED_LEAVES
+                && value > SIGNIFICANT * std
+                && value + SIGNIFICANT * std < COUPLING_AT_LEAST
+        });
+        if weak {
+            found.push(suspicion("theta", theta));
+        }
+    }
+    if in_degrees {
+        found.push(suspicion("alpha", alpha));
+    }
+    found
+}
+
+/// The smallest change of a column (infinite where nothing changes) and its largest size.
+fn steps(values: &[f64]) -> (f64, f64) {
     let largest = values
         .iter()
         .fold(0.0, |largest: f64, value| largest.max(value.abs()));
-    let changes = values
+    let resolution = values
         .iter()
         .zip(values.iter().skip(1))
-        .map(|(a, b)| (b - a).abs());
-    let resolution = changes
+        .map(|(a, b)| (b - a).abs())
         .filter(|&change| change > 0.0)
         .fold(f64::INFINITY, f64::min);
-    let coarse = resolution.is_finite()
-        && resolution > core::f64::consts::TAU / COUNTS_AT_LEAST
-        && largest > core::f64::consts::PI;
-    let resolution = if resolution.is_finite() {
-        resolution
-    } else {
-        0.0
-    };
-    (coarse || largest > ANGLE_AT_MOST).then_some(NoticeKind::DegreesSuspected {
-        column,
-        resolution,
-        largest,
-    })
+    (resolution, largest)
 }
 
 /// Time over which the second difference is taken, s: long enough that a count of the encoder does not drown the acceleration, short
@@ -94,8 +154,31 @@ impl PendulumLaw {
             .min_by(|a, b| a.left.total_cmp(&b.left))
     }
 
+    /// The same with a coupling that is known.
+    pub(super) fn with_coupling(recording: &Recording, coupling: f64) -> Option<Self> {
+        let mut regression = Regression::<2>::default();
+        let columns = [recording.theta.as_slice(), recording.alpha.as_slice()];
+        let lag = differences(recording, columns, LONG_DIFFERENCE, |[t, a]| {
+            let (sin, cos) = a.angle.sin_cos();
+            regression.add(
+                [sin, a.speed],
+                a.acceleration - coupling * cos * t.acceleration,
+            );
+        })?;
+        let solution = regression.solve((2 * lag + 1) as f64)?;
+        let [gravity, _] = solution.coefficients;
+        Some(Self {
+            gravity,
+            coupling: Estimate {
+                value: coupling,
+                std: 0.0,
+            },
+            left: solution.left,
+        })
+    }
+
     fn over(recording: &Recording, columns: [&[f64]; 2], span: f64) -> Option<Self> {
-        let mut regression = Regression::default();
+        let mut regression = Regression::<3>::default();
         let lag = differences(recording, columns, span, |d| {
             let (sin, cos) = d[1].angle.sin_cos();
             regression.add(

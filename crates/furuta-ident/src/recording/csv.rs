@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, BufRead, Write};
 use std::path::Path;
 
+use furuta_file::{FileError, WholeFile};
 use furuta_input::Limits;
 
 use super::budget::Budget;
@@ -467,18 +468,16 @@ impl Recording {
     /// Numbers are written with as many digits as it takes to read the same number again.
     ///
     /// # Errors
-    /// [`RecordingError::Io`] where the file cannot be written.
+    /// [`RecordingError::File`] where the file cannot be written.
     pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
         let path = path.as_ref();
-        let write = || {
-            let mut file = io::BufWriter::new(std::fs::File::create(path)?);
-            self.to_csv(&mut file)?;
-            file.flush()
-        };
-        write().map_err(|source| RecordingError::Io {
+        let mut file = WholeFile::create(path)?;
+        let written = self.to_csv(&mut file);
+        written.map_err(|source| FileError::Write {
             path: path.into(),
             source,
-        })
+        })?;
+        Ok(file.commit()?)
     }
 
     /// As [`Self::write_csv`], to any writer.

@@ -10,7 +10,10 @@ use furuta_input::{InputError, number, quoted};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
-    /// The file could not be read or written.
+    /// The file could not be written; an older one of its name is as it was.
+    #[error(transparent)]
+    File(#[from] furuta_file::FileError),
+    /// The file could not be read.
     #[error("{}: {source}; give the path of a CSV or MCAP recording", path.display())]
     Io {
         /// The path as given.

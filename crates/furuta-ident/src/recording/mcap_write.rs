@@ -6,6 +6,7 @@ use std::path::Path;
 
 use ::mcap::records::{AttachmentHeader, MessageHeader, Metadata as MetadataRecord};
 use ::mcap::{Compression, McapError, WriteOptions, Writer};
+use furuta_file::{FileError, WholeFile};
 use furuta_log::FIELDS;
 use serde_json::{Map, Value, json};
 
@@ -251,20 +252,19 @@ impl Recording {
     /// Writes the recording as an MCAP log, in the form that `furuta run` writes.
     ///
     /// # Errors
-    /// [`RecordingError::Io`] where the file cannot be written, [`RecordingError::NotLoggable`] where a further column has the name of a
+    /// [`RecordingError::File`] where the file cannot be written, [`RecordingError::NotLoggable`] where a further column has the name of a
     /// field of the log and holds something else.
     pub fn write_mcap(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
         let path = path.as_ref();
         let shape = self.shape();
         self.fits_the_log(&shape)?;
-        let write = || {
-            let out = io::BufWriter::new(std::fs::File::create(path)?);
-            self.to_mcap(&shape, out)
-        };
-        write().map_err(|source| RecordingError::Io {
+        let mut file = WholeFile::create(path)?;
+        let written = self.to_mcap(&shape, &mut file);
+        written.map_err(|source| FileError::Write {
             path: path.into(),
             source,
-        })
+        })?;
+        Ok(file.commit()?)
     }
 
     pub(super) fn to_mcap(&self, shape: &Shape, out: impl Write + Seek) -> io::Result<()> {

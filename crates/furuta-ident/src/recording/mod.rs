@@ -8,9 +8,12 @@ mod against_rig;
 mod budget;
 mod checks;
 mod clipped;
+mod command;
 mod convention;
+mod counts;
 mod csv;
 mod error;
+mod frozen;
 mod lines;
 mod mcap;
 mod mcap_write;
@@ -20,15 +23,17 @@ mod select;
 mod source;
 mod transcode;
 mod trouble;
+mod weak;
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
 use std::ops::Range;
 use std::path::Path;
 
-use furuta_input::{Input, InputError, is_printable, quoted};
+use furuta_input::{Input, InputError, shown};
 
 pub use against_rig::against_rig;
+pub(crate) use against_rig::each_against_rig;
 pub use checks::{GAP_FACTOR, IRREGULAR_SHARE, JITTER_TOLERATED, MIN_SEGMENT};
 pub use error::RecordingError;
 pub use furuta_input::Limits;
@@ -149,10 +154,7 @@ impl Recording {
     ) -> Result<(Self, Vec<Notice>), RecordingError> {
         let path = path.as_ref();
         let file = shown(path);
-        let opened = Input::open(path, WANTED, limits.file).map_err(|error| match error {
-            InputError::Io { path, source } => RecordingError::Io { path, source },
-            other => other.into(),
-        })?;
+        let opened = open(path, limits)?;
         let mut input = opened.buffered();
         let start = input.fill_buf().map_err(|e| lines::failed(&file, e))?;
         if mcap::is_mcap(start) || named_mcap(path) && !start.is_empty() {
@@ -313,14 +315,11 @@ impl Recording {
     }
 }
 
-/// The path as a message shows it.
-fn shown(path: &Path) -> String {
-    let text = path.to_string_lossy();
-    if text.chars().all(is_printable) {
-        text.into_owned()
-    } else {
-        quoted(&text).to_string()
-    }
+fn open(path: &Path, limits: &Limits) -> Result<Input, RecordingError> {
+    Input::open(path, WANTED, limits.file).map_err(|error| match error {
+        InputError::Io { path, source } => RecordingError::Io { path, source },
+        other => other.into(),
+    })
 }
 
 fn named_mcap(path: &Path) -> bool {

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use furuta_input::number;
+use furuta_model::Rig;
 
 /// Something about a recording that a person should know: what was changed while reading it, or what looks wrong.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,6 +12,24 @@ pub struct Notice {
     pub file: String,
     /// What was noticed.
     pub kind: NoticeKind,
+}
+
+impl Notice {
+    /// The same with what a rig file knows of it: the factor of counts that were not turned into radians.
+    #[must_use]
+    pub fn for_rig(mut self, rig: &Rig) -> Self {
+        if let NoticeKind::RawCountsSuspected {
+            column, per_turn, ..
+        } = &mut self.kind
+        {
+            *per_turn = Some(if *column == "theta" {
+                rig.sensors.arm_counts_per_rev
+            } else {
+                rig.sensors.pendulum_counts_per_rev
+            });
+        }
+        self
+    }
 }
 
 impl fmt::Display for Notice {
@@ -146,8 +165,66 @@ pub enum NoticeKind {
         /// Coupling of arm and pendulum over the rig's.
         ratio: f64,
     },
+    /// An angle was made from counts with another number of counts per turn than its encoder has.
+    CountsSuspected {
+        /// The column.
+        column: &'static str,
+        /// Counts per turn of the encoder.
+        encoder: f64,
+        /// Counts per turn that the angle was made with.
+        taken: f64,
+        /// Counts per turn in the rig file.
+        in_rig_file: f64,
+        /// The angle at which the encoder counts zero, rad.
+        zero: f64,
+    },
+    /// The two angles are not in one scale, by a ratio of usual counts per turn; which of them is wrong does not show.
+    EitherCountsSuspected {
+        /// Coupling of arm and pendulum over the rig's.
+        ratio: f64,
+        /// Counts per turn of the arm's encoder if that is the wrong one, and those that theta was made with.
+        arm: (f64, f64),
+        /// The same of alpha.
+        pendulum: (f64, f64),
+    },
+    /// An angle is in counts of the encoder.
+    RawCountsSuspected {
+        /// The column.
+        column: &'static str,
+        /// Its largest size.
+        largest: f64,
+        /// Counts per turn in the rig file, where a rig is known.
+        per_turn: Option<f64>,
+    },
+    /// The command goes beyond the rig's limit: it looks as if it were in another unit than volts.
+    CommandUnitSuspected {
+        /// The largest command.
+        largest: f64,
+        /// The rig's `command_limit`, V.
+        limit: f64,
+        /// The likely unit.
+        unit: &'static str,
+        /// By which to multiply.
+        factor: f64,
+    },
+    /// An encoder stops while its axis must move.
+    FrozenSuspected {
+        /// The column.
+        column: &'static str,
+        /// When it stops, s.
+        since: f64,
+        /// Until when it stands, s.
+        until: f64,
+        /// The value at which it stands, rad.
+        at: f64,
+    },
     /// The arm answers the command with the wrong sign.
     CommandSignSuspected,
+    /// The recording is not used.
+    LeftOut {
+        /// What is wrong with it.
+        why: String,
+    },
     /// The recording is of another rig than the one it is diagnosed with.
     OtherRigSuspected {
         /// The other recording.
@@ -190,11 +267,21 @@ impl NoticeKind {
                 | Self::ClippedSuspected { .. }
                 | Self::FrequencySuspected { .. }
                 | Self::ScaleSuspected { .. }
+                | Self::CountsSuspected { .. }
+                | Self::EitherCountsSuspected { .. }
+                | Self::RawCountsSuspected { .. }
+                | Self::CommandUnitSuspected { .. }
+                | Self::FrozenSuspected { .. }
                 | Self::CommandSignSuspected
                 | Self::OtherRigSuspected { .. }
                 | Self::Jump { .. }
         )
     }
+}
+
+/// The axis of a column of angles, as rig files call it.
+fn axis(column: &str) -> &'static str {
+    if column == "theta" { "arm" } else { "pendulum" }
 }
 
 impl fmt::Display for NoticeKind {
@@ -305,10 +392,80 @@ impl fmt::Display for NoticeKind {
                 "the arm moves the pendulum {ratio:.3} times as much as on this rig, so theta looks as if in another unit than alpha (degrees?), or the recording is of another rig: \
                  check the units and --rig"
             ),
+            Self::CountsSuspected {
+                column,
+                encoder,
+                taken,
+                in_rig_file,
+                zero,
+            } => {
+                let axis = axis(column);
+                let source = if taken == in_rig_file {
+                    "the rig file says"
+                } else {
+                    "the angle was made with"
+                };
+                write!(
+                    f,
+                    "counts per turn of the {axis}'s encoder look like {encoder}, {source} {taken}: a turn reads as {:.4} of one; correct the recording, \
+                     {column} = {zero:.6} + {:.6} * ({column} - {zero:.6}), and sensors.{axis}_counts_per_rev if the rig file is wrong",
+                    encoder / taken,
+                    taken / encoder
+                )
+            }
+            Self::EitherCountsSuspected {
+                ratio,
+                arm: (arm, arm_taken),
+                pendulum: (pendulum, pendulum_taken),
+            } => write!(
+                f,
+                "the arm moves the pendulum {ratio:.3} times as much as on this rig: counts per turn of the pendulum's encoder look like {pendulum} where {pendulum_taken} \
+                 were taken, or those of the arm's like {arm} where {arm_taken} were taken; turn each axis once round by hand, and correct the one that does not read 2 pi"
+            ),
+            Self::RawCountsSuspected {
+                column,
+                largest,
+                per_turn,
+            } => {
+                let axis = axis(column);
+                write!(
+                    f,
+                    "{column} looks as if it were in counts of the {axis}'s encoder (whole numbers, up to {largest}); radians are required: multiply by 2 pi/{axis}_counts_per_rev"
+                )?;
+                match per_turn {
+                    Some(counts) => write!(f, " = {:.9}", core::f64::consts::TAU / counts)?,
+                    None => write!(f, " (0.003067962 for 2048)")?,
+                }
+                if *column == "alpha" {
+                    f.write_str(", and add pi where it was zeroed hanging")?;
+                }
+                Ok(())
+            }
+            Self::CommandUnitSuspected {
+                largest,
+                limit,
+                unit,
+                factor,
+            } => write!(
+                f,
+                "u goes up to {largest}, the rig's command_limit is {limit} V, so it looks as if it were in {unit}; volts are required: multiply by {factor:.6}, \
+                 or correct motor.command_limit in the rig file"
+            ),
+            Self::FrozenSuspected {
+                column,
+                since,
+                until,
+                at,
+            } => write!(
+                f,
+                "{column} stands at {at:.4} rad from {since:.3} s to {until:.3} s while its axis must move, so its encoder looks dead: check cable and plug, \
+                 or cut the recording at {since:.3} s"
+            ),
             Self::CommandSignSuspected => write!(
                 f,
                 "the arm answers the command with the wrong sign, so u or theta looks as if counted the other way: change the sign of u, or of theta (and of alpha, if both angles are mirrored)"
             ),
+            Self::LeftOut { why } => write!(f, "left out: {why}"),
             Self::OtherRigSuspected { than, why } => write!(
                 f,
                 "looks as if recorded on another rig than {than}: {why}; diagnose recordings of one rig at a time"

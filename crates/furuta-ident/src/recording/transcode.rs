@@ -4,14 +4,15 @@
 use std::io::{self, Read, Seek, Write};
 use std::path::Path;
 
-use furuta_input::{Input, Limits};
-use furuta_log::{FIELDS, Log, LogWriter, Part as LogPart, Record};
+use furuta_file::{FileError, WholeFile};
+use furuta_input::{Input, Limits, shown};
+use furuta_log::{FIELDS, Log, LogError, LogWriter, Part as LogPart, Record};
 
 use super::csv::{Part, each_row};
 use super::mcap_write::{Cell, SampleWriter, Shape};
 use super::source::{self, Digest};
 use super::trouble::Trouble;
-use super::{Notice, NoticeKind, Recording, RecordingError, WANTED, checks, csv, mcap};
+use super::{Notice, NoticeKind, Recording, RecordingError, checks, csv, mcap};
 
 /// Of a longer recording, what samples mean is checked of so many only: an hour at 250 Hz.
 const CHECKED: usize = 1_000_000;
@@ -42,24 +43,27 @@ pub struct Transcoded {
     pub cut_off: Option<String>,
 }
 
-/// Converts a recording; `create` makes the output, once the input is known to be sound.
+/// Converts a recording. The output is begun once the input is known to be sound, and takes its place when it is complete.
 ///
 /// # Errors
-/// Those of [`Recording::salvage`]; [`RecordingError::NotLoggable`]; [`RecordingError::Io`] of `output`, which is the output's name for messages.
-pub fn transcode<W: Write + Seek>(
+/// Those of [`Recording::salvage`]; [`RecordingError::NotLoggable`]; [`RecordingError::File`] where the output cannot be written.
+pub fn transcode(
     input: &Path,
     output: &Path,
     format: Format,
-    create: impl FnOnce() -> io::Result<W>,
 ) -> Result<Transcoded, RecordingError> {
     let limits = Limits::default();
-    let opened = Input::open(input, WANTED, limits.file)?;
     let job = Job {
-        file: super::shown(input),
-        opened,
+        file: shown(input),
+        opened: super::open(input, &limits)?,
         limits,
     };
-    let create = || create().map_err(Trouble::Write);
+    let mut begun = None;
+    let file = &mut begun;
+    let create = || {
+        let new = WholeFile::create(output).map_err(RecordingError::from)?;
+        Ok({ file }.insert(new))
+    };
     let mut start = Vec::new();
     let read = job.opened.again()?.take(START).read_to_end(&mut start);
     read.map_err(|e| Trouble::Write(e).of(&job.file))?;
@@ -71,13 +75,17 @@ pub fn transcode<W: Write + Seek>(
     } else {
         job.of_csv(format, create)
     };
-    made.map_err(|trouble| match trouble {
-        Trouble::Write(source) => RecordingError::Io {
+    let made = made.map_err(|trouble| match trouble {
+        Trouble::Write(source) => RecordingError::File(FileError::Write {
             path: output.into(),
             source,
-        },
+        }),
         other => other.of(&job.file),
-    })
+    })?;
+    if let Some(file) = begun {
+        file.commit()?;
+    }
+    Ok(made)
 }
 
 /// What is done with a sample: its time and its values.
@@ -128,15 +136,15 @@ impl Job {
         records: impl FnOnce(&mut dyn FnMut(Record) -> Result<(), Trouble>) -> Result<(), Trouble>,
     ) -> Result<(), Trouble> {
         let metadata = log.metadata.clone().unwrap_or_default();
-        let mut writer = LogWriter::new(out, &metadata)?;
+        let mut writer = LogWriter::new(out, &metadata).map_err(unwritten)?;
         if !log.real_time.is_empty() {
-            writer.write_real_time(&log.real_time)?;
+            writer.write_real_time(&log.real_time).map_err(unwritten)?;
         }
-        records(&mut |record| Ok(writer.write(&record)?))?;
+        records(&mut |record| writer.write(&record).map_err(unwritten))?;
         if let Some(timing) = &log.timing {
-            writer.write_timing(timing)?;
+            writer.write_timing(timing).map_err(unwritten)?;
         }
-        writer.finish()?;
+        writer.finish().map_err(unwritten)?;
         Ok(())
     }
 
@@ -369,6 +377,11 @@ impl Job {
             (None, gone) => Ok(gone?),
         }
     }
+}
+
+/// Writing the output failed, not reading the log.
+fn unwritten(error: LogError) -> Trouble {
+    Trouble::Write(io::Error::other(error))
 }
 
 /// Places of the columns: t, u, theta, alpha, the speeds, then the others as they stand.

@@ -3,7 +3,7 @@
 use furuta_model::effects;
 
 use crate::diagnose::result::{
-    Channel, Diagnosis, NamedEffect, Part, VerificationRow, plain, significant,
+    Channel, Diagnosis, NamedEffect, Part, VerificationRow, Zero, plain, significant,
 };
 
 /// The answer for a person: what is missing and by how much, where the model disagrees, what is ruled out, what to measure next. `rig` is how the rig
@@ -22,6 +22,14 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
     }
     for e in &d.effects {
         effect(e, d.unfinished.contains(&Part::Rivals), &mut out);
+    }
+    out.extend(d.zeros.iter().filter_map(Zero::sentence));
+    for e in &d.suspected {
+        out.push(String::new());
+        out.push(format!(
+            "Suspected, not named: {} ({}): {}.",
+            e.name, e.id, e.reason
+        ));
     }
     expression(d, &mut out);
     out.push(String::new());
@@ -53,6 +61,7 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
             repaired, h.augmented.theta, h.augmented.alpha
         ));
     }
+    out.extend(d.best.sentence().map(str::to_owned));
     let mut where_it_sits = d.location.iter().take(3).peekable();
     if where_it_sits.peek().is_some() {
         out.push(String::new());

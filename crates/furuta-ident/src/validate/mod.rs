@@ -9,17 +9,14 @@
 pub mod residuals;
 mod words;
 
-use furuta_model::{Jet, Plant, Rig, State};
+use furuta_model::{Rig, State};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::calibrate::CalibrateError;
-use crate::calibrate::{fit_percent, late_plant};
-use crate::diagnose::data::{Data, Run, Window};
-use crate::diagnose::result::{Channel, null_if_not_finite};
-use crate::diagnose::shooting::Inner;
-use crate::insufficient;
+use crate::answer::{Channel, fit_percent, null_if_not_finite};
+use crate::insufficient::{self, Insufficient};
 use crate::recording::Recording;
+use crate::shooting::{AsGiven, Data, Model, Run, Window, Windows, with_zeros_found};
 use residuals::{Autocorrelation, CrossCorrelation};
 
 /// Version of the JSON contract, the field `schema`.
@@ -132,22 +129,26 @@ impl Validation {
 /// ```
 ///
 /// # Errors
-/// As [`crate::calibrate::calibrate`]: nothing moves, too short.
-pub fn validate(recordings: &[Recording], rig: &Rig) -> Result<Validation, CalibrateError> {
+/// [`Insufficient`]: nothing moves, too short.
+pub fn validate(recordings: &[Recording], rig: &Rig) -> Result<Validation, Insufficient> {
     let data = Data::new(recordings, rig);
     insufficient::check(recordings, rig, &data)?;
-    let (plant, late) = late_plant(rig);
-    let inner = Inner::of(plant, late);
+    let model = AsGiven {
+        rig,
+        recordings: data.recordings,
+    };
+    let z = with_zeros_found(&data, |_| true, &model, &vec![0.0; model.layout().len()]);
+    let windows = Windows::new(&model, &z);
     let mut channels = Vec::new();
     let mut notices = Vec::new();
     for (i, run) in data.runs.iter().enumerate() {
         let simulated = run.hangs();
         let predicted = if simulated {
-            whole(&inner, &data, i)
+            whole(&windows, &data, i)
         } else {
-            windowed(&inner, &data, i)
+            windowed(&windows, &data, i)
         };
-        let steps = steps(&inner, &data, i);
+        let steps = steps(&windows, &data, i);
         if !simulated {
             notices.push(format!(
                 "{} comes near upright, where no model can be simulated for long: its fit is that of predictions over {UPRIGHT} s",
@@ -186,14 +187,14 @@ pub fn validate(recordings: &[Recording], rig: &Rig) -> Result<Validation, Calib
 }
 
 /// The whole run simulated from its best initial state: sample and angles.
-fn whole(inner: &Inner<4>, data: &Data, run: usize) -> Vec<(usize, [f64; 2])> {
+fn whole(windows: &Windows, data: &Data, run: usize) -> Vec<(usize, [f64; 2])> {
     let r = &data.runs[run];
     let last = r.y.len() - 1;
     let first = ((FIRST / r.h).round() as usize).clamp(1, last);
     let window = |len| Window { run, start: 0, len };
-    let (x0, _) = inner.search(data, &window(first), None);
-    let (x0, _) = inner.solve(data, &window(last), x0, 10);
-    inner
+    let (x0, _) = windows.search(data, &window(first), None);
+    let (x0, _) = windows.solve(data, &window(last), x0, 10);
+    windows
         .predictions(data, &window(last), x0)
         .into_iter()
         .enumerate()
@@ -202,17 +203,17 @@ fn whole(inner: &Inner<4>, data: &Data, run: usize) -> Vec<(usize, [f64; 2])> {
 }
 
 /// The run predicted over short windows, each from its best initial state.
-fn windowed(inner: &Inner<4>, data: &Data, run: usize) -> Vec<(usize, [f64; 2])> {
-    let windows: Vec<Window> = data
+fn windowed(windows: &Windows, data: &Data, run: usize) -> Vec<(usize, [f64; 2])> {
+    let stretches: Vec<Window> = data
         .windows(UPRIGHT, |_| true)
         .into_iter()
         .filter(|w| w.run == run)
         .collect();
-    windows
+    stretches
         .into_par_iter()
         .flat_map_iter(|w| {
-            let (x0, _) = inner.search(data, &w, None);
-            inner
+            let (x0, _) = windows.search(data, &w, None);
+            windows
                 .predictions(data, &w, x0)
                 .into_iter()
                 .enumerate()
@@ -243,7 +244,7 @@ impl Ahead {
 }
 
 /// Predictions from many moments of a run, each from the state that the quarter of a second before says.
-fn steps(inner: &Inner<4>, data: &Data, run: usize) -> Vec<Ahead> {
+fn steps(windows: &Windows, data: &Data, run: usize) -> Vec<Ahead> {
     let r: &Run = &data.runs[run];
     let samples = |seconds: f64| ((seconds / r.h).round() as usize).max(1);
     let before = samples(BEFORE).max(8);
@@ -268,12 +269,12 @@ fn steps(inner: &Inner<4>, data: &Data, run: usize) -> Vec<Ahead> {
                 start,
                 len: before,
             };
-            let (x0, _): (State<f64>, f64) = inner.search(data, &known, None);
+            let (x0, _): (State<f64>, f64) = windows.search(data, &known, None);
             let all = Window {
                 len: before + longest,
                 ..known
             };
-            (start + before, inner.predictions(data, &all, x0))
+            (start + before, windows.predictions(data, &all, x0))
         })
         .collect();
     wanted
@@ -291,6 +292,3 @@ fn steps(inner: &Inner<4>, data: &Data, run: usize) -> Vec<Ahead> {
         })
         .collect()
 }
-
-/// A plant whose parameters are constants, and by how much everything is late.
-pub(crate) type LatePlant = (Plant<Jet<f64, 4>>, Jet<f64, 4>);

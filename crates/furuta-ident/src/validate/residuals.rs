@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::diagnose::result::null_if_not_finite;
+use crate::answer::null_if_not_finite;
 
 /// Of the normal distribution: 99 % lie within so many standard deviations.
 pub const NORMAL_99: f64 = 2.575_829;

@@ -1,7 +1,7 @@
 //! A validation as tables.
 
 use super::Validation;
-use crate::diagnose::result::significant;
+use crate::answer::significant;
 
 /// Below this probability white residuals would not show such a statistic.
 const UNLIKELY: f64 = 0.01;

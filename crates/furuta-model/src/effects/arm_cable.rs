@@ -62,7 +62,7 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "rest",
             unit: "rad",
-            kind: Kind::Real,
+            kind: Kind::Rest,
             default: None,
             min: -100.0,
             max: 100.0,
@@ -73,7 +73,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 3,
     footprint: Footprint::Like("arm.spring", "about its rest a cable is a spring"),
-    acts: Acts::TORQUE,
+    acts: Acts::TORQUE.and(Acts::ANGLE),
 };
 
 impl<S: Scalar> Law<S> for ArmCable<S> {

@@ -60,7 +60,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::Like("arm.spring", "about one of its rests it pulls the arm back, order times amplitude per radian"),
-    acts: Acts::TORQUE,
+    acts: Acts::TORQUE.and(Acts::ANGLE),
 };
 
 impl<S: Scalar> Law<S> for ArmCogging<S> {

@@ -36,7 +36,7 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "rest",
             unit: "rad",
-            kind: Kind::Real,
+            kind: Kind::Rest,
             default: None,
             min: -100.0,
             max: 100.0,
@@ -47,7 +47,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::Own(&["stiffness"]),
-    acts: Acts::TORQUE,
+    acts: Acts::TORQUE.and(Acts::ANGLE),
 };
 
 impl<S: Scalar> Law<S> for ArmSpring<S> {

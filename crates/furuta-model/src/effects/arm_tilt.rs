@@ -61,7 +61,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::Own(&["angle"]),
-    acts: Acts::TORQUE,
+    acts: Acts::TORQUE.and(Acts::ANGLE),
 };
 
 impl<S: Scalar> Law<S> for ArmTilt<S> {

@@ -186,7 +186,7 @@ macro_rules! specs {
             parameters: PARAMETERS,
             strengths: 1,
             footprint: Footprint::Nothing("no law, so none is looked for"),
-            acts: Acts::TORQUE,
+            acts: Acts::TORQUE.and(Acts::ANGLE),
         }),+];
     };
 }

@@ -71,7 +71,7 @@ pub(super) const SPEC: Spec = Spec {
         BaseParameter::MotorGain,
         "about one angle of the arm the gain is another: measure about two",
     ),
-    acts: Acts::TORQUE,
+    acts: Acts::TORQUE.and(Acts::ANGLE),
 };
 
 impl<S: Scalar> Law<S> for MotorRipple<S> {

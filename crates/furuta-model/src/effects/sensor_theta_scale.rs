@@ -19,7 +19,7 @@ pub(super) const SPEC: Spec = Spec {
     sentence: "The encoder has another number of counts per turn than the rig file says.",
     shows: "The arm seems to move too far or too little in every motion, and to push the pendulum too hard or too gently.",
     experiment: "turning the arm by hand against a mark, once round",
-    look_alikes: &["motor.asymmetry"],
+    look_alikes: &["motor.asymmetry", "sensor.alpha.scale"],
     parameters: &[
         ParameterSpec {
             name: "scale",

@@ -35,6 +35,8 @@ impl Acts {
     pub const DRIVE: Self = Self(1 << 9);
     /// Delays the encoders ([`Law::sensor_delay`]).
     pub const SENSOR_DELAY: Self = Self(1 << 10);
+    /// It depends on the arm's absolute angle: where the arm's encoder was zeroed matters.
+    pub const ANGLE: Self = Self(1 << 11);
 
     /// Both.
     #[must_use]
@@ -64,6 +66,8 @@ pub enum Kind {
     Real,
     /// An angle that a sine or the effect's direction begins at, rad: the effect is the sum of a part at 0 and a part at a quarter turn.
     Phase,
+    /// The arm's angle from which the effect is counted, rad: turning the arm and this angle together changes nothing.
+    Rest,
     /// A frequency, Hz: a search looks through a grid as fine as the recordings are long.
     Frequency,
     /// A moment of a run, s: a search looks through all of them.
@@ -105,7 +109,7 @@ impl Kind {
     pub const fn is_continuous(self) -> bool {
         matches!(
             self,
-            Self::Real | Self::Phase | Self::Frequency | Self::Time
+            Self::Real | Self::Phase | Self::Rest | Self::Frequency | Self::Time
         )
     }
 }

@@ -113,6 +113,32 @@ impl<S: Scalar> Plant<S> {
         Ok(plant)
     }
 
+    /// A plant of which nothing is known: every prediction is not a number.
+    #[must_use]
+    pub fn unknown() -> Self {
+        let unknown = S::from_f64(f64::NAN);
+        Self {
+            coefficients: Coefficients {
+                arm: unknown,
+                hub: unknown,
+                swing: unknown,
+                coupling: unknown,
+                pendulum: unknown,
+                weight: unknown,
+                lever: unknown,
+                drive: unknown,
+                arm_damping: unknown,
+                pendulum_damping: unknown,
+            },
+            effects: ArrayVec::new(),
+            acts: Acts::NOWHERE,
+            delay: S::ZERO,
+            lag: S::ZERO,
+            sensor_delay: S::ZERO,
+            drive: Drive::RIGID,
+        }
+    }
+
     /// The effects that are not off.
     #[must_use]
     pub fn effects(&self) -> &[Effect<S>] {

@@ -18,6 +18,7 @@ static void print(const uint8_t *bytes, size_t len) {
 int main(void) {
     uint8_t frame[FURUTA_MAX_FRAME];
     furuta_receiver in = {{0}, 0, 0};
+    uint32_t obeyed = FURUTA_NONE_OBEYED;
     char kind;
     while (scanf(" %c", &kind) == 1) {
         if (kind == 's') {
@@ -34,6 +35,10 @@ int main(void) {
                       &limit[0], &limit[1], &limit[2], &watchdog) != 9) return 1;
             float limits[3] = {from_bits(limit[0]), from_bits(limit[1]), from_bits(limit[2])};
             print(frame, furuta_hello(frame, name, period, arm, pendulum, from_bits(volts), limits, (uint16_t)watchdog));
+        } else if (kind == 'a') {
+            uint32_t seq, next, watchdog;
+            if (scanf("%" SCNu32 "%" SCNu32 "%" SCNu32, &seq, &next, &watchdog) != 3) return 1;
+            printf("%d\n", furuta_is_news(seq, next, &obeyed, (uint16_t)watchdog));
         } else if (kind == 'r') {
             unsigned byte;
             if (scanf("%x", &byte) != 1) return 1;

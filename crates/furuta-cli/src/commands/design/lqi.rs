@@ -1,7 +1,6 @@
 //! `furuta design lqi`: a regulator with integral action.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use furuta_ctrl::Config;
 use furuta_ctrl::controllers;
@@ -14,6 +13,7 @@ use serde_json::json;
 use super::{gains, numbers, print_poles, write_controller};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::print;
 use crate::streams;
 
@@ -34,8 +34,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
     /// Write the gains into a controller file, for `--controller` of `furuta run` and `furuta simulate`.
-    #[arg(long, value_name = "OUT.toml")]
-    write_controller: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
+    write_controller: Option<Output>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -75,7 +75,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let settings = settings
             .with("gain", &k.as_slice()[..4])?
             .with("integral_gain", &k.as_slice()[4..])?;
-        write_controller(path, &rig, args.rate, settings)?;
+        write_controller(path, &rig, args.rate, settings);
     }
     let mut out = streams::output();
     if args.json {

@@ -1,7 +1,6 @@
 //! `furuta design place`: a gain for given poles.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use furuta_ctrl::Config;
 use furuta_ctrl::controllers;
@@ -14,6 +13,7 @@ use serde_json::json;
 use super::{gains, print_poles, write_controller};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::print;
 use crate::streams;
 
@@ -31,8 +31,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
     /// Write the gain into a controller file, for `--controller` of `furuta run` and `furuta simulate`.
-    #[arg(long, value_name = "OUT.toml")]
-    write_controller: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
+    write_controller: Option<Output>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -85,7 +85,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         .ok_or_else(|| Failure::new("the closed loop's poles cannot be computed"))?;
     if let Some(path) = &args.write_controller {
         let settings = controllers::settings("lqr").unwrap_or(Config::default().controller);
-        write_controller(path, &rig, args.rate, settings.with("gain", k.as_slice())?)?;
+        write_controller(path, &rig, args.rate, settings.with("gain", k.as_slice())?);
     }
     let mut out = streams::output();
     if args.json {

@@ -1,7 +1,6 @@
 //! `furuta design robust`: one gain for every rig within a range.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use furuta_ctrl::Config;
 use furuta_ctrl::controllers;
@@ -14,6 +13,7 @@ use serde_json::json;
 use super::{gains, weights, write_controller};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::print::significant;
 use crate::streams;
 
@@ -40,8 +40,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "HZ", default_value_t = 500.0, value_parser = positive)]
     rate: f64,
     /// Write the gain into a controller file, for `--controller` of `furuta run` and `furuta simulate`.
-    #[arg(long, value_name = "OUT.toml")]
-    write_controller: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
+    write_controller: Option<Output>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.write_controller {
         let settings = controllers::settings("lqr").unwrap_or(Config::default().controller);
         let settings = settings.with("gain", k.as_slice())?;
-        write_controller(path, &rig, Some(args.rate), settings)?;
+        write_controller(path, &rig, Some(args.rate), settings);
     }
     let corners = found.polytope.corners.len();
     let mut out = streams::output();

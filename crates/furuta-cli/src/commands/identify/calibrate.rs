@@ -6,8 +6,9 @@ use furuta_ident::calibrate::{Options, calibrate};
 use furuta_ident::{Task, report};
 use furuta_model::Rig;
 
-use crate::commands::recorded::{RecordedArgs, write};
+use crate::commands::recorded::RecordedArgs;
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 
 /// Fit the parameters of a rig file to recordings: first what they can tell and what only in combination, then values with 95 % intervals.
 #[derive(clap::Args, Debug)]
@@ -34,11 +35,11 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DATA", num_args = 1..)]
     verify: Vec<PathBuf>,
     /// Write a report, one HTML page that needs no network.
-    #[arg(long, value_name = "OUT.html")]
-    report: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.html", value_parser = outputs::page())]
+    report: Option<Output>,
     /// Write the rig file with the fitted values.
-    #[arg(long, value_name = "OUT.toml")]
-    write_rig: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
+    write_rig: Option<Output>,
 }
 
 /// Runs the command.
@@ -60,10 +61,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     outcome.calibration.notices.splice(0..0, notices);
     if let Some(path) = &args.report {
-        write(path, &report::calibration(&outcome))?;
+        path.write(report::calibration(&outcome));
     }
     if let Some(path) = &args.write_rig {
-        write(path, &outcome.rig.to_toml())?;
+        path.write(outcome.rig.to_toml());
     }
     let c = &outcome.calibration;
     args.recorded.answer(|| c.to_json(), || c.summary())

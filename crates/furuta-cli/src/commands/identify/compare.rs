@@ -14,9 +14,8 @@ use nalgebra::Complex;
 use serde_json::{Value, json};
 
 use super::frf::Measure;
-use crate::commands::recorded::write;
-use crate::commands::study::plot;
 use crate::failure::Failure;
+use crate::outputs;
 use crate::streams::{self, note};
 
 /// Which effects of the catalogue explain what a measured transfer function has and the rig file has not: each with a linear footprint is fitted, alone
@@ -41,14 +40,14 @@ pub(crate) struct Args {
     #[command(flatten)]
     measure: Measure,
     /// Draw what was measured, the rig as given, its parameters refitted and the best explanation (SVG).
-    #[arg(long, value_name = "OUT.svg")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
+    plot: Option<outputs::Output>,
     /// Write what was measured, the rig as given, its parameters refitted and the best explanation, line by line (CSV).
-    #[arg(long, value_name = "OUT.csv")]
-    csv: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.csv", value_parser = outputs::data())]
+    csv: Option<outputs::Output>,
     /// Write a report, one HTML page that needs no network: the plot, what should be known, the ranking.
-    #[arg(long, value_name = "OUT.html")]
-    report: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.html", value_parser = outputs::page())]
+    report: Option<outputs::Output>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -101,17 +100,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         if let Some(best) = found.explanations.first() {
             curves.push(("best", &best.response));
         }
-        write(path, &csv(&measured.frf, &curves))?;
+        path.write(csv(&measured.frf, &curves));
     }
     if let Some(path) = &args.report {
         let title = format!("What {what} of {} has and its file has not", rig.name);
-        write(
-            path,
-            &report::frequency(&title, bode.clone(), &text, &notices),
-        )?;
+        path.write(report::frequency(&title, bode.clone(), &text, &notices));
     }
     if let Some(path) = &args.plot {
-        plot(path, &bode.chart())?;
+        path.write(bode.chart().svg());
     }
     let mut out = streams::output();
     if args.json {

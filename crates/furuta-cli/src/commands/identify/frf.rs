@@ -13,9 +13,8 @@ use furuta_ident::report;
 use serde_json::json;
 
 use crate::commands::emulate::positive;
-use crate::commands::recorded::write;
-use crate::commands::study::plot;
 use crate::failure::Failure;
+use crate::outputs;
 use crate::streams::{self, note};
 
 /// Frequency response from recordings, with coherence and confidence: by averaging windowed segments (Welch; the same numbers as SciPy's csd),
@@ -30,14 +29,14 @@ pub(crate) struct Args {
     #[command(flatten)]
     measure: Measure,
     /// Write frequency, real and imaginary part, magnitude, phase, coherence and deviation (CSV).
-    #[arg(long, value_name = "OUT.csv")]
-    csv: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.csv", value_parser = outputs::data())]
+    csv: Option<outputs::Output>,
     /// Draw magnitude, phase and coherence (SVG).
-    #[arg(long, value_name = "OUT.svg")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
+    plot: Option<outputs::Output>,
     /// Write a report, one HTML page that needs no network: the plot, what should be known, the numbers.
-    #[arg(long, value_name = "OUT.html")]
-    report: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.html", value_parser = outputs::page())]
+    report: Option<outputs::Output>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -181,17 +180,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let bode = Bode::new(&what).measured(&frf)?;
     let text = response_text(&what, &frf)?;
     if let Some(path) = &args.csv {
-        write(path, &csv(&frf, &[]))?;
+        path.write(csv(&frf, &[]));
     }
     if let Some(path) = &args.report {
         let title = format!("Frequency response {what}");
-        write(
-            path,
-            &report::frequency(&title, bode.clone(), &text, &notices),
-        )?;
+        path.write(report::frequency(&title, bode.clone(), &text, &notices));
     }
     if let Some(path) = &args.plot {
-        plot(path, &bode.chart())?;
+        path.write(bode.chart().svg());
     }
     let mut out = streams::output();
     if args.json {

@@ -1,14 +1,11 @@
 //! `furuta identify plan`: what to record so that the parameters of a rig become known.
 
-use std::io::Write;
-use std::path::PathBuf;
-
 use furuta_ident::calibrate::{Options, plan};
 use furuta_model::Rig;
 
-use crate::commands::recorded::write;
+use crate::commands::recorded::answer;
 use crate::failure::Failure;
-use crate::streams;
+use crate::outputs::{self, Output};
 
 /// Propose recordings by what they would tell about the parameters of a rig file (D-optimal over a family of test signals), with the commands that make them.
 #[derive(clap::Args, Debug)]
@@ -31,9 +28,12 @@ pub(crate) struct Args {
     /// Length of the predictions that the calibration will fit, s.
     #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
     horizon: f64,
-    /// Write the answer as JSON to this file; `-` for standard output, in place of text.
-    #[arg(long, value_name = "OUT")]
-    json: Option<PathBuf>,
+    /// Print JSON in place of text.
+    #[arg(long)]
+    json: bool,
+    /// Write the same JSON to this file.
+    #[arg(long, value_name = "OUT.json", value_parser = outputs::json())]
+    json_file: Option<Output>,
 }
 
 /// Runs the command.
@@ -46,14 +46,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         ..Options::default()
     };
     let plan = plan(&rig, &options, args.rate, args.experiments.into())?;
-    let text = match &args.json {
-        Some(path) if path.as_os_str() == "-" => plan.to_json() + "\n",
-        Some(path) => {
-            write(path, &(plan.to_json() + "\n"))?;
-            plan.summary(&args.rig)
-        }
-        None => plan.summary(&args.rig),
-    };
-    streams::output().write_all(text.as_bytes())?;
-    Ok(())
+    answer(
+        args.json,
+        args.json_file.as_ref(),
+        || plan.to_json(),
+        || plan.summary(&args.rig),
+    )
 }

@@ -16,9 +16,8 @@ use nalgebra::Complex;
 use serde_json::{Value, json};
 
 use super::frf::Measure;
-use crate::commands::recorded::write;
-use crate::commands::study::plot;
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::streams::{self, note};
 
 /// Continuous transfer function fitted to the frequency response of recordings, each line weighted by its deviation; coefficients, poles and zeros
@@ -43,14 +42,14 @@ pub(crate) struct Args {
     #[arg(long, value_name = "RIG")]
     rig: Option<String>,
     /// Draw the response and the fit over it: magnitude, phase, coherence (SVG).
-    #[arg(long, value_name = "OUT.svg")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
+    plot: Option<Output>,
     /// Write the response and the fit's, line by line (CSV).
-    #[arg(long, value_name = "OUT.csv")]
-    csv: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.csv", value_parser = outputs::data())]
+    csv: Option<Output>,
     /// Write a report, one HTML page that needs no network: the plot, what should be known, the numbers.
-    #[arg(long, value_name = "OUT.html")]
-    report: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.html", value_parser = outputs::page())]
+    report: Option<Output>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -118,17 +117,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let text = text(&what, &frf, &best, &tried);
     if let Some(path) = &args.csv {
         let fitted: Vec<_> = fitted.iter().map(|c| c.1).collect();
-        write(path, &csv(&frf, &[("fit", &fitted)]))?;
+        path.write(csv(&frf, &[("fit", &fitted)]));
     }
     if let Some(path) = &args.report {
         let title = format!("Transfer function {what}");
-        write(
-            path,
-            &report::frequency(&title, bode.clone(), &text, &notices),
-        )?;
+        path.write(report::frequency(&title, bode.clone(), &text, &notices));
     }
     if let Some(path) = &args.plot {
-        plot(path, &bode.chart())?;
+        path.write(bode.chart().svg());
     }
     let mut out = streams::output();
     if args.json {

@@ -8,6 +8,7 @@ use furuta_ident::recording::Recording;
 use furuta_model::Rig;
 use furuta_model::signals::random::normal;
 use furuta_model::{Plant, State};
+use serde_json::{Value, json};
 
 use super::{bar, hertz, rig_with, seconds};
 use crate::failure::Failure;
@@ -35,6 +36,9 @@ pub(crate) struct Args {
     /// Noise of the encoders beside their rounding, rad.
     #[arg(long, value_name = "RAD", default_value_t = 0.0)]
     noise: f64,
+    /// Print one line of JSON in place of text.
+    #[arg(long)]
+    json: bool,
 }
 
 /// What was counted of one parameter.
@@ -44,6 +48,24 @@ struct Count {
     known: u32,
     square: f64,
     std: f64,
+}
+
+impl Count {
+    /// Share of the intervals that hold the truth, mean deviation as a share of the truth, RMS error over the deviation.
+    fn shares(&self) -> [f64; 3] {
+        let n = f64::from(self.known);
+        [
+            f64::from(self.held) / n,
+            self.std / n,
+            (self.square / n).sqrt(),
+        ]
+    }
+
+    fn as_json(&self) -> Value {
+        let [held, std, error] = self.shares();
+        // Where it was never known, these are null.
+        json!({"known": self.known, "held": held, "mean_std": std, "rms_error_over_std": error})
+    }
 }
 
 /// Runs the study.
@@ -94,6 +116,23 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         bar.inc(1);
     }
     bar.finish_and_clear();
+    let mut all = Count::default();
+    for c in &counts {
+        all.held += c.held;
+        all.known += c.known;
+        all.square += c.square;
+        all.std += c.std;
+    }
+    let rows = keys.iter().copied().zip(&counts).chain([("all", &all)]);
+    if args.json {
+        let rows: serde_json::Map<_, _> = rows
+            .map(|(name, c)| (name.to_owned(), c.as_json()))
+            .collect();
+        let line = json!({
+            "rig": real.name, "repeats": args.repeats, "seconds": args.seconds, "rate": args.rate, "parameters": rows,
+        });
+        return Ok(writeln!(streams::output(), "{line}")?);
+    }
     let mut out = format!(
         "{} recordings of {}, {} s at {} Hz, sheet off by up to 20 %\n  {:<26} {:>9} {:>12} {:>18}\n",
         args.repeats,
@@ -105,25 +144,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         "mean std",
         "RMS error / std"
     );
-    let mut row = |name: &str, c: &Count| {
-        let n = f64::from(c.known);
+    for (name, c) in rows {
+        let [held, std, error] = c.shares();
+        // Writing to a String cannot fail.
         let _ = writeln!(
             out,
-            "  {name:<26} {:>7.1} % {:>10.4} % {:>18.2}",
-            100.0 * f64::from(c.held) / n,
-            100.0 * c.std / n,
-            (c.square / n).sqrt()
+            "  {name:<26} {:>7.1} % {:>10.4} % {error:>18.2}",
+            100.0 * held,
+            100.0 * std
         );
-    };
-    let mut all = Count::default();
-    for (key, c) in keys.iter().zip(&counts) {
-        row(key, c);
-        all.held += c.held;
-        all.known += c.known;
-        all.square += c.square;
-        all.std += c.std;
     }
-    row("all", &all);
     streams::output().write_all(out.as_bytes())?;
     Ok(())
 }

@@ -1,7 +1,6 @@
 //! `furuta study fong2014`: paper A's identification, from noise to transfer function.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use furuta_hw::emulate::hidden_effect;
 use furuta_ident::frequency::bands::Band;
@@ -13,9 +12,10 @@ use furuta_ident::frequency::{Hold, Transfer};
 use furuta_model::Rig;
 use serde_json::{Value, json};
 
-use super::{hertz, plot, seconds};
+use super::{hertz, seconds};
 use crate::commands::identify::tf::{curve, fit_json};
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::streams::{self, note};
 
 /// Fong, Jamaludin, Abdullah 2014, sec. 3.2: band-limited white noise into the hanging pendulum, 180 s at 1 kHz; H1 under Hann's window; transfer
@@ -41,8 +41,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Draw the response, the model (28) and the fit: magnitude, phase, coherence (SVG).
-    #[arg(long, value_name = "OUT.svg")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
+    plot: Option<Output>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -69,7 +69,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             .measured(&outcome.frf)?
             .model("fit 2/4", &over(&outcome.paper_orders[0].transfer), false)
             .model("(28)", &over(&outcome.first_principles), true);
-        plot(path, &bode.chart())?;
+        path.write(bode.chart().svg());
     }
     for notice in &outcome.notices {
         note!("note: {notice}");

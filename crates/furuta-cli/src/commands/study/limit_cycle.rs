@@ -1,7 +1,6 @@
 //! `furuta study limit-cycle`: how far a balanced rig wanders, its effects known or not.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use furuta_chart::{Chart, Line, Panel};
 use furuta_design::limit_cycle::{Knowing, Wandering, run as experiment, typical};
@@ -10,8 +9,9 @@ use furuta_hw::emulate::hidden_effect;
 use furuta_model::{Effect, Rig};
 use serde_json::json;
 
-use super::{hertz, plot, seconds};
+use super::{hertz, seconds};
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::streams;
 
 /// How far a balanced rig wanders that has an effect: with a control system that does not know it, with one whose rig file names it and that
@@ -34,8 +34,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = seconds)]
     duration: f64,
     /// Draw arm and command over the last half (SVG).
-    #[arg(long, value_name = "OUT.svg", requires = "hide")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.svg", requires = "hide", value_parser = outputs::picture())]
+    plot: Option<Output>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -90,7 +90,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     if let Some(path) = &args.plot {
-        plot(path, &chart(&rig, 1.0 / args.rate, &last))?;
+        path.write(chart(&rig, 1.0 / args.rate, &last).svg());
     }
     let mut out = streams::output();
     if args.json {

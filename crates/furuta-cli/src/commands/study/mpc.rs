@@ -1,7 +1,6 @@
 //! `furuta study mpc`: what knowing the limits is worth.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use furuta_chart::{Chart, Line, Panel};
 use furuta_design::arm_step::{Experiment, Run, Study};
@@ -9,10 +8,10 @@ use furuta_design::closed_loop::Sample;
 use furuta_model::Rig;
 use serde_json::json;
 
-use super::plot;
 use crate::commands::design::weights;
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::print::significant;
 use crate::streams;
 
@@ -52,8 +51,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 30)]
     iterations: usize,
     /// Draw the four runs: arm, pendulum, command (SVG).
-    #[arg(long, value_name = "OUT.svg")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
+    plot: Option<Output>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -72,7 +71,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     .run(&rig)?;
     if let Some(path) = &args.plot {
-        plot(path, &chart(&rig, args.step, &study))?;
+        path.write(chart(&rig, args.step, &study).svg());
     }
     let mut out = streams::output();
     if args.json {

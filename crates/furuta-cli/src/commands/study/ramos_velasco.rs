@@ -1,7 +1,6 @@
 //! `furuta study ramos-velasco`: a pendulum that follows a sine, on wrong parameters.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use furuta_chart::{Chart, Line, Panel};
 use furuta_design::closed_loop::Sample;
@@ -12,9 +11,10 @@ use furuta_design::ramos_velasco::{
 use furuta_model::Rig;
 use serde_json::{Value, json};
 
-use super::{bar, plot};
+use super::bar;
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::print::significant;
 use crate::streams;
 
@@ -59,8 +59,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     filter: Option<f64>,
     /// Draw it (SVG): nominal, off, and the tracking error over all draws.
-    #[arg(long, value_name = "OUT.svg")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
+    plot: Option<Output>,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -128,7 +128,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     bar.finish_and_clear();
     if let Some(path) = &args.plot {
-        plot(path, &chart(args, &experiment, &rows))?;
+        path.write(chart(args, &experiment, &rows).svg());
     }
     let mut out = streams::output();
     if args.json {

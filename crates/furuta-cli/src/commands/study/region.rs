@@ -12,9 +12,10 @@ use furuta_design::region::{Grid, On, Reach, Region};
 use furuta_model::{Rig, State};
 use serde_json::json;
 
-use super::{bar, picture, rig_with};
+use super::{bar, rig_with};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::streams;
 
 /// From which angles and speeds of the pendulum, the arm at rest, each controller brings it upright: the share of a grid about upright, with perfect
@@ -46,8 +47,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "RAD", value_parser = positive)]
     arm_limit: Option<f64>,
     /// Draw a map per rig and controller (SVG).
-    #[arg(long, value_name = "OUT.svg")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
+    plot: Option<Output>,
     /// Print one line of JSON per rig in place of text.
     #[arg(long)]
     json: bool,
@@ -102,7 +103,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         up: ("alpha_dot over frequency", grid.speed),
         rows: maps,
     };
-    picture(path, &maps.svg())
+    path.write(maps.svg());
+    Ok(())
 }
 
 /// The controllers asked for, by name.

@@ -1,7 +1,6 @@
 //! `furuta study shahzad2022`: arm steps and a push.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use furuta_chart::{Chart, Line, Panel};
 use furuta_design::closed_loop::Sample;
@@ -9,8 +8,8 @@ use furuta_design::shahzad2022::{Figures, On, Settings, Task, figures, gain, run
 use furuta_model::Rig;
 use serde_json::json;
 
-use super::plot;
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::print::significant;
 use crate::streams;
 
@@ -22,8 +21,8 @@ pub(crate) struct Args {
     #[arg(long, value_enum)]
     task: Option<Experiment>,
     /// Draw the task: arm, pendulum, command (SVG).
-    #[arg(long, value_name = "OUT.svg", requires = "task")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.svg", requires = "task", value_parser = outputs::picture())]
+    plot: Option<Output>,
     /// Built-in rig or rig file.
     #[arg(long, value_name = "RIG", default_value = "shahzad2022-srv02")]
     rig: String,
@@ -84,7 +83,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             runs.push((on, samples));
         }
         if let Some(path) = &args.plot {
-            plot(path, &chart(task, &runs))?;
+            path.write(chart(task, &runs).svg());
         }
     }
     let gain = gain(&rig)?;

@@ -9,10 +9,11 @@ use furuta_design::swing_up::{Attempt, Outcome, PUSH, SETTLED, Study};
 use furuta_model::Rig;
 use serde_json::json;
 
-use super::{bar, plot, rig_with};
+use super::{bar, rig_with};
 use crate::commands::emulate::positive;
 use crate::commands::run::load_controller;
 use crate::failure::Failure;
+use crate::outputs::{self, Output};
 use crate::streams;
 
 /// The share of the drawn rigs that shall come up. Where fewer do, the command looks for the reason.
@@ -53,8 +54,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = positive)]
     patience: f64,
     /// Draw the share that is up over time, from hanging and after the push (SVG).
-    #[arg(long, value_name = "OUT.svg")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
+    plot: Option<Output>,
     /// Print one line of JSON per rig in place of text.
     #[arg(long)]
     json: bool,
@@ -105,10 +106,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
         drawn.push((rig.name, attempts));
     }
-    match &args.plot {
-        Some(path) => plot(path, &chart(&drawn, args.draws)),
-        None => Ok(()),
+    if let Some(path) = &args.plot {
+        path.write(chart(&drawn, args.draws).svg());
     }
+    Ok(())
 }
 
 /// What voltages that know the model and the future come to on the rig of the file.

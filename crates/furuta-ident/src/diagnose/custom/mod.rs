@@ -22,13 +22,13 @@ use nalgebra::DVector;
 use self::library::{Column, library};
 use self::normal::{Normal, normals};
 use self::sparse::choose;
-use super::fit::{Effort, Fit, Problem};
+use super::Fit;
 use super::held_out::{self, Folds};
 use super::hypothesis::Nominal;
 use super::predict::{self, rms};
 use super::repair;
 use super::result::{CustomTerm, Expression};
-use super::shooting::MAX_FREE;
+use crate::shooting::{Effort, MAX_FREE, Model, Problem};
 
 /// An expression has at most so many terms: more are no longer read as one.
 const MOST_TERMS: usize = 3;
@@ -60,9 +60,9 @@ pub(super) fn propose(
     recalibrated: &Fit,
     (named, without): (&Fit, &[[f64; 2]]),
 ) -> Option<Custom> {
-    let (data, nominal) = (problem.data, problem.nominal);
+    let data = problem.data;
     let instead = grow(problem, folds, recalibrated);
-    let alone = named.hypothesis.effects.is_empty();
+    let alone = named.model.effects.is_empty();
     let (fit, columns) = match instead {
         Some(grown) if alone || problem.explains(&grown.0) => grown,
         None if alone => return None,
@@ -72,17 +72,17 @@ pub(super) fn propose(
             (beside, _) => beside?,
         },
     };
-    let fit = problem.fit(&fit.hypothesis, fit.z.clone(), &fit.states, Effort::FULL);
+    let fit = problem.fit(&fit.model, fit.z.clone(), &fit.states, Effort::FULL);
     if !lasts(problem, &[recalibrated, named], &fit) {
         return None;
     }
-    let with = held_out::errors(data, nominal, folds, &fit);
+    let with = held_out::unseen(data, folds, &fit, true).errors;
     let gain = held_out::removed(data, without, &with);
     if gain.is_nan() || gain < LEAST_GAIN {
         return None;
     }
     let expression = Expression {
-        terms: terms(nominal, &fit, &columns),
+        terms: terms(&fit, &columns),
         held_out_gain: gain,
         without: rms(without.iter()).into(),
         with: rms(with.iter()).into(),
@@ -97,14 +97,14 @@ pub(super) fn propose(
 
 /// Whether the model with the expression predicts whole runs no worse than any of those without: what imitates for a quarter of a second may run away.
 fn lasts(problem: &Problem<'_>, without: &[&Fit], with: &Fit) -> bool {
-    let error = |fit: &Fit| predict::open_loop(problem.data, problem.nominal, fit);
+    let error = |fit: &Fit| predict::open_loop(problem.data, fit);
     let least = without.iter().map(|f| error(f)).fold(f64::MAX, f64::min);
     error(with) <= least
 }
 
 /// Adds terms to `start` as long as they help, each round about the fit with those before.
 fn grow(problem: &Problem<'_>, folds: &Folds, start: &Fit) -> Option<(Fit, Vec<Column>)> {
-    let library = library(&problem.nominal.coefficients);
+    let library = library(&start.model.nominal.coefficients);
     let (mut here, mut columns) = (start.clone(), Vec::new());
     for _ in 0..ROUNDS {
         if problem.explains(&here) {
@@ -139,7 +139,7 @@ fn slots(nominal: &Nominal) -> Vec<&'static Spec> {
 
 /// Where the coefficient of the `i`-th of `count` terms stands among the parameters.
 fn coefficient(fit: &Fit, count: usize, i: usize) -> usize {
-    let h = &fit.hypothesis;
+    let h = &fit.model;
     h.offset(h.effects.len() - count + i)
 }
 
@@ -152,18 +152,19 @@ fn with_terms(
     step: &DVector<f64>,
 ) -> Option<Fit> {
     let p = here.z.len();
-    let mut h = here.hypothesis.clone();
+    let mut h = here.model.clone();
     let mut z: Vec<f64> = (0..p).map(|i| here.z[i] + step[i]).collect();
-    let slots = slots(problem.nominal);
+    let slots = slots(&here.model.nominal);
     for (i, column) in found.iter().enumerate() {
         let spec = slots.get(before + i)?;
-        h = h.with(spec);
-        let typical = (spec.parameters[0].typical)(&problem.nominal.params);
-        z.extend([
+        let typical = (spec.parameters[0].typical)(&here.model.nominal.params);
+        let values = [
             step[p + i] / typical,
             column.axis as f64,
             column.term as f64,
-        ]);
+        ];
+        z = h.extended(&z, &values);
+        h = h.with(spec);
     }
     Some(problem.fit(&h, z, &here.states, Effort::QUICK))
 }
@@ -182,7 +183,7 @@ fn insignificant(fit: &Fit, count: usize) -> Option<usize> {
 /// The fit without the `i`-th term; `left` are left.
 fn without_term(problem: &Problem<'_>, fit: &Fit, left: usize, i: usize) -> Fit {
     let at = coefficient(fit, left + 1, i);
-    let mut h = fit.hypothesis.clone();
+    let mut h = fit.model.clone();
     let mut z = fit.z.clone();
     z.drain(at..at + EMPIRICAL[0].parameters.len());
     // Those behind it move up: the terms of a rig are numbered without a gap.
@@ -199,8 +200,8 @@ fn further(
     before: usize,
 ) -> Option<(Vec<Column>, DVector<f64>)> {
     // A fit has room for so many numbers.
-    let room = MAX_FREE.saturating_sub(here.z.len()) / EMPIRICAL[0].parameters.len();
-    let slots = slots(problem.nominal).len().min(MOST_TERMS);
+    let room = MAX_FREE.saturating_sub(here.model.layout().local()) / EMPIRICAL[0].parameters.len();
+    let slots = slots(&here.model.nominal).len().min(MOST_TERMS);
     let most = room.min(slots.saturating_sub(before));
     let p = here.z.len();
     let mut parts = vec![Normal::zero(p + library.len()); folds.count()];
@@ -211,24 +212,24 @@ fn further(
 }
 
 /// The terms as they are reported, with the values of `fit`, whose last effects they are.
-fn terms(nominal: &Nominal, fit: &Fit, columns: &[Column]) -> Vec<CustomTerm> {
-    let first = fit.hypothesis.effects.len() - columns.len();
+fn terms(fit: &Fit, columns: &[Column]) -> Vec<CustomTerm> {
+    let first = fit.model.effects.len() - columns.len();
     columns
         .iter()
         .enumerate()
         .map(|(i, column)| {
-            let parameters = repair::effect_parameters(nominal, fit, first + i);
+            let parameters = repair::effect_parameters(fit, first + i);
             let term = &TERMS[column.term];
-            CustomTerm::new(fit.hypothesis.effects[first + i].id, term, parameters)
+            CustomTerm::new(fit.model.effects[first + i].id, term, parameters)
         })
         .collect()
 }
 
 impl Custom {
     /// The expression with the values of another fit of the same hypothesis.
-    pub(super) fn refitted(&self, nominal: &Nominal, fit: &Fit) -> Expression {
+    pub(super) fn refitted(&self, fit: &Fit) -> Expression {
         Expression {
-            terms: terms(nominal, fit, &self.columns),
+            terms: terms(fit, &self.columns),
             ..self.expression.clone()
         }
     }

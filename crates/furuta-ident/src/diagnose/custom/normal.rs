@@ -6,11 +6,10 @@ use furuta_model::params::Coefficients;
 use nalgebra::{Cholesky, DMatrix, DVector, Vector4};
 use rayon::prelude::*;
 
-use super::super::data::Window;
-use super::super::fit::{Fit, Problem};
-use super::super::hypothesis::{Hypothesis, Nominal, TIMING, is_late};
-use super::super::shooting::{Inner, MAX_FREE, Traced};
+use super::super::Fit;
+use super::super::hypothesis::{Hypothesis, TIMING, is_late};
 use super::library::{Column, instant};
+use crate::shooting::{Layout, MAX_FREE, Model, Problem, Traced, Window, Windows};
 
 /// Normal equations over the fitted parameters and, behind them, the columns of the library; initial states eliminated.
 #[derive(Clone)]
@@ -81,20 +80,21 @@ pub(super) fn normals<'a>(
     library: &[Column],
 ) -> Vec<(&'a Window, Normal)> {
     const N: usize = 4 + MAX_FREE;
-    let inner = Inner::<N>::new(&fit.hypothesis, &fit.z, problem.nominal);
-    let coefficients = inner.plain().coefficients;
-    let bounds = fit.hypothesis.bounds(problem.nominal, &fit.z);
+    let windows = Windows::<N>::new(&fit.model, &fit.z);
+    let coefficients = windows.plain().plant.coefficients;
+    let bounds = fit.model.bounds(&fit.z);
     let free: Vec<bool> = bounds.iter().map(|(low, high)| low < high).collect();
+    let layout = fit.model.layout();
     // What is late is no torque: it moves the whole prediction.
-    let late: Vec<f64> = lateness(&fit.hypothesis, problem.nominal);
+    let late: Vec<f64> = lateness(&fit.model);
     problem
         .windows
         .par_iter()
         .zip(&fit.states)
         .filter_map(|(w, x0)| {
-            let mut steps = inner.trace(problem.data, w, *x0).steps;
+            let mut steps = windows.trace(problem.data, w, *x0).steps;
             let run = &problem.data.runs[w.run];
-            let predictions = inner.predictions(problem.data, w, *x0);
+            let predictions = windows.predictions(problem.data, w, *x0);
             let mut before = [x0.theta, x0.alpha];
             for ((step, y), measured) in steps
                 .iter_mut()
@@ -103,21 +103,30 @@ pub(super) fn normals<'a>(
             {
                 for c in 0..2 {
                     let speed = (y[c] - before[c]) / run.h;
-                    for (i, late) in late.iter().enumerate() {
-                        step.y[c].d[4 + i] -= late * speed;
+                    for (i, late) in late.iter().enumerate().take(layout.shared) {
+                        step.y[c].d[4 + layout.local_of(i)] -= late * speed;
                     }
                     step.left[c] = measured[c] - y[c];
                 }
                 before = *y;
             }
-            Some((w, normal(&steps, &free, library, &coefficients, run.h)?))
+            Some((
+                w,
+                normal(
+                    &steps,
+                    (&free, &layout, run.recording),
+                    library,
+                    &coefficients,
+                    run.h,
+                )?,
+            ))
         })
         .collect()
 }
 
 /// By how many seconds a unit of each parameter makes the readings late.
-fn lateness(h: &Hypothesis, nominal: &Nominal) -> Vec<f64> {
-    let scales = h.scales(nominal);
+fn lateness(h: &Hypothesis) -> Vec<f64> {
+    let scales = h.scales();
     let mut late = vec![0.0; scales.len()];
     late[TIMING] = scales[TIMING];
     for (i, _) in h.effects.iter().enumerate().filter(|(_, e)| is_late(e)) {
@@ -128,7 +137,7 @@ fn lateness(h: &Hypothesis, nominal: &Nominal) -> Vec<f64> {
 
 fn normal<const N: usize>(
     steps: &[Traced<N>],
-    free: &[bool],
+    (free, layout, recording): (&[bool], &Layout, usize),
     library: &[Column],
     coefficients: &Coefficients<f64>,
     h: f64,
@@ -165,12 +174,11 @@ fn normal<const N: usize>(
             for a in 0..4 {
                 rows[(i, a)] = slope[a];
             }
-            for a in 0..p {
-                rows[(i, 4 + a)] = if free[a] {
-                    step.y[c].d[4 + a] * weight
-                } else {
-                    0.0
-                };
+            for a in 0..layout.local() {
+                let place = layout.place(recording, a);
+                if free[place] {
+                    rows[(i, 4 + place)] = step.y[c].d[4 + a] * weight;
+                }
             }
             for j in 0..m {
                 rows[(i, 4 + p + j)] = slope.dot(&moved[j]);

@@ -3,10 +3,11 @@
 //! [`Diagnosis`] is read by other programs: fields may be added, but none of the present ones changes name, unit or meaning without a new
 //! [`SCHEMA`]. A number that could not be determined is `NaN` here and `null` in the JSON, never an invented zero.
 
+mod best;
 mod curves;
 mod missing_torque;
-pub(crate) mod null_if_not_finite;
 mod sentence;
+mod suspected;
 #[cfg(test)]
 mod tests;
 
@@ -14,10 +15,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub use self::best::Best;
 pub use self::curves::{CandidateEvidence, Curves, GapBar, RunCurves, TorqueByState, TorqueInTime};
 pub use self::missing_torque::{MissingTorque, Shape};
-pub use self::sentence::significant;
+pub use self::suspected::Suspected;
 pub use super::expression::{CustomTerm, Expression};
+use crate::answer::null_if_not_finite;
+pub use crate::answer::{Channel, significant};
 
 /// Version of the JSON contract, the field `schema`.
 pub const SCHEMA: u32 = 1;
@@ -90,45 +94,6 @@ impl Part {
 }
 
 impl core::fmt::Display for Verdict {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(self.as_str())
-    }
-}
-
-/// One of the two measured angles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Channel {
-    /// The arm's angle.
-    Theta,
-    /// The pendulum's angle, zero upright.
-    Alpha,
-}
-
-impl Channel {
-    /// Both channels, in the order used by every `[_; 2]` of this module.
-    pub const ALL: [Self; 2] = [Self::Theta, Self::Alpha];
-
-    /// `theta` or `alpha`.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Theta => "theta",
-            Self::Alpha => "alpha",
-        }
-    }
-
-    /// What turns by this angle, for sentences: `arm` or `pendulum`.
-    #[must_use]
-    pub const fn part(self) -> &'static str {
-        match self {
-            Self::Theta => "arm",
-            Self::Alpha => "pendulum",
-        }
-    }
-}
-
-impl core::fmt::Display for Channel {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(self.as_str())
     }
@@ -242,6 +207,36 @@ pub struct NamedEffect {
     /// Ids that explain these data nearly as well.
     pub confusable_with: Vec<String>,
 }
+
+/// Where a recording's encoders read zero, against those of the first recording.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Zero {
+    /// Name of the recording.
+    pub run: String,
+    /// By how much the arm's true angle was greater when its encoder read zero, rad; `NaN` where nothing depends on the arm's absolute angle, so that no
+    /// recording shows it.
+    #[serde(with = "null_if_not_finite")]
+    pub theta: f64,
+    /// The same of the pendulum, rad.
+    #[serde(with = "null_if_not_finite")]
+    pub alpha: f64,
+}
+
+impl Zero {
+    /// `theta's zero: +1.10 rad against the first recording`, where it is known and more than a count.
+    #[must_use]
+    pub fn sentence(&self) -> Option<String> {
+        (self.theta.abs() > LEAST_ZERO).then(|| {
+            format!(
+                "{}: theta's zero: {:+.3} rad against the first recording",
+                self.run, self.theta
+            )
+        })
+    }
+}
+
+/// A zero of theta that is worth a line, rad: a few counts of a usual encoder.
+const LEAST_ZERO: f64 = 0.01;
 
 /// An effect that was not named, and how large it could be all the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -383,9 +378,15 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Effects that are missing, the strongest evidence first.
     pub effects: Vec<NamedEffect>,
+    /// Effects that fit the recordings better and predict data kept apart worse; left out of the JSON where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub suspected: Vec<Suspected>,
     /// An empirical expression for what no effect explains, where the verdict is `unexplained` and one helps; left out of the JSON otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub custom: Option<Expression>,
+    /// The zeros of the recordings' encoders, where each has its own; left out of the JSON where there is one recording.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub zeros: Vec<Zero>,
     /// The rig file's parameters by `table.key`.
     pub parameters: BTreeMap<String, ParameterEstimate>,
     /// How large each effect that was not named could still be, what is ruled out most firmly (against its typical size) first.
@@ -396,6 +397,9 @@ pub struct Diagnosis {
     /// Prediction error on data kept apart; absent where there were too few.
     #[serde(default)]
     pub held_out: Option<HeldOut>,
+    /// Which of the three models predicts data kept apart best: the one that is written as a rig file.
+    #[serde(default)]
+    pub best: Best,
     /// Where the gap of the recalibrated model sits, the largest share first.
     #[serde(rename = "where")]
     pub location: Vec<GapShare>,
@@ -442,11 +446,14 @@ impl Diagnosis {
             schema: SCHEMA,
             verdict,
             effects: Vec::new(),
+            suspected: Vec::new(),
             custom: None,
+            zeros: Vec::new(),
             parameters: BTreeMap::new(),
             limits: Vec::new(),
             gap,
             held_out: None,
+            best: Best::Repaired,
             location: Vec::new(),
             missing_torque: Vec::new(),
             next_experiment: None,

@@ -1,6 +1,7 @@
 //! The diagnosis in words.
 
 use super::{Channel, Channels, Diagnosis, Gap, Part, Verdict};
+use crate::answer::significant;
 
 impl Diagnosis {
     /// The verdict in one sentence, with the number that matters most.
@@ -87,8 +88,9 @@ impl Diagnosis {
         };
         let (before, after) = (before.get(channel), after.get(channel));
         if before.is_finite() && after.is_finite() {
+            let verb = if after < before { "falls" } else { "changes" };
             format!(
-                "the prediction error of the {} falls from {} to {} rad",
+                "the prediction error of the {} {verb} from {} to {} rad",
                 channel.part(),
                 significant(before, 2),
                 significant(after, 2)
@@ -97,26 +99,6 @@ impl Diagnosis {
             "the prediction comes closer to the recordings".into()
         }
     }
-}
-
-/// `value` with `digits` significant digits, without an exponent between 1e-4 and 1e5.
-#[must_use]
-pub fn significant(value: f64, digits: usize) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    if !value.is_finite() {
-        return "unknown".into();
-    }
-    let digits = digits.max(1);
-    let magnitude = value.abs();
-    if !(1e-4..1e5).contains(&magnitude) {
-        return format!("{value:.*e}", digits - 1);
-    }
-    // Rounding may carry into the next decade (0.0999 -> 0.10), which costs one digit too many at worst.
-    let decade = magnitude.log10().floor();
-    let decimals = (digits as f64 - 1.0 - decade).max(0.0) as usize;
-    format!("{value:.decimals$}")
 }
 
 /// A name as it stands within a sentence: its first letter small, but for names of people.

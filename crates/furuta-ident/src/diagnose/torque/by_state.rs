@@ -5,10 +5,10 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::super::echo::Block;
 use super::super::hypothesis::{ARM_DAMPING, DRIVE, PENDULUM_DAMPING};
-use super::super::result::{Channel, MissingTorque, Shape, TorqueByState};
-use super::{Heard, Normal, solver};
+use super::super::result::{MissingTorque, Shape, TorqueByState};
+use super::{Block, Normal, Responses, solver};
+use crate::answer::Channel;
 
 /// So many stretches between points, each with as many blocks as any other.
 const STRETCHES: usize = 14;
@@ -87,8 +87,8 @@ impl Curve {
 
 /// The missing torque against every state, before and after the effects, and what is most telling about it.
 pub(in super::super) fn by_state(
-    before: &Heard,
-    after: &Heard,
+    before: &Responses,
+    after: &Responses,
 ) -> (Vec<TorqueByState>, Vec<MissingTorque>) {
     let (mut curves, mut told) = (Vec::new(), Vec::new());
     for axis in &AXES {
@@ -132,10 +132,10 @@ pub(in super::super) fn by_state(
 }
 
 /// The state's value, a pendulum angle counted from where its recordings do not wrap.
-fn unwrapped(axis: &Axis, heard: &Heard) -> impl Fn(&Block) -> f64 + Sync + use<> {
+fn unwrapped(axis: &Axis, heard: &Responses) -> impl Fn(&Block) -> f64 + Sync + use<> {
     let value = axis.value;
     let angle = axis.state == "alpha";
-    let blocks = heard.echoes.iter().flat_map(|e| &e.blocks);
+    let blocks = heard.responses.iter().flat_map(|e| &e.blocks);
     let (up, down) = blocks.fold((0, 0), |(up, down), b| {
         if b.x.alpha.cos() > 0.0 {
             (up + 1, down)
@@ -155,8 +155,8 @@ fn unwrapped(axis: &Axis, heard: &Heard) -> impl Fn(&Block) -> f64 + Sync + use<
 }
 
 /// The points, in their order.
-fn points(value: &impl Fn(&Block) -> f64, heard: &Heard) -> Option<Vec<f64>> {
-    let blocks = heard.echoes.iter().flat_map(|e| &e.blocks);
+fn points(value: &impl Fn(&Block) -> f64, heard: &Responses) -> Option<Vec<f64>> {
+    let blocks = heard.responses.iter().flat_map(|e| &e.blocks);
     let mut all: Vec<f64> = blocks.map(value).collect();
     all.sort_by(f64::total_cmp);
     let last = all.len().checked_sub(1)? as f64;
@@ -181,14 +181,14 @@ fn between(points: &[f64], x: f64) -> [(usize, f64); 2] {
 }
 
 fn curve(
-    heard: &Heard,
+    heard: &Responses,
     value: &(impl Fn(&Block) -> f64 + Sync),
     points: &[f64],
     held: Option<usize>,
 ) -> Option<Curve> {
     let n = points.len();
     let parts: Vec<Normal> = heard
-        .echoes
+        .responses
         .par_iter()
         .map(|e| {
             let all = Normal::of(e, n, |_, block| between(points, value(block)));
@@ -228,7 +228,7 @@ fn curve(
 
 impl Curve {
     /// The share of the gap that goes when one axis' torques are left out, the other's free to imitate them.
-    fn own_share(&self, heard: &Heard, first: usize, n: usize) -> Option<f64> {
+    fn own_share(&self, heard: &Responses, first: usize, n: usize) -> Option<f64> {
         let torque = self.torque.rows(first, n).into_owned();
         let own = self.covariance.view((first, first), (n, n)).into_owned();
         let fall = torque.dot(&solver(own)?.solve(&torque)) * self.left;
@@ -236,7 +236,7 @@ impl Curve {
     }
 
     /// One axis' torques by themselves, beside the base parameters: their precision, what it makes of them, and the share of the gap that they explain.
-    fn alone(&self, heard: &Heard, first: usize) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
+    fn alone(&self, heard: &Responses, first: usize) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
         let n = self.std.len() / 2;
         let other: Vec<usize> = (n - first..2 * n - first).collect();
         let here = self.normal.clone().holding(&other);
@@ -258,7 +258,7 @@ impl Curve {
 
 /// What one curve says, if it says enough.
 fn tell(
-    heard: &Heard,
+    heard: &Responses,
     curve: &Curve,
     axis: &Axis,
     channel: Channel,

@@ -3,11 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::super::echo::Echo;
-use super::super::fit::Problem;
-use super::super::hypothesis::FIRST_EFFECT;
 use super::super::result::TorqueInTime;
-use super::{Heard, Normal};
+use super::{FOLLOW, Normal, Response, Responses};
+use crate::shooting::Problem;
 
 /// Blocks with the same torque.
 const TOGETHER: usize = 3;
@@ -26,16 +24,16 @@ struct Slices {
 }
 
 impl Slices {
-    fn of(echo: &Echo) -> Self {
-        let n = echo.blocks.len().div_ceil(TOGETHER);
-        let t: Vec<f64> = echo
+    fn of(response: &Response) -> Self {
+        let n = response.blocks.len().div_ceil(TOGETHER);
+        let t: Vec<f64> = response
             .blocks
             .chunks(TOGETHER)
             .map(|c| c.iter().map(|b| b.t).sum::<f64>() / c.len() as f64)
             .collect();
         Self {
-            normal: Normal::of(echo, n, |k, _| [(k / TOGETHER, 1.0), (0, 0.0)])
-                .holding(&std::array::from_fn::<_, FIRST_EFFECT, _>(|i| 2 * n + i)),
+            normal: Normal::of(response, n, |k, _| [(k / TOGETHER, 1.0), (0, 0.0)])
+                .holding(&std::array::from_fn::<_, FOLLOW, _>(|i| 2 * n + i)),
             alike: DMatrix::from_fn(n, n, |i, j| (-(t[i] - t[j]).abs() / MEMORY).exp()),
             t,
         }
@@ -91,8 +89,8 @@ struct Course {
 /// The torques missing in every run, before and after the effects. Where a window says nothing about the model with them, that is `NaN`.
 pub(in super::super) fn in_time(
     problem: &Problem<'_>,
-    before: &Heard,
-    after: &Heard,
+    before: &Responses,
+    after: &Responses,
 ) -> Vec<TorqueInTime> {
     let (before, after) = rayon::join(|| courses(before), || courses(after));
     let mut runs: Vec<TorqueInTime> = problem
@@ -124,18 +122,18 @@ pub(in super::super) fn in_time(
     runs
 }
 
-fn courses(heard: &Heard) -> Vec<Course> {
-    let slices: Vec<Slices> = heard.echoes.par_iter().map(Slices::of).collect();
+fn courses(heard: &Responses) -> Vec<Course> {
+    let slices: Vec<Slices> = heard.responses.par_iter().map(Slices::of).collect();
     let size = likely(&slices);
-    (heard.echoes.par_iter().zip(slices))
-        .filter_map(|(echo, slices)| {
+    (heard.responses.par_iter().zip(slices))
+        .filter_map(|(response, slices)| {
             let (_, mean, covariance) = slices.posterior(size)?;
             let n = slices.t.len();
             let of = |value: &dyn Fn(usize) -> f64| {
                 [0, n].map(|first| (first..first + n).map(value).collect())
             };
             Some(Course {
-                window: echo.window,
+                window: response.window,
                 torque: of(&|i| mean[i]),
                 std: of(&|i| covariance[(i, i)].sqrt()),
                 t: slices.t,

@@ -1,6 +1,6 @@
 //! The torque that a model lacks on either axis: against each state, and over time.
 //!
-//! Both are least squares on the residuals of half-second windows, through the same impulse responses that `scout` uses, so nothing is differentiated
+//! Both are least squares on the residuals of half-second windows, through the same impulse responses that `screen` uses, so nothing is differentiated
 //! twice: noise stays noise, and the standard deviations are those of the encoders (or of what is left, where that is more).
 
 mod by_state;
@@ -11,27 +11,29 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix4xX};
 pub(super) use by_state::by_state;
 pub(super) use in_time::in_time;
 
-use super::echo::{Block, Echo, echoes};
-use super::fit::{Fit, Problem};
-use super::hypothesis::FIRST_EFFECT;
-use super::predict::Model;
+use super::Fit;
+use super::predict::Predictor;
+use super::screen::{FOLLOW, Response, responses};
+use crate::shooting::{self, Problem};
 
-/// What the windows of a model say, and how far off it is.
-pub(super) struct Heard {
-    echoes: Vec<Echo>,
+type Block = shooting::Block<FOLLOW>;
+
+/// The impulse responses about a model, and how far off it is.
+pub(super) struct Responses {
+    responses: Vec<Response>,
     /// Squared residuals in units of the noise, for each sample.
     chi2: f64,
     samples: f64,
 }
 
-impl Heard {
+impl Responses {
     /// About `model`, each window from its best initial state.
-    pub(super) fn new(problem: &Problem<'_>, model: Model<'_>) -> Self {
-        let fit: Fit = problem.settle(model.hypothesis, model.z, None);
-        let (_, echoes) = echoes(problem, &fit);
+    pub(super) fn new(problem: &Problem<'_>, model: &Predictor) -> Self {
+        let fit: Fit = problem.settle(&model.hypothesis, &model.z, None);
+        let (_, responses) = responses(problem, &fit);
         let samples = problem.samples();
         Self {
-            echoes,
+            responses,
             chi2: fit.cost / samples,
             samples,
         }
@@ -53,7 +55,7 @@ struct Normal {
 
 impl Normal {
     fn zero(functions: usize) -> Self {
-        let size = 2 * functions + FIRST_EFFECT;
+        let size = 2 * functions + FOLLOW;
         Self {
             matrix: DMatrix::zeros(size, size),
             gradient: DVector::zeros(size),
@@ -67,7 +69,7 @@ impl Normal {
 
     /// One window's; `values` gives the two of the functions that are not zero in a block, and what they are there.
     fn of(
-        echo: &Echo,
+        response: &Response,
         functions: usize,
         values: impl Fn(usize, &Block) -> [(usize, f64); 2],
     ) -> Self {
@@ -75,9 +77,9 @@ impl Normal {
         let mut moved = Matrix4xX::<f64>::zeros(torques);
         let mut cross = Matrix4xX::<f64>::zeros(torques);
         let mut matrix = DMatrix::zeros(torques, torques);
-        let mut with_base = DMatrix::zeros(torques, FIRST_EFFECT);
+        let mut with_base = DMatrix::zeros(torques, FOLLOW);
         let mut gradient = DVector::zeros(torques);
-        for (k, block) in echo.blocks.iter().enumerate() {
+        for (k, block) in response.blocks.iter().enumerate() {
             let mut here = moved.clone();
             for (function, value) in values(k, block) {
                 for (axis, impulse) in block.impulse.iter().enumerate() {
@@ -94,25 +96,25 @@ impl Normal {
             gradient.gemv_tr(1.0, &here, &block.product, 1.0);
             cross += follows;
         }
-        let absorbed = echo.normal.solve(&cross);
+        let absorbed = response.normal.solve(&cross);
         matrix.gemm_tr(-1.0, &cross, &absorbed, 1.0);
-        with_base.gemm_tr(-1.0, &cross, &echo.absorbed, 1.0);
-        gradient.gemv_tr(-1.0, &absorbed, &echo.gradient, 1.0);
+        with_base.gemm_tr(-1.0, &cross, &response.absorbed, 1.0);
+        gradient.gemv_tr(-1.0, &absorbed, &response.gradient, 1.0);
         let mut out = Self::zero(functions);
-        let (all, base) = ((torques, torques), (torques, FIRST_EFFECT));
+        let (all, base) = ((torques, torques), (torques, FOLLOW));
         out.matrix.view_mut((0, 0), all).copy_from(&matrix);
         out.matrix
             .view_mut((0, torques), base)
             .copy_from(&with_base);
-        let mut below = out.matrix.view_mut((torques, 0), (FIRST_EFFECT, torques));
+        let mut below = out.matrix.view_mut((torques, 0), (FOLLOW, torques));
         below.copy_from(&with_base.transpose());
         let mut corner = out
             .matrix
-            .fixed_view_mut::<FIRST_EFFECT, FIRST_EFFECT>(torques, torques);
-        corner.copy_from(&echo.base_normal);
+            .fixed_view_mut::<FOLLOW, FOLLOW>(torques, torques);
+        corner.copy_from(&response.base_normal);
         out.gradient.rows_mut(0, torques).copy_from(&gradient);
-        let mut last = out.gradient.rows_mut(torques, FIRST_EFFECT);
-        last.copy_from(&echo.base_gradient);
+        let mut last = out.gradient.rows_mut(torques, FOLLOW);
+        last.copy_from(&response.base_gradient);
         out
     }
 

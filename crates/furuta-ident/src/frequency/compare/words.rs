@@ -9,7 +9,7 @@ use super::super::error::FrequencyError;
 use super::super::first_principles::Output;
 use super::super::transfer::{Transfer, polynomial_text};
 use super::{Comparison, Explanation, FAR, Measured, name, own};
-use crate::diagnose::result::significant;
+use crate::answer::significant;
 
 /// Sets of effects shown.
 const SHOWN: usize = 12;

@@ -1,0 +1,58 @@
+//! Names must hold on data kept apart: an effect that gains in the sample alone is suspected, not named.
+
+use furuta_model::effects::Acts;
+
+use super::Fit;
+use super::held_out::Unseen;
+use super::result::Suspected;
+use super::search::{Rival, Search};
+use crate::shooting::{Effort, Problem};
+
+/// What is left of a search.
+pub(super) struct Judged {
+    pub(super) named: Fit,
+    pub(super) rivals: Vec<Rival>,
+    pub(super) suspected: Vec<Suspected>,
+    /// What the named effects leave on data kept apart, where they were judged.
+    pub(super) unseen: Option<Unseen>,
+}
+
+/// Takes out, one at a time, the effects without which data kept apart are predicted better. What acts once is judged by its own windows (`evidence`):
+/// no other recording holds it.
+pub(super) fn judge(
+    problem: &Problem<'_>,
+    unseen: &(dyn Fn(&Fit) -> Unseen + Sync),
+    mut named: Fit,
+    mut rivals: Vec<Rival>,
+    search: &Search<'_>,
+) -> Judged {
+    let mut suspected = Vec::new();
+    let mut with = None;
+    while !named.model.effects.is_empty() && !problem.stop.wanted() {
+        let here = with.insert(unseen(&named));
+        let worst = rivals
+            .iter()
+            .filter(|r| !r.spec.acts.includes(Acts::JUMPS))
+            .map(|r| (r, unseen(&r.without)))
+            .filter(|(_, without)| !here.is_better_than(without))
+            .min_by(|a, b| a.1.level().total_cmp(&b.1.level()));
+        let Some((rival, without)) = worst else { break };
+        suspected.push(Suspected::new(rival.spec, here.horizons, without.horizons));
+        let h = named.model.without(rival.spec.id);
+        let z = named.model.reduced(&named.z, rival.spec.id);
+        let again = problem.fit(&h, z, &named.states, Effort::FULL);
+        named = if again.cost < rival.without.cost {
+            again
+        } else {
+            rival.without.clone()
+        };
+        rivals = search.rivals(&named);
+        with = None;
+    }
+    Judged {
+        named,
+        rivals,
+        suspected,
+        unseen: with,
+    }
+}

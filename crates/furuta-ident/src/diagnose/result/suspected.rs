@@ -1,0 +1,43 @@
+//! Effects that gain in the sample alone.
+
+use furuta_model::Spec;
+use serde::{Deserialize, Serialize};
+
+use crate::answer::significant;
+
+/// An effect that fits the recordings better and predicts data kept apart worse: suspected, not named.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Suspected {
+    /// Id in the catalogue.
+    pub id: String,
+    /// The catalogue's name.
+    pub name: String,
+    /// Why it is not named, in a sentence.
+    pub reason: String,
+}
+
+/// The horizons of `held_out::Unseen`, in words.
+const HORIZONS: [&str; 4] = ["0.25 s", "0.5 s", "2 s", "whole runs"];
+
+impl Suspected {
+    /// From the mean squared errors on data kept apart, with the effect and without it.
+    pub(crate) fn new(spec: &Spec, with: [f64; 4], without: [f64; 4]) -> Self {
+        let worst = (0..HORIZONS.len())
+            .filter(|&i| (with[i] / without[i]).is_finite())
+            .max_by(|&a, &b| (with[a] / without[a]).total_cmp(&(with[b] / without[b])));
+        let reason = match worst {
+            Some(i) => format!(
+                "on data kept apart, predicted over {}, the error is {} times the noise with it and {} without",
+                HORIZONS[i],
+                significant(with[i].sqrt(), 3),
+                significant(without[i].sqrt(), 3)
+            ),
+            None => "nothing could be predicted with it on data kept apart".into(),
+        };
+        Self {
+            id: spec.id.into(),
+            name: spec.name.into(),
+            reason,
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Levenberg and Marquardt's method, for every nonlinear least-squares problem of this crate.
+//!
+//! A problem says what a place costs, how it looks when it is linearised there, and where a step leads. The method decides how far to trust the
+//! linear model: a step that lowers the cost is taken and the damping eased, one that does not is repeated with more damping.
+
+/// What the method minimises, over places: parameters, with what was computed there.
+pub(crate) trait LeastSquares<Place> {
+    /// The problem linearised at a place.
+    type Linear;
+    /// A step away from a place.
+    type Step;
+
+    /// The sum of squares at a place.
+    fn cost(&self, place: &Place) -> f64;
+
+    /// The problem linearised at a place, which may hold that already.
+    fn linearise(&self, place: &mut Place) -> Self::Linear;
+
+    /// The damped step, and by how much the linear model says that it lowers the cost. `None` where there is none.
+    fn step(&self, place: &Place, linear: &Self::Linear, damping: f64)
+    -> Option<(Self::Step, f64)>;
+
+    /// Where a step leads. After the `last` one nothing is linearised.
+    fn trial(&self, place: &Place, linear: &Self::Linear, step: &Self::Step, last: bool) -> Place;
+
+    /// Whether to try a step that is predicted to lower the cost by `predicted`, after `iteration` others.
+    fn promises(&self, place: &Place, predicted: f64, iteration: usize) -> bool {
+        let _ = (place, predicted, iteration);
+        true
+    }
+
+    /// Called for each place that was reached, which it may improve; whether to go on after `gain`.
+    fn reached(&self, place: &mut Place, gain: f64, iteration: usize) -> bool;
+}
+
+/// How the damping changes, and when the method ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rules {
+    /// Steps that are tried.
+    pub(crate) iterations: usize,
+    /// Damping of the first step, in units of the curvature.
+    pub(crate) damping: f64,
+    /// A step taken eases the damping by this factor, down to the second number.
+    pub(crate) ease: (f64, f64),
+    /// A step refused multiplies the damping by this factor, to the second number at least.
+    pub(crate) stiffen: (f64, f64),
+    /// Beyond this damping no step helps.
+    pub(crate) most: f64,
+    /// A refused step that promised less than this share of the cost ends the method.
+    pub(crate) hopeless: f64,
+}
+
+/// The best place found from `start`, and the problem linearised there, unless the steps ran out.
+pub(crate) fn minimise<Place, P: LeastSquares<Place>>(
+    problem: &P,
+    start: Place,
+    rules: &Rules,
+) -> (Place, Option<P::Linear>) {
+    let mut here = start;
+    let mut damping = rules.damping;
+    let mut linear = problem.linearise(&mut here);
+    for iteration in 0..rules.iterations {
+        let Some((step, predicted)) = problem.step(&here, &linear, damping) else {
+            break;
+        };
+        if !problem.promises(&here, predicted, iteration) {
+            break;
+        }
+        let last = iteration + 1 == rules.iterations;
+        let before = problem.cost(&here);
+        let mut trial = problem.trial(&here, &linear, &step, last);
+        let gain = before - problem.cost(&trial);
+        if gain > 0.0 {
+            let on = problem.reached(&mut trial, gain, iteration);
+            here = trial;
+            damping = (damping * rules.ease.0).max(rules.ease.1);
+            if last {
+                return (here, None);
+            }
+            linear = problem.linearise(&mut here);
+            if !on {
+                break;
+            }
+        } else {
+            if predicted.abs() < rules.hopeless * before {
+                break;
+            }
+            damping = (damping * rules.stiffen.0).max(rules.stiffen.1);
+            if damping > rules.most {
+                break;
+            }
+        }
+    }
+    (here, Some(linear))
+}

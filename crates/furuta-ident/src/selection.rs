@@ -1,0 +1,188 @@
+//! Which of the recordings that are given are used: what looks as if a convention were broken is left out where the others suffice.
+
+use furuta_input::InputError;
+use furuta_model::Rig;
+
+use crate::insufficient;
+use crate::recording::{Notice, NoticeKind, Recording, RecordingError, each_against_rig};
+use crate::shooting::Data;
+
+/// A recording as it was read, with what was noticed on the way.
+pub type Read = (Recording, Vec<Notice>);
+
+/// The recordings that are used.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// What a search or a fit may see.
+    pub recordings: Vec<Recording>,
+    /// What it must not see.
+    pub verify: Vec<Recording>,
+    /// What a person should know about them, and about those that were left out.
+    pub notices: Vec<Notice>,
+}
+
+/// Why no selection can be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SelectionError {
+    /// A recording looks as if a convention were broken, and without it too little is left.
+    #[error("{0}")]
+    Suspicious(Notice),
+    /// A recording is to be verified that the search sees.
+    #[error(
+        "{file}: is to verify what is found, but holds the same samples as {as_given}, which the search sees: give a recording that it does not see"
+    )]
+    Seen {
+        /// The recording to verify with.
+        file: String,
+        /// The one that the search sees.
+        as_given: String,
+    },
+}
+
+/// Chooses among recordings of a rig. One that looks as if a convention were broken is left out with a notice where the others suffice for a diagnosis; one
+/// for verification is left out in any case. Where it is not one recording that is suspicious but two that contradict each other, there is no choice.
+///
+/// With `accept`, suspicious recordings are used, and what is suspicious about them is a notice.
+///
+/// # Errors
+/// [`SelectionError`].
+///
+/// ```
+/// use furuta_ident::recording::{NoticeKind, Recording};
+/// use furuta_ident::selection::select;
+/// use furuta_model::{Plant, Rig, State};
+/// let rig = Rig::builtin("qube-servo-2").expect("built in");
+/// let plant: Plant<f64> = Plant::new(&rig.params, &[]).expect("no effects");
+/// let recorded = |name: &str, sign: f64| {
+///     let mut x = plant.rest(State::hanging());
+///     let mut csv = String::from("t,u,theta,alpha\n");
+///     for k in 0..2000 {
+///         let t = 0.002 * f64::from(k);
+///         let u = 1.5 * (3.0 * t * (1.0 + t)).sin();
+///         let [theta, alpha] = plant.measure(&x);
+///         csv += &format!("{t},{},{theta},{alpha}\n", sign * u);
+///         plant.step(&mut x, u, 0.002);
+///     }
+///     Recording::from_csv(name, csv.as_bytes())
+/// };
+/// let selection = select(vec![recorded("a.csv", 1.0)?, recorded("b.csv", -1.0)?], Vec::new(), &rig, false)?;
+/// assert_eq!(selection.recordings.len(), 1);
+/// assert!(matches!(selection.notices[0].kind, NoticeKind::LeftOut { .. }));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn select(
+    search: Vec<Read>,
+    verify: Vec<Read>,
+    rig: &Rig,
+    accept: bool,
+) -> Result<Selection, SelectionError> {
+    for (unseen, _) in &verify {
+        if let Some((seen, _)) = search.iter().find(|(seen, _)| same(seen, unseen)) {
+            return Err(SelectionError::Seen {
+                file: unseen.name.clone(),
+                as_given: seen.name.clone(),
+            });
+        }
+    }
+    let searched = search.len();
+    let (all, noticed): (Vec<Recording>, Vec<Vec<Notice>>) =
+        search.into_iter().chain(verify).unzip();
+    let mut found: Vec<Vec<Notice>> = noticed
+        .into_iter()
+        .map(|notices| notices.into_iter().map(|n| n.for_rig(rig)).collect())
+        .collect();
+    for (i, notice) in each_against_rig(&all, rig) {
+        if let Some(found) = found.get_mut(i) {
+            found.push(notice);
+        }
+    }
+
+    let mut selection = Selection::default();
+    let mut suspicions = Vec::new();
+    for (i, (recording, notices)) in all.into_iter().zip(found).enumerate() {
+        let suspicion = headline(&notices).filter(|_| !accept);
+        let for_search = i < searched;
+        match suspicion {
+            Some(notice) => {
+                selection.notices.push(left_out(notice));
+                if for_search {
+                    suspicions.push(notice.clone());
+                }
+            }
+            None => {
+                selection.notices.extend(notices);
+                if for_search {
+                    selection.recordings.push(recording);
+                } else {
+                    selection.verify.push(recording);
+                }
+            }
+        }
+    }
+    let contradiction = |n: &&Notice| matches!(n.kind, NoticeKind::OtherRigSuspected { .. });
+    if let Some(notice) = suspicions.iter().find(contradiction) {
+        return Err(SelectionError::Suspicious(notice.clone()));
+    }
+    if let Some(notice) = suspicions.into_iter().next() {
+        let data = Data::new(&selection.recordings, rig);
+        if insufficient::check(&selection.recordings, rig, &data).is_err() {
+            return Err(SelectionError::Suspicious(notice));
+        }
+    }
+    Ok(selection)
+}
+
+/// What is read for verification: a recording that cannot be used is left out with a notice; a file that cannot be opened is a mistake of the one who
+/// named it.
+///
+/// # Errors
+/// [`RecordingError::Io`]; [`RecordingError::Input`] where the name is that of a directory, a pipe or a device.
+pub fn read_unseen(
+    name: &str,
+    read: Result<Read, RecordingError>,
+    notices: &mut Vec<Notice>,
+) -> Result<Option<Read>, RecordingError> {
+    match read {
+        Ok(read) => Ok(Some(read)),
+        Err(
+            error @ (RecordingError::Io { .. } | RecordingError::Input(InputError::Kind { .. })),
+        ) => Err(error),
+        Err(error) => {
+            let why = error.to_string();
+            let said = why.strip_prefix(name).and_then(|w| w.strip_prefix(": "));
+            let why = said.unwrap_or(&why).to_owned();
+            notices.push(Notice {
+                file: name.to_owned(),
+                kind: NoticeKind::LeftOut { why },
+            });
+            Ok(None)
+        }
+    }
+}
+
+/// The suspicion that explains the others: an angle that is off by a factor looks like many things.
+fn headline(notices: &[Notice]) -> Option<&Notice> {
+    let counts = |n: &&Notice| {
+        matches!(
+            n.kind,
+            NoticeKind::CountsSuspected { .. } | NoticeKind::RawCountsSuspected { .. }
+        )
+    };
+    let suspicious = || notices.iter().filter(|n| n.kind.is_suspicion());
+    suspicious().find(counts).or_else(|| suspicious().next())
+}
+
+fn left_out(notice: &Notice) -> Notice {
+    Notice {
+        file: notice.file.clone(),
+        kind: NoticeKind::LeftOut {
+            why: notice.kind.to_string(),
+        },
+    }
+}
+
+/// Whether two recordings hold the same samples, whatever their files are called.
+fn same(a: &Recording, b: &Recording) -> bool {
+    (&a.t, &a.u, &a.theta, &a.alpha) == (&b.t, &b.u, &b.theta, &b.alpha)
+}

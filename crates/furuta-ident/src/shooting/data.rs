@@ -1,0 +1,241 @@
+//! Recordings made ready for fitting: noise floor, weights, speeds, windows.
+
+use furuta_model::{Rig, State};
+use nalgebra::{SMatrix, SVector};
+
+use super::reversals::Reversals;
+use crate::recording::{Recording, hangs};
+
+/// An evenly sampled stretch of a recording.
+#[derive(Clone, Debug)]
+pub(crate) struct Run {
+    /// Name of the recording.
+    pub(crate) name: String,
+    /// Index of the recording it comes from.
+    pub(crate) recording: usize,
+    /// Sample period, s.
+    pub(crate) h: f64,
+    /// Time of the first sample, s.
+    pub(crate) t0: f64,
+    /// Command from each sample to the next, V.
+    pub(crate) u: Vec<f64>,
+    /// Command before the first sample: zero for a rig at rest, otherwise the first one, V.
+    pub(crate) u_before: f64,
+    /// Measured `[theta, alpha]`, rad.
+    pub(crate) y: Vec<[f64; 2]>,
+    /// Speeds from local polynomials, rad/s.
+    pub(crate) speed: Vec<[f64; 2]>,
+    /// Where the arm turned back.
+    pub(crate) reversals: Reversals,
+    /// Root of the weight of each residual, 1 for a fast encoder, less where counts are rare.
+    pub(crate) weight: Vec<[f64; 2]>,
+}
+
+/// A stretch predicted from one initial state: samples `start + 1 ..= start + len`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Window {
+    /// Index into the runs.
+    pub(crate) run: usize,
+    /// The sample whose state is free.
+    pub(crate) start: usize,
+    /// How many samples are predicted.
+    pub(crate) len: usize,
+}
+
+/// Everything a fit is given.
+#[derive(Clone, Debug)]
+pub(crate) struct Data {
+    /// The stretches.
+    pub(crate) runs: Vec<Run>,
+    /// Standard deviation of the encoders' noise, `[theta, alpha]`, rad.
+    pub(crate) noise: [f64; 2],
+    /// How many recordings they come from.
+    pub(crate) recordings: usize,
+}
+
+/// Samples either side of the local polynomials that give speeds; 13 samples in all.
+const HALF: usize = 6;
+/// A sample counts fully where the encoder moves a count per sample, and never less than this.
+const LEAST_WEIGHT: f64 = 0.05;
+
+impl Data {
+    /// All stretches of all recordings, ready to fit.
+    pub(crate) fn new(recordings: &[Recording], rig: &Rig) -> Self {
+        let resolution = rig.sensors.resolution();
+        let (mut runs, mut smooth) = (Vec::new(), Vec::new());
+        for (i, r) in recordings.iter().enumerate() {
+            for segment in &r.segments {
+                if segment.len() < 4 * HALF {
+                    continue;
+                }
+                let y: Vec<[f64; 2]> = segment.clone().map(|k| [r.theta[k], r.alpha[k]]).collect();
+                let h = r.sample_period;
+                let (smoothed, speed) = smoothed(&y, h);
+                let weight = speed
+                    .iter()
+                    .map(|v| {
+                        std::array::from_fn(|c| {
+                            (v[c].abs() * h / resolution[c])
+                                .clamp(LEAST_WEIGHT, 1.0)
+                                .sqrt()
+                        })
+                    })
+                    .collect();
+                let at_rest = y[..HALF]
+                    .iter()
+                    .all(|v| (0..2).all(|c| (v[c] - y[0][c]).abs() <= 1.5 * resolution[c]));
+                smooth.push(smoothed);
+                runs.push(Run {
+                    name: r.name.clone(),
+                    recording: i,
+                    h,
+                    t0: r.t[segment.start] - r.t[0],
+                    u_before: if at_rest { 0.0 } else { r.u[segment.start] },
+                    u: segment.clone().map(|k| r.u[k]).collect(),
+                    y,
+                    speed,
+                    reversals: Reversals::default(),
+                    weight,
+                });
+            }
+        }
+        let noise: [f64; 2] = std::array::from_fn(|c| noise_floor(&runs, c, resolution[c]));
+        for (run, smoothed) in runs.iter_mut().zip(smooth) {
+            run.reversals = Reversals::new(smoothed.iter().map(|y| y[0]), noise[0]);
+        }
+        Self {
+            runs,
+            noise,
+            recordings: recordings.len(),
+        }
+    }
+
+    /// Consecutive windows of about `seconds` over the runs that `wanted` keeps; a remainder shorter than half a window is left out.
+    pub(crate) fn windows(&self, seconds: f64, wanted: impl Fn(&Run) -> bool) -> Vec<Window> {
+        let mut windows = Vec::new();
+        for (i, run) in self.runs.iter().enumerate().filter(|(_, r)| wanted(r)) {
+            let last = run.y.len() - 1;
+            let len = ((seconds / run.h).round() as usize).clamp(8, last);
+            let mut start = run.unknown_before();
+            while start + len / 2 < last {
+                let len = len.min(last - start);
+                windows.push(Window { run: i, start, len });
+                start += len;
+            }
+        }
+        windows
+    }
+
+    /// A first guess of the state at a window's start, from a polynomial over `half` samples either side.
+    pub(crate) fn guess(&self, w: &Window, half: usize) -> State<f64> {
+        let run = &self.runs[w.run];
+        let (y, v) = local_fit(&run.y, w.start, half, run.h);
+        State::new(y[0], y[1], v[0], v[1])
+    }
+}
+
+impl Run {
+    /// So many samples at the start are only led in: what the rig's memory (a lag, play in the drive) held before is not known, unless it was at
+    /// rest, hanging. Upright, a hand held it.
+    fn unknown_before(&self) -> usize {
+        const LEAD: f64 = 0.2;
+        const SHARE: f64 = 0.05;
+        if self.u_before == 0.0 && self.y[0][1].cos() < 0.0 {
+            return 0;
+        }
+        let lead = (LEAD / self.h).round();
+        lead.min(SHARE * self.y.len() as f64) as usize
+    }
+
+    /// Whether the pendulum never comes near upright, so that the plant is stable and can be predicted as a whole.
+    pub(crate) fn hangs(&self) -> bool {
+        hangs(self.y.iter().map(|y| y[1]))
+    }
+
+    /// The command that acts from sample `k` to the next, `late` samples late.
+    #[inline]
+    pub(crate) fn command(&self, k: usize, late: usize) -> f64 {
+        k.checked_sub(late).map_or(self.u_before, |i| self.u[i])
+    }
+
+    /// The commands before sample `k`, `late` samples late, oldest first, at most `count`.
+    pub(crate) fn past(&self, k: usize, late: usize, count: usize) -> Vec<f64> {
+        let mut past: Vec<f64> = (k.saturating_sub(count)..k)
+            .map(|i| self.command(i, late))
+            .collect();
+        if past.len() < count {
+            past.insert(0, self.u_before);
+        }
+        past
+    }
+}
+
+/// Value and slope of a least-squares cubic at sample `k`, over up to `half` samples either side.
+fn local_fit(y: &[[f64; 2]], k: usize, half: usize, h: f64) -> ([f64; 2], [f64; 2]) {
+    let (low, high) = (k.saturating_sub(half), (k + half).min(y.len() - 1));
+    let scale = half as f64;
+    let mut normal = SMatrix::<f64, 4, 4>::zeros();
+    let mut right = SMatrix::<f64, 4, 2>::zeros();
+    for (i, y) in y.iter().enumerate().take(high + 1).skip(low) {
+        let s = (i as f64 - k as f64) / scale;
+        let row = SVector::<f64, 4>::new(1.0, s, s * s, s * s * s);
+        normal += row * row.transpose();
+        right += row * SMatrix::<f64, 1, 2>::new(y[0], y[1]);
+    }
+    match normal.cholesky() {
+        Some(c) => {
+            let fit = c.solve(&right);
+            let slope = 1.0 / (scale * h);
+            (
+                [fit[(0, 0)], fit[(0, 1)]],
+                [fit[(1, 0)] * slope, fit[(1, 1)] * slope],
+            )
+        }
+        None => (y[k], [0.0; 2]),
+    }
+}
+
+/// Angles and speeds.
+fn smoothed(y: &[[f64; 2]], h: f64) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+    (0..y.len()).map(|k| local_fit(y, k, HALF, h)).unzip()
+}
+
+/// Standard deviation of one encoder's noise: residuals of local quintics over stretches in which the encoder moves at least a count
+/// per sample, where rounding is white. Stretches far above the median (kicks,
+/// impacts) are left out.
+fn noise_floor(runs: &[Run], channel: usize, resolution: f64) -> f64 {
+    const SPAN: usize = 2 * HALF + 1;
+    const ORDER: usize = 6;
+    let rounding = resolution / 12.0_f64.sqrt();
+    let basis = SMatrix::<f64, SPAN, ORDER>::from_fn(|r, c| {
+        ((r as f64 - HALF as f64) / HALF as f64).powi(c as i32)
+    });
+    let Some(inverse) = (basis.transpose() * basis).try_inverse() else {
+        return rounding;
+    };
+    let hat = basis * inverse * basis.transpose();
+    let freedom = (SPAN - ORDER) as f64;
+    let mut variances = Vec::new();
+    for run in runs {
+        for chunk in run.y.chunks_exact(SPAN) {
+            let path: f64 = chunk
+                .windows(2)
+                .map(|p| (p[1][channel] - p[0][channel]).abs())
+                .sum();
+            if path < SPAN as f64 * resolution {
+                continue;
+            }
+            let y = SVector::<f64, SPAN>::from_fn(|i, _| chunk[i][channel]);
+            let residual = y - hat * y;
+            variances.push(residual.norm_squared() / freedom);
+        }
+    }
+    if variances.len() < 20 {
+        return rounding;
+    }
+    variances.sort_by(f64::total_cmp);
+    let bound = 4.0 * variances[variances.len() / 2];
+    let kept = variances.partition_point(|v| *v <= bound);
+    let mean = variances[..kept].iter().sum::<f64>() / kept as f64;
+    mean.sqrt().max(0.7 * rounding)
+}

@@ -1,0 +1,494 @@
+//! Fitting a model by multiple shooting: Levenberg and Marquardt's method on its parameters, every window's initial state solved for at each trial.
+//!
+//! The recordings are cut into windows. Each has its own initial state, a nuisance that is eliminated (Schur complement), so that an
+//! unstable plant can be fitted and an early error does not spoil what follows. Sensitivities are exact: the same plant is run on
+//! dual numbers.
+
+use furuta_model::State;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::data::{Data, Window};
+use super::eliminate::{Reduced, reduced};
+use super::model::{Model, Prior};
+use super::window::Windows;
+use crate::least_squares::{LeastSquares, Rules, minimise};
+use crate::stop::Stop;
+
+/// What a model is fitted to.
+pub(crate) struct Problem<'a> {
+    pub(crate) data: &'a Data,
+    pub(crate) windows: Vec<Window>,
+    /// When it is wanted, fits end where they are.
+    pub(crate) stop: Stop<'a>,
+}
+
+/// A fitted model.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit<M> {
+    pub(crate) model: M,
+    /// Parameters, in the model's units.
+    pub(crate) z: Vec<f64>,
+    /// Initial state of each window, from the zeros of its recording.
+    pub(crate) states: Vec<State<f64>>,
+    /// Cost of each window: squared residuals in units of the noise.
+    pub(crate) costs: Vec<f64>,
+    /// What each parameter costs by what is known of it beforehand, in units of what is left per sample.
+    pub(crate) priors: Vec<f64>,
+    /// Sum of both.
+    pub(crate) cost: f64,
+    /// Standard deviations of `z`, robust against errors that are correlated within a window.
+    pub(crate) std: Vec<f64>,
+}
+
+impl<M: Model> Fit<M> {
+    /// What a model leaves per sample is what its errors are: where that is more than the noise, what is known beforehand counts as much more (the
+    /// likelihood of errors of unknown size).
+    fn add_up(&mut self, floor: f64) {
+        let of = |(prior, z): (&Option<Prior>, &f64)| {
+            prior.map_or(0.0, |p| ((z - p.mean) / p.std).powi(2))
+        };
+        self.priors = self.model.priors().iter().zip(&self.z).map(of).collect();
+        let left: f64 = self.costs.iter().sum();
+        self.cost = left + prior_weight(left, floor) * self.priors.iter().sum::<f64>();
+    }
+
+    /// What the prior of everything that windows share costs, and of the zeros of each recording.
+    pub(crate) fn prior_by_recording(&self) -> (f64, Vec<f64>) {
+        let layout = self.model.layout();
+        let (shared, zeros) = self.priors.split_at(layout.shared);
+        let zeros = zeros.chunks(layout.zeros.max(1)).map(|z| z.iter().sum());
+        (shared.iter().sum(), zeros.collect())
+    }
+}
+
+/// How much what is known beforehand counts where the windows leave this much.
+fn prior_weight(left: f64, floor: f64) -> f64 {
+    (left / floor).max(1.0)
+}
+
+/// How long a fit may go on.
+#[derive(Copy, Clone, Debug)]
+pub(crate) struct Effort {
+    pub(crate) iterations: usize,
+    /// Stop when a step gains less than this share of the cost.
+    pub(crate) tolerance: f64,
+    /// Abandon when the cost is not going to come down to this.
+    pub(crate) bar: f64,
+    /// Stop when a step gains less than [`FINE`] of what the cost is above this.
+    pub(crate) reference: f64,
+}
+
+/// A difference of two fits is known well enough to this share of itself.
+const FINE: f64 = 1e-2;
+
+impl Effort {
+    pub(crate) const QUICK: Self = Self {
+        iterations: 8,
+        tolerance: 1e-2,
+        bar: f64::INFINITY,
+        reference: f64::INFINITY,
+    };
+    pub(crate) const FULL: Self = Self {
+        iterations: 40,
+        tolerance: 1e-4,
+        bar: f64::INFINITY,
+        reference: f64::INFINITY,
+    };
+    /// For parameters whose deviations matter.
+    pub(crate) const TIGHT: Self = Self {
+        iterations: 40,
+        tolerance: 1e-5,
+        bar: f64::INFINITY,
+        reference: f64::INFINITY,
+    };
+
+    /// The same, ended when what the cost is above `reference` is known to some hundredths.
+    pub(crate) const fn above(self, reference: f64) -> Self {
+        Self { reference, ..self }
+    }
+
+    /// The same, abandoned when the cost cannot come down to `bar`.
+    pub(crate) const fn towards(self, bar: f64) -> Self {
+        Self { bar, ..self }
+    }
+
+    /// The same, cut short where a fit creeps along a valley, as two effects do that stand for one.
+    pub(crate) const fn within(self, iterations: usize) -> Self {
+        Self { iterations, ..self }
+    }
+}
+
+/// Damping of the parameters' steps.
+const RULES: Rules = Rules {
+    iterations: 0,
+    damping: 1e-3,
+    ease: (0.2, 1e-8),
+    stiffen: (8.0, 1e-4),
+    most: 1e4,
+    hopeless: 1e-5,
+};
+/// Abandonment ratio: what is still missing after a step may be this many times what the step has gained, at first, and less and less with each five.
+const RATIO: f64 = 8.0;
+const RATIO_LASTS: usize = 5;
+/// Far from the noise the first steps may gain little: three are made before a fit is abandoned. A chi² per sample of less than two is not far.
+const PATIENCE: usize = 3;
+const NEAR: f64 = 2.0;
+/// A step that throws more than this share of the windows far off is a bad step: its windows are not looked after one by one.
+const THROWN_OFF: f64 = 0.2;
+/// Steps with which initial states follow their parameters, and with which a window that was thrown off is tried again.
+const FOLLOW: usize = 2;
+const RESCUE: usize = 5;
+
+/// A flexible coupling that takes more steps of the integrator a sample than this rings, or creeps, faster than samples follow. It shows no more than a
+/// rigid one, and a fit that has no use for a coupling would make it stiffer and stiffer, and every simulation longer.
+const MOST_STEPS: usize = 24;
+
+impl<'a> Problem<'a> {
+    pub(crate) fn new(data: &'a Data, windows: Vec<Window>) -> Self {
+        Self {
+            data,
+            windows,
+            stop: Stop::NEVER,
+        }
+    }
+
+    /// The same problem, to be ended when `stop` says so.
+    pub(crate) fn until(self, stop: Stop<'a>) -> Self {
+        Self { stop, ..self }
+    }
+
+    /// Sum of the weights of all samples: the cost that noise alone leaves, but for the degrees of freedom.
+    pub(crate) fn samples(&self) -> f64 {
+        self.windows.iter().map(|w| self.window_samples(w)).sum()
+    }
+
+    /// The same for one window.
+    pub(crate) fn window_samples(&self, w: &Window) -> f64 {
+        let run = &self.data.runs[w.run];
+        run.weight[w.start + 1..=w.start + w.len]
+            .iter()
+            .map(|w| w[0] * w[0] + w[1] * w[1])
+            .sum()
+    }
+
+    /// Cost that a perfect model leaves: one per sample, less four per window for its initial state.
+    pub(crate) fn floor(&self) -> f64 {
+        self.windows
+            .iter()
+            .map(|w| (self.window_samples(w) - 4.0).max(1.0))
+            .sum()
+    }
+
+    /// Root mean square of the residuals over the noise: 1 is the floor.
+    pub(crate) fn chi<M>(&self, fit: &Fit<M>) -> f64 {
+        (fit.cost / self.floor()).sqrt()
+    }
+
+    /// Mean square of the residuals in units of the noise, and at least that: the unit in which costs are compared.
+    pub(crate) fn per_sample<M>(&self, fit: &Fit<M>) -> f64 {
+        (fit.cost / self.floor()).max(1.0)
+    }
+
+    /// Solves for the initial states alone, the parameters held.
+    pub(crate) fn settle<M: Model>(
+        &self,
+        model: &M,
+        z: &[f64],
+        known: Option<&[State<f64>]>,
+    ) -> Fit<M> {
+        let windows = Windows::<4>::new(model, z);
+        let (states, costs): (Vec<_>, Vec<_>) = self
+            .windows
+            .par_iter()
+            .enumerate()
+            .map(|(i, w)| windows.search(self.data, w, known.map(|k| k[i])))
+            .unzip();
+        let mut fit = Fit {
+            model: model.clone(),
+            z: z.to_vec(),
+            states,
+            costs,
+            priors: Vec::new(),
+            cost: 0.0,
+            std: vec![f64::NAN; z.len()],
+        };
+        fit.add_up(self.floor());
+        fit
+    }
+
+    /// Fits `model` from the parameters and states given.
+    pub(crate) fn fit<M: Model>(
+        &self,
+        model: &M,
+        z: Vec<f64>,
+        states: &[State<f64>],
+        effort: Effort,
+    ) -> Fit<M> {
+        let bounds = model.bounds(&z);
+        let z: Vec<f64> = z
+            .iter()
+            .zip(&bounds)
+            .map(|(z, (low, high))| z.clamp(*low, *high))
+            .collect();
+        let mut here = Fit {
+            model: model.clone(),
+            states: states.to_vec(),
+            costs: Vec::new(),
+            priors: Vec::new(),
+            cost: 0.0,
+            std: vec![f64::NAN; z.len()],
+            z,
+        };
+        self.polish(&mut here, FOLLOW);
+        if !here.cost.is_finite() {
+            return here;
+        }
+        let search = Fitting {
+            problem: self,
+            bounds: &bounds,
+            effort,
+        };
+        let rules = Rules {
+            iterations: effort.iterations,
+            ..RULES
+        };
+        let (mut here, linear) = minimise(&search, here, &rules);
+        let r = linear.unwrap_or_else(|| self.linearise(&here));
+        here.std = deviations(&r, &bounds);
+        here
+    }
+
+    /// All windows linearised about a fit.
+    pub(crate) fn linearise<M: Model>(&self, f: &Fit<M>) -> Reduced {
+        let weight = prior_weight(f.costs.iter().sum(), self.floor());
+        reduced(&f.model, &f.z, self.data, &self.windows, &f.states, weight)
+    }
+
+    /// Brings every window's initial state to its optimum; the cost is infinite where a coupling is stiffer than samples follow.
+    pub(crate) fn polish<M: Model>(&self, f: &mut Fit<M>, iterations: usize) {
+        let windows = Windows::<4>::new(&f.model, &f.z);
+        let plant = &windows.plain().plant;
+        let period = self.data.runs.first().map_or(0.0, |r| r.h);
+        if plant.has_drive() && plant.substeps(period) > MOST_STEPS {
+            f.costs = vec![f64::INFINITY; f.states.len()];
+        } else {
+            (f.states, f.costs) = self
+                .windows
+                .par_iter()
+                .zip(&f.states)
+                .map(|(w, x)| windows.solve(self.data, w, *x, iterations))
+                .unzip();
+        }
+        f.add_up(self.floor());
+    }
+
+    /// Where the step leads, the initial states following.
+    fn follow<M: Model>(&self, here: &Fit<M>, r: &Reduced, step: &DVector<f64>) -> Fit<M> {
+        let layout = here.model.layout();
+        let mut trial = here.clone();
+        trial.z = here.z.iter().zip(step.iter()).map(|(z, s)| z - s).collect();
+        for ((x, w), response) in trial.states.iter_mut().zip(&self.windows).zip(&r.windows) {
+            *x = response.follow(x, &layout, self.data.runs[w.run].recording, step);
+        }
+        let moved = trial.states.clone();
+        self.polish(&mut trial, FOLLOW);
+        if !trial.cost.is_finite() {
+            return trial;
+        }
+        // A window that the step threw far off is tried from where it was as well.
+        let off: Vec<usize> = (0..moved.len())
+            .filter(|&i| trial.costs[i] > 2.0 * here.costs[i] + 20.0 && moved[i] != here.states[i])
+            .collect();
+        if off.len() as f64 <= THROWN_OFF * moved.len() as f64 {
+            let windows = Windows::<4>::new(&trial.model, &trial.z);
+            let again: Vec<(State<f64>, f64)> = off
+                .par_iter()
+                .map(|&i| windows.solve(self.data, &self.windows[i], here.states[i], RESCUE))
+                .collect();
+            for (i, (state, cost)) in off.into_iter().zip(again) {
+                if cost < trial.costs[i] {
+                    trial.states[i] = state;
+                    trial.costs[i] = cost;
+                }
+            }
+        }
+        trial.add_up(self.floor());
+        trial
+    }
+
+    /// Solves windows that fit far worse than the others again from other starts: where the window before ends, at rest, and smoothed.
+    fn restart<M: Model>(&self, f: &mut Fit<M>) {
+        let mut sorted = f.costs.clone();
+        sorted.sort_by(f64::total_cmp);
+        let Some(median) = sorted.get(sorted.len() / 2) else {
+            return;
+        };
+        let bad = (8.0 * median).max(sorted[sorted.len() * 9 / 10]);
+        if sorted[sorted.len() - 1] <= bad {
+            return;
+        }
+        let windows = &Windows::<4>::new(&f.model, &f.z);
+        let again: Vec<(usize, State<f64>, f64)> = (0..self.windows.len())
+            .into_par_iter()
+            .filter(|&i| f.costs[i] > bad)
+            .map(|i| {
+                let w = &self.windows[i];
+                let mut starts = vec![];
+                if i > 0
+                    && self.windows[i - 1].run == w.run
+                    && self.windows[i - 1].start + self.windows[i - 1].len == w.start
+                {
+                    starts.push(windows.end(self.data, &self.windows[i - 1], f.states[i - 1]));
+                }
+                let x = f.states[i];
+                starts.push(State::new(x.theta, x.alpha, 0.0, x.alpha_dot));
+                for half in [4, 10] {
+                    let g = self.data.guess(w, half);
+                    starts.push(g);
+                    starts.push(State::new(g.theta, g.alpha, 0.0, g.alpha_dot));
+                }
+                let mut best = (x, f.costs[i]);
+                for start in starts {
+                    let found = windows.solve(self.data, w, start, RESCUE);
+                    if found.1 < best.1 {
+                        best = found;
+                    }
+                }
+                (i, best.0, best.1)
+            })
+            .collect();
+        for (i, state, cost) in again {
+            f.states[i] = state;
+            f.costs[i] = cost;
+        }
+        f.add_up(self.floor());
+    }
+}
+
+/// A fit as a problem of least squares.
+struct Fitting<'a, 'b> {
+    problem: &'a Problem<'b>,
+    bounds: &'a [(f64, f64)],
+    effort: Effort,
+}
+
+impl Fitting<'_, '_> {
+    /// Whether a fit that is to come down to a bar may be ended: far from the noise, the first steps may gain little.
+    fn may_end<M>(&self, here: &Fit<M>, iteration: usize) -> bool {
+        iteration >= PATIENCE || here.cost < NEAR * self.problem.floor()
+    }
+
+    fn ratio(iteration: usize) -> f64 {
+        RATIO / (1 + iteration / RATIO_LASTS) as f64
+    }
+}
+
+/// One model's fit; the model is a type of the implementation, not of the problem.
+impl<M: Model> LeastSquares<Fit<M>> for Fitting<'_, '_> {
+    type Linear = Reduced;
+    type Step = DVector<f64>;
+
+    fn cost(&self, place: &Fit<M>) -> f64 {
+        place.cost
+    }
+
+    fn linearise(&self, place: &mut Fit<M>) -> Reduced {
+        self.problem.linearise(place)
+    }
+
+    fn step(&self, place: &Fit<M>, r: &Reduced, damping: f64) -> Option<(DVector<f64>, f64)> {
+        if self.problem.stop.wanted() {
+            return None;
+        }
+        let step = bounded_step(&place.z, r, self.bounds, damping)?;
+        let predicted = 2.0 * r.gradient.dot(&step) - (&r.matrix * &step).dot(&step);
+        Some((step, predicted))
+    }
+
+    fn trial(&self, place: &Fit<M>, r: &Reduced, step: &DVector<f64>, _: bool) -> Fit<M> {
+        self.problem.follow(place, r, step)
+    }
+
+    fn promises(&self, place: &Fit<M>, predicted: f64, iteration: usize) -> bool {
+        let missing = place.cost - self.effort.bar;
+        !(self.may_end(place, iteration) && missing > Self::ratio(iteration) * predicted.max(0.0))
+    }
+
+    fn reached(&self, place: &mut Fit<M>, gain: f64, iteration: usize) -> bool {
+        let before = place.cost + gain;
+        let small = gain < self.effort.tolerance * place.cost
+            || gain < FINE * (place.cost - self.effort.reference);
+        self.problem.restart(place);
+        let missing = place.cost - self.effort.bar;
+        let abandoned = self.may_end(place, iteration)
+            && missing > Self::ratio(iteration) * (before - place.cost);
+        !small && !abandoned
+    }
+}
+
+/// Standard deviations: `H⁻¹ (sum of score scoreᵀ) H⁻¹` over windows, and not below what white noise would give.
+fn deviations(r: &Reduced, bounds: &[(f64, f64)]) -> Vec<f64> {
+    let p = bounds.len();
+    let mut m = r.matrix.clone();
+    for i in 0..p {
+        m[(i, i)] += 1e-9;
+    }
+    for i in 0..p {
+        if bounds[i].0 == bounds[i].1 {
+            m.row_mut(i).fill(0.0);
+            m.column_mut(i).fill(0.0);
+            m[(i, i)] = 1e12;
+        }
+    }
+    let Some(inverse) = m.cholesky().map(|c| c.inverse()) else {
+        return vec![f64::NAN; p];
+    };
+    let mut meat = DMatrix::zeros(p, p);
+    for w in &r.windows {
+        meat += &w.score * w.score.transpose();
+    }
+    let sandwich = &inverse * meat * &inverse;
+    (0..p)
+        .map(|i| sandwich[(i, i)].max(inverse[(i, i)]).sqrt())
+        .collect()
+}
+
+/// A step of the parameters that stays within their bounds: components at a bound that would leave it rest.
+pub(crate) fn bounded_step(
+    z: &[f64],
+    r: &Reduced,
+    bounds: &[(f64, f64)],
+    damping: f64,
+) -> Option<DVector<f64>> {
+    let p = z.len();
+    let mut resting: Vec<bool> = bounds.iter().map(|(low, high)| low == high).collect();
+    for _ in 0..p {
+        let (mut m, mut g) = (r.matrix.clone(), r.gradient.clone());
+        for i in 0..p {
+            m[(i, i)] += damping * m[(i, i)] + 1e-9;
+            if resting[i] {
+                m.row_mut(i).fill(0.0);
+                m.column_mut(i).fill(0.0);
+                m[(i, i)] = 1.0;
+                g[i] = 0.0;
+            }
+        }
+        let step = m.cholesky()?.solve(&g);
+        let mut left = false;
+        for i in 0..p {
+            let (low, high) = bounds[i];
+            let at = (z[i] <= low && step[i] > 0.0) || (z[i] >= high && step[i] < 0.0);
+            if at && !resting[i] {
+                resting[i] = true;
+                left = true;
+            }
+        }
+        if !left {
+            return Some(DVector::from_fn(p, |i, _| {
+                z[i] - (z[i] - step[i]).clamp(bounds[i].0, bounds[i].1)
+            }));
+        }
+    }
+    None
+}

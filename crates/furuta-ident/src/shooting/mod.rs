@@ -1,0 +1,22 @@
+//! The engine that `diagnose`, `calibrate` and `validate` share: recordings cut into windows, predictions with exact sensitivities, initial states that
+//! are eliminated, and the fit of any model to all of it.
+
+mod data;
+mod eliminate;
+mod fit;
+mod impulse;
+mod model;
+mod predict;
+mod reversals;
+mod rig;
+mod window;
+mod zeros;
+
+pub(crate) use data::{Data, Run, Window};
+pub(crate) use eliminate::{MAX_FREE, Reduced, reduced};
+pub(crate) use fit::{Effort, Fit, Problem, bounded_step};
+pub(crate) use impulse::{Block, ImpulseResponse, impulse_responses};
+pub(crate) use model::{Layout, Model, Observed, Prior};
+pub(crate) use rig::AsGiven;
+pub(crate) use window::{Traced, Windows};
+pub(crate) use zeros::{ZEROS, with_zeros_found, zero_bounds, zero_priors, zero_units};

@@ -1,0 +1,113 @@
+//! What is fitted: numbers that make a plant, and what stands between that plant and each recording.
+
+use furuta_model::{Jet, Plant, Scalar};
+
+/// A plant as the recordings see it.
+#[derive(Clone, Debug)]
+pub(crate) struct Observed<S> {
+    pub(crate) plant: Plant<S>,
+    /// By how much commands or samples are late, s.
+    pub(crate) late: S,
+    /// For each recording, the true `[theta, alpha]` at which its encoders read zero, rad; those left out are zero.
+    pub(crate) zeros: Vec<[S; 2]>,
+}
+
+impl<S: Scalar<Real = f64>> Observed<S> {
+    /// A plant whose encoders count from the true zeros.
+    pub(crate) fn from_true_zeros(plant: Plant<S>, late: S) -> Self {
+        Self {
+            plant,
+            late,
+            zeros: Vec::new(),
+        }
+    }
+
+    /// The zeros of a recording's encoders.
+    #[inline(always)]
+    pub(crate) fn zero(&self, recording: usize) -> [S; 2] {
+        self.zeros.get(recording).copied().unwrap_or([S::ZERO; 2])
+    }
+
+    /// The same without derivatives.
+    pub(crate) fn plain(&self) -> Observed<f64> {
+        Observed {
+            plant: self.plant.cast(),
+            late: self.late.value(),
+            zeros: self.zeros.iter().map(|z| z.map(|v| v.value())).collect(),
+        }
+    }
+}
+
+/// How a vector of numbers is laid out: first those that all recordings share, then the zeros of each recording.
+///
+/// A window depends on the shared numbers and on the zeros of its own recording, which come behind the `lead` first ones: what every model has stands at the
+/// same places, whatever follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Layout {
+    /// Numbers that all recordings share.
+    pub(crate) shared: usize,
+    /// How many of them come before the zeros among those that a window depends on.
+    pub(crate) lead: usize,
+    /// Zeros of one recording.
+    pub(crate) zeros: usize,
+    /// Recordings that there are.
+    pub(crate) recordings: usize,
+}
+
+impl Layout {
+    /// Length of the vector.
+    pub(crate) const fn len(&self) -> usize {
+        self.shared + self.zeros * self.recordings
+    }
+
+    /// How many of its numbers one window can depend on.
+    pub(crate) const fn local(&self) -> usize {
+        self.shared + self.zeros
+    }
+
+    /// Where in the vector the `i`-th number that a window of this recording depends on stands.
+    pub(crate) const fn place(&self, recording: usize, i: usize) -> usize {
+        if i < self.lead {
+            i
+        } else if i < self.lead + self.zeros {
+            self.zero(recording, i - self.lead)
+        } else {
+            i - self.zeros
+        }
+    }
+
+    /// Where the `i`-th shared number stands among those that a window depends on.
+    pub(crate) const fn local_of(&self, i: usize) -> usize {
+        if i < self.lead { i } else { i + self.zeros }
+    }
+
+    /// Where the `k`-th zero of a recording stands in the vector.
+    pub(crate) const fn zero(&self, recording: usize, k: usize) -> usize {
+        self.shared + recording * self.zeros + k
+    }
+}
+
+/// What is known of a number before any recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Prior {
+    /// Its most likely value, in units of the vector.
+    pub(crate) mean: f64,
+    /// Its standard deviation, in units of the vector.
+    pub(crate) std: f64,
+}
+
+/// What a fit varies. Numbers are in units of their natural size.
+pub(crate) trait Model: Clone + Send + Sync {
+    /// How the vector is laid out.
+    fn layout(&self) -> Layout;
+
+    /// The plant for a vector. The `i`-th number that a window depends on ([`Layout::place`]) is independent variable `4 + i`; those before are for
+    /// the initial state.
+    fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>>;
+
+    /// Where each number may lie; one that is held has equal bounds.
+    fn bounds(&self, z: &[f64]) -> Vec<(f64, f64)>;
+
+    /// What is known of each number beforehand; `None`: nothing.
+    fn priors(&self) -> Vec<Option<Prior>>;
+}

@@ -1,0 +1,148 @@
+//! Predicting the samples of a window from the state at its start.
+//!
+//! A delay is not simulated: with a free initial state, a command that is late by `d` moves the whole response by `d`, so whole samples are taken from
+//! the command's index and the rest from a cubic between two predicted samples.
+//!
+//! States are counted from the zeros of the recording's encoders; the plant sees the true angles.
+
+use furuta_model::{Plant, PlantState, Scalar, State};
+
+use super::data::{Run, Window};
+use super::model::Observed;
+
+/// How many past commands a lag remembers: half a second at 500 Hz and more.
+const PAST: usize = 256;
+/// For this time before a window the motion is followed where a drive has play, s.
+const LEAD: f64 = 0.3;
+/// The same where it gives way, but has no play: how it is twisted follows from the torques, but for its swinging on.
+const LEAD_OF_SPRING: f64 = 0.15;
+
+/// One predicted sample.
+pub(super) struct Predicted<S> {
+    /// Which one.
+    pub(super) sample: usize,
+    /// What the encoders read, `[theta, alpha]`, rad.
+    pub(super) y: [S; 2],
+    /// Time (s) and true state a sample before.
+    pub(super) t: f64,
+    pub(super) before: State<S>,
+    /// Voltage at the motor, V.
+    pub(super) volts: f64,
+}
+
+/// The state with its angles counted from elsewhere: `by` is added to `[theta, alpha]`.
+#[inline(always)]
+fn shifted<S: Scalar>(x: State<S>, by: [S; 2]) -> State<S> {
+    State::new(x.theta + by[0], x.alpha + by[1], x.theta_dot, x.alpha_dot)
+}
+
+/// Runs the plant over a window from `x0` and hands each predicted sample to `each`. `s` may be any state of the plant.
+#[inline(always)]
+pub(super) fn predict<S: Scalar<Real = f64>>(
+    seen: &Observed<S>,
+    s: &mut PlantState<S>,
+    run: &Run,
+    w: &Window,
+    x0: State<S>,
+    mut each: impl FnMut(Predicted<S>),
+) {
+    let (plant, late, h) = (&seen.plant, seen.late, run.h);
+    let zero = seen.zero(run.recording);
+    // Whole samples; what is left lies between -0.1 and 0.9 of a sample.
+    let samples = (late.value() / h + 0.1).floor().max(0.0);
+    let rest = (late - S::from_f64(samples * h)).scale(1.0 / h);
+    let samples = samples as usize;
+    enter(seen, s, run, w.start, samples, x0);
+    for k in w.start..w.start + w.len {
+        let (t, start, before) = (s.t.value(), s.x, plant.seen(s));
+        plant.step(s, S::from_f64(run.command(k, samples)), h);
+        let now = plant.seen(s);
+        let theta = earlier(
+            before.theta,
+            before.theta_dot,
+            now.theta,
+            now.theta_dot,
+            rest,
+            h,
+        );
+        let alpha = earlier(
+            before.alpha,
+            before.alpha_dot,
+            now.alpha,
+            now.alpha_dot,
+            rest,
+            h,
+        );
+        each(Predicted {
+            sample: k + 1,
+            y: plant.reading([theta - zero[0], alpha - zero[1]]),
+            t,
+            before: start,
+            volts: s.voltage.value(),
+        });
+    }
+}
+
+/// The state at the end of a window.
+pub(super) fn end(seen: &Observed<f64>, run: &Run, w: &Window, x0: State<f64>) -> State<f64> {
+    let late = (seen.late / run.h + 0.1).floor().max(0.0) as usize;
+    let mut s = some(&seen.plant);
+    enter(seen, &mut s, run, w.start, late, x0);
+    for k in w.start..w.start + w.len {
+        seen.plant.step(&mut s, run.command(k, late), run.h);
+    }
+    shifted(seen.plant.seen(&s), seen.zero(run.recording).map(|z| -z))
+}
+
+/// Sets the plant to sample `start` of a run with the mechanical state `x0`, its effects remembering what was before; the commands are `late` samples
+/// late.
+fn enter<S: Scalar<Real = f64>>(
+    seen: &Observed<S>,
+    s: &mut PlantState<S>,
+    run: &Run,
+    start: usize,
+    late: usize,
+    x0: State<S>,
+) {
+    let plant = &seen.plant;
+    let zero = seen.zero(run.recording);
+    let x0 = shifted(x0, zero);
+    // How the rotor stands against the arm comes from the motion before.
+    let lead = match (plant.has_drive(), plant.has_play()) {
+        (true, true) => LEAD,
+        (true, false) => LEAD_OF_SPRING,
+        (false, _) => 0.0,
+    };
+    let lead = start.min((lead / run.h).ceil() as usize);
+    let first = start - lead;
+    let past = run.past(first, late, PAST);
+    let measured = |k: usize| {
+        let (y, v) = (run.y[k], run.speed[k]);
+        shifted(State::new(y[0], y[1], v[0], v[1]).map(S::from_f64), zero)
+    };
+    let at = if lead == 0 { x0 } else { measured(first) };
+    plant.enter(s, at, run.t0 + first as f64 * run.h, &past, run.h);
+    s.run = run.recording;
+    for k in first..start {
+        plant.step(s, S::from_f64(run.command(k, late)), run.h);
+        // The body that is measured goes where it was; the other follows from the torques and blows between them.
+        plant.place(s, if k + 1 < start { measured(k + 1) } else { x0 });
+    }
+    plant.recall(s, run.reversals.to(start));
+}
+
+/// Some state of the plant, to be used again and again. It is large (what the plant remembers, with its derivatives) and worker threads nest their jobs:
+/// not on the stack.
+#[inline(never)]
+pub(super) fn some<S: Scalar<Real = f64>>(plant: &Plant<S>) -> Box<PlantState<S>> {
+    Box::new(plant.rest(State::hanging()))
+}
+
+/// The cubic through two samples and their slopes, `e` of a sample before the second.
+#[inline(always)]
+fn earlier<S: Scalar<Real = f64>>(y0: S, v0: S, y1: S, v1: S, e: S, h: f64) -> S {
+    let (p0, p1, fall) = (v0.scale(h), v1.scale(h), y0 - y1);
+    let square = fall.scale(3.0) + p1.scale(2.0) + p0;
+    let cube = -p1 - p0 - fall.scale(2.0);
+    y1 + e * (e * (e * cube + square) - p1)
+}

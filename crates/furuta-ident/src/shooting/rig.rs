@@ -1,0 +1,54 @@
+//! A rig file as it is: nothing of it is fitted but the zeros of the recordings' encoders.
+
+use furuta_model::effects::Acts;
+use furuta_model::{Effect, Jet, Plant, Rig};
+
+use super::model::{Layout, Model, Observed, Prior};
+use super::zeros::{ZEROS, zero_bounds, zero_priors};
+
+/// A rig and the number of recordings that it is compared with.
+#[derive(Clone, Copy)]
+pub(crate) struct AsGiven<'a> {
+    pub(crate) rig: &'a Rig,
+    pub(crate) recordings: usize,
+}
+
+impl Model for AsGiven<'_> {
+    fn layout(&self) -> Layout {
+        Layout {
+            shared: 0,
+            lead: 0,
+            zeros: ZEROS,
+            recordings: self.recordings,
+        }
+    }
+
+    fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>> {
+        let mut late = Jet::constant(0.0);
+        let mut effects: Vec<Effect<Jet<f64, N>>> = Vec::new();
+        for e in &self.rig.effects {
+            let e: Effect<Jet<f64, N>> = e.cast();
+            // A delay is not simulated but read off the time axis.
+            if e.spec().acts.touches(Acts::DELAY.and(Acts::SENSOR_DELAY)) {
+                late += e.values()[0];
+            } else {
+                effects.push(e);
+            }
+        }
+        let coefficients = self.rig.params.cast().coefficients();
+        let plant = Plant::from_coefficients(coefficients, &effects);
+        let mut seen = Observed::from_true_zeros(plant.unwrap_or_else(|_| Plant::unknown()), late);
+        seen.free_zeros(&self.layout(), z);
+        seen
+    }
+
+    fn bounds(&self, _: &[f64]) -> Vec<(f64, f64)> {
+        let mut effects = self.rig.effects.iter();
+        let sees_angle = effects.any(|e| e.spec().acts.includes(Acts::ANGLE));
+        zero_bounds(&self.layout(), sees_angle, None)
+    }
+
+    fn priors(&self) -> Vec<Option<Prior>> {
+        zero_priors(&self.layout())
+    }
+}

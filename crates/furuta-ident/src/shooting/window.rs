@@ -1,0 +1,331 @@
+//! One window: its initial state, a nuisance that is solved for, and how its predictions depend on that state and on the parameters.
+
+use furuta_model::{Jet, PlantState, State};
+use nalgebra::{Cholesky, Matrix4, Vector4};
+use pulp::NullaryFnOnce;
+
+use super::data::{Data, Run, Window};
+use super::model::{Model, Observed};
+use super::predict::{self, predict, some};
+use crate::least_squares::{LeastSquares, Rules, minimise};
+
+/// Squared weighted residuals of one window, their gradient and Gauss-Newton matrix with respect to `N` variables.
+#[derive(Clone, Debug)]
+pub(super) struct Normal<const N: usize> {
+    pub(super) cost: f64,
+    pub(super) gradient: [f64; N],
+    pub(super) matrix: [[f64; N]; N],
+}
+
+/// The state as the first four independent variables.
+fn variable<const N: usize>(x: State<f64>) -> State<Jet<f64, N>> {
+    let values = x.to_array();
+    State::from(std::array::from_fn(|i| Jet::variable(values[i], i)))
+}
+
+/// Linearises a window about `x0` and the plant given. The first four of the `N` variables are the initial state's.
+pub(super) fn normal<const N: usize>(
+    seen: &Observed<Jet<f64, N>>,
+    s: &mut PlantState<Jet<f64, N>>,
+    data: &Data,
+    w: &Window,
+    x0: State<f64>,
+) -> Normal<N> {
+    let linearised = Linearised {
+        seen,
+        s,
+        data,
+        run: &data.runs[w.run],
+        w,
+        x0: variable(x0),
+    };
+    // In the widest vectors that the processor has; the arithmetic, and so every bit, is the same in all. Builds for development spare the compiler
+    // two of three versions of the whole model.
+    #[cfg(not(debug_assertions))]
+    let mut out = pulp::Arch::new().dispatch(linearised);
+    #[cfg(debug_assertions)]
+    let mut out = linearised.call();
+    if !out.cost.is_finite() {
+        out.cost = f64::INFINITY;
+    }
+    out
+}
+
+/// What [`normal`] does, for [`pulp::Arch::dispatch`].
+struct Linearised<'a, const N: usize> {
+    seen: &'a Observed<Jet<f64, N>>,
+    s: &'a mut PlantState<Jet<f64, N>>,
+    data: &'a Data,
+    run: &'a Run,
+    w: &'a Window,
+    x0: State<Jet<f64, N>>,
+}
+
+impl<const N: usize> NullaryFnOnce for Linearised<'_, N> {
+    type Output = Normal<N>;
+
+    #[inline(always)]
+    fn call(self) -> Normal<N> {
+        let mut out = Normal {
+            cost: 0.0,
+            gradient: [0.0; N],
+            matrix: [[0.0; N]; N],
+        };
+        let (run, noise) = (self.run, self.data.noise);
+        predict(self.seen, self.s, run, self.w, self.x0, |p| {
+            for (c, y) in p.y.iter().enumerate() {
+                let weight = run.weight[p.sample][c] / noise[c];
+                let r = (y.v - run.y[p.sample][c]) * weight;
+                let d = y.d.map(|d| d * weight);
+                out.cost += r * r;
+                for a in 0..N {
+                    out.gradient[a] += d[a] * r;
+                    for b in 0..N {
+                        out.matrix[a][b] += d[a] * d[b];
+                    }
+                }
+            }
+        });
+        out
+    }
+}
+
+/// The cost of a window alone.
+fn cost(seen: &Observed<f64>, data: &Data, w: &Window, x0: State<f64>) -> f64 {
+    let run = &data.runs[w.run];
+    let mut cost = 0.0;
+    predict(seen, &mut some(&seen.plant), run, w, x0, |p| {
+        for (c, y) in p.y.iter().enumerate() {
+            let r = (y - run.y[p.sample][c]) * run.weight[p.sample][c] / data.noise[c];
+            cost += r * r;
+        }
+    });
+    if cost.is_finite() {
+        cost
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// A plant in the two scalars that windows need. With more than four derivatives those beyond the initial state's are of the parameters.
+pub(crate) struct Windows<const N: usize = 4> {
+    seen: Observed<Jet<f64, N>>,
+    plain: Observed<f64>,
+}
+
+impl<const N: usize> Windows<N> {
+    /// For a model with these numbers.
+    pub(crate) fn new(model: &impl Model, z: &[f64]) -> Self {
+        Self::of(model.observed(z))
+    }
+
+    /// For a plant that knows its derivatives.
+    pub(crate) fn of(seen: Observed<Jet<f64, N>>) -> Self {
+        let plain = seen.plain();
+        Self { seen, plain }
+    }
+
+    /// The plant without derivatives.
+    pub(crate) fn plain(&self) -> &Observed<f64> {
+        &self.plain
+    }
+
+    /// A window's course from `x0`: states, how they depend on it, and what is left of the measurement.
+    pub(crate) fn trace(&self, data: &Data, w: &Window, x0: State<f64>) -> Trace<N> {
+        let run = &data.runs[w.run];
+        let mut s = some(&self.seen.plant);
+        let mut steps = Vec::with_capacity(w.len);
+        predict(&self.seen, &mut s, run, w, variable(x0), |p| {
+            let rows = p.before.to_array().map(|v| v.d);
+            let weight: [f64; 2] = std::array::from_fn(|c| run.weight[p.sample][c] / data.noise[c]);
+            steps.push(Traced {
+                t: p.t,
+                x: p.before.map(|v| v.v),
+                transition: Matrix4::from_fn(|r, c| rows[r][c]),
+                y: p.y,
+                weight,
+                left: std::array::from_fn(|c| run.y[p.sample][c] - p.y[c].v),
+                volts: p.volts,
+            });
+        });
+        Trace { steps }
+    }
+
+    /// The predictions of a window from `x0`.
+    pub(crate) fn predictions(&self, data: &Data, w: &Window, x0: State<f64>) -> Vec<[f64; 2]> {
+        let mut out = Vec::with_capacity(w.len);
+        let run = &data.runs[w.run];
+        predict(&self.plain, &mut some(&self.plain.plant), run, w, x0, |p| {
+            out.push(p.y);
+        });
+        out
+    }
+
+    /// The state at the end of a window.
+    pub(crate) fn end(&self, data: &Data, w: &Window, x0: State<f64>) -> State<f64> {
+        predict::end(&self.plain, &data.runs[w.run], w, x0)
+    }
+}
+
+/// A window's course.
+pub(crate) struct Trace<const N: usize> {
+    pub(crate) steps: Vec<Traced<N>>,
+}
+
+/// One step of it.
+pub(crate) struct Traced<const N: usize> {
+    /// Time at its start, s.
+    pub(crate) t: f64,
+    /// True state at its start.
+    pub(crate) x: State<f64>,
+    /// That state's slope with respect to the window's initial state.
+    pub(crate) transition: Matrix4<f64>,
+    /// The two angles after the step, with all slopes.
+    pub(crate) y: [Jet<f64, N>; 2],
+    /// Roots of their weights over the noise.
+    pub(crate) weight: [f64; 2],
+    /// Measured less predicted angles after the step, rad.
+    pub(crate) left: [f64; 2],
+    /// Voltage at the motor at the step's end, V.
+    pub(crate) volts: f64,
+}
+
+/// How an initial state is solved for: Gauss-Newton steps with next to no damping, since four states and hundreds of samples leave little doubt.
+const RULES: Rules = Rules {
+    iterations: 10,
+    damping: 1e-6,
+    ease: (0.1, 1e-9),
+    stiffen: (100.0, 1e-4),
+    most: 1e6,
+    hopeless: 0.0,
+};
+/// A step that promises less than this, and than this share of the cost, is not worth a simulation.
+const LEAST_STEP: (f64, f64) = (0.01, 1e-3);
+/// Half widths of the polynomials that say where a window may start, samples.
+const SMOOTHED: [usize; 3] = [10, 5, 20];
+/// A start that costs more than this many times the best end is not followed.
+const FAR_OFF: f64 = 4.0;
+
+/// The initial state of one window as a problem of its own.
+struct Initial<'a> {
+    windows: &'a Windows,
+    data: &'a Data,
+    w: &'a Window,
+    s: std::cell::RefCell<Box<PlantState<Jet<f64, 4>>>>,
+}
+
+/// A state, its cost, and the window linearised there if that was asked for.
+struct Started {
+    x: State<f64>,
+    cost: f64,
+    normal: Option<Normal<4>>,
+}
+
+impl Initial<'_> {
+    fn at(&self, x: State<f64>, linearise: bool) -> Started {
+        if !linearise {
+            let cost = cost(&self.windows.plain, self.data, self.w, x);
+            return Started {
+                x,
+                cost,
+                normal: None,
+            };
+        }
+        let s = &mut self.s.borrow_mut();
+        let normal = normal(&self.windows.seen, s, self.data, self.w, x);
+        Started {
+            x,
+            cost: normal.cost,
+            normal: Some(normal),
+        }
+    }
+}
+
+impl LeastSquares<Started> for Initial<'_> {
+    type Linear = Normal<4>;
+    type Step = Vector4<f64>;
+
+    fn cost(&self, place: &Started) -> f64 {
+        place.cost
+    }
+
+    fn linearise(&self, place: &mut Started) -> Normal<4> {
+        let known = place.normal.take();
+        known.unwrap_or_else(|| self.at(place.x, true).normal.unwrap_or(NOTHING))
+    }
+
+    fn step(&self, _: &Started, n: &Normal<4>, damping: f64) -> Option<(Vector4<f64>, f64)> {
+        let mut m = Matrix4::from_fn(|a, b| n.matrix[a][b]);
+        for i in 0..4 {
+            m[(i, i)] += damping * m[(i, i)] + 1e-9;
+        }
+        let gradient = Vector4::from(n.gradient);
+        let step = Cholesky::new(m)?.solve(&gradient);
+        Some((step, step.dot(&gradient)))
+    }
+
+    fn trial(&self, place: &Started, _: &Normal<4>, step: &Vector4<f64>, last: bool) -> Started {
+        let x = place.x.to_array();
+        self.at(State::from(std::array::from_fn(|i| x[i] - step[i])), !last)
+    }
+
+    fn promises(&self, place: &Started, predicted: f64, _: usize) -> bool {
+        predicted >= LEAST_STEP.0 + LEAST_STEP.1 * place.cost
+    }
+
+    fn reached(&self, _: &mut Started, _: f64, _: usize) -> bool {
+        true
+    }
+}
+
+/// A window that says nothing.
+const NOTHING: Normal<4> = Normal {
+    cost: f64::INFINITY,
+    gradient: [0.0; 4],
+    matrix: [[0.0; 4]; 4],
+};
+
+impl Windows {
+    /// Improves the initial state by damped Gauss-Newton steps, at most `iterations`; returns state and cost.
+    pub(crate) fn solve(
+        &self,
+        data: &Data,
+        w: &Window,
+        x0: State<f64>,
+        iterations: usize,
+    ) -> (State<f64>, f64) {
+        let initial = Initial {
+            windows: self,
+            data,
+            w,
+            s: std::cell::RefCell::new(some(&self.seen.plant)),
+        };
+        let rules = Rules {
+            iterations,
+            ..RULES
+        };
+        let (end, _) = minimise(&initial, initial.at(x0, true), &rules);
+        (end.x, end.cost)
+    }
+
+    /// The best of several starts: what smoothing over several widths says, and the state given.
+    pub(crate) fn search(
+        &self,
+        data: &Data,
+        w: &Window,
+        known: Option<State<f64>>,
+    ) -> (State<f64>, f64) {
+        let mut best = known.map(|x| self.solve(data, w, x, RULES.iterations));
+        for half in SMOOTHED {
+            let guess = data.guess(w, half);
+            let start = cost(&self.plain, data, w, guess);
+            if best.as_ref().is_none_or(|b| start < FAR_OFF * b.1) {
+                let found = self.solve(data, w, guess, RULES.iterations);
+                if best.as_ref().is_none_or(|b| found.1 < b.1) {
+                    best = Some(found);
+                }
+            }
+        }
+        best.unwrap_or((data.guess(w, SMOOTHED[0]), f64::INFINITY))
+    }
+}

@@ -1,0 +1,155 @@
+"""The benchmark's cases and its books, without the program under test.
+
+What is hidden where, how answers are asked for and how they are counted.
+"""
+
+from __future__ import annotations
+
+import collections
+import dataclasses
+import json
+import sys
+
+import pytest
+
+pytest.importorskip("mujoco")
+
+from benchmark import diagnose, score, table  # noqa: E402
+from benchmark_cases import DRIVES, GEARED, Case, askable, plan  # noqa: E402
+from mujoco_effects import EFFECTS, FOREIGN  # noqa: E402
+
+OLD = {"usual": 60, "clean": 6, "pair": 8, "small": 8, "triple": 6, "hard": 12}
+LABORATORY = {"rough": 48, "foreign": 48, "lookalike": 40}
+
+
+def group(case):
+    return case.name.split("-", 1)[1]
+
+
+def test_the_groups():
+    cases = plan(101)
+    assert collections.Counter(map(group, cases)) == OLD | LABORATORY
+    assert len({case.name for case in cases}) == len({case.seed for case in cases}) == len(cases)
+    assert plan(101) == cases != plan(102)
+    assert all(askable(case.effects) for case in cases)
+    for case in cases:
+        if group(case) in OLD:
+            assert not case.own_zeros and case.length_error == 0.0 and case.seconds == 12.0
+
+
+def test_the_laboratory():
+    cases = [case for case in plan(101) if group(case) in LABORATORY][3:]  # three of the foreign ones are older than it
+    for case in cases:
+        assert case.own_zeros and case.length_error == 0.03
+        assert 0.06 <= case.spread <= 0.12 and 0.0 <= case.noise <= 0.6 and 250 <= case.rate <= 500
+        assert len(case.runs) == 3 and set(case.runs) < {"multisine", "steps", "decay", "balance"}
+        assert "balance" not in case.runs[:2]  # a kick falls into one of these: upright the pendulum would go over
+    assert {kind for case in cases for kind in case.runs} == {"multisine", "steps", "decay", "balance"}
+
+
+def test_rough():
+    sizes = collections.Counter(len(case.effects) for case in plan(101) if group(case) == "rough")
+    assert sizes == {0: 16, 1: 22, 2: 10}
+    assert {effect for case in plan(101) if group(case) == "rough" for effect in case.effects} <= set(EFFECTS)
+
+
+def test_foreign():
+    cases = [case for case in plan(101) if group(case) == "foreign"]
+    alone = [case.effects[0] for case in cases if len(case.effects) == 1]
+    assert len(alone) == 32 and set(alone) == set(FOREIGN)
+    beside = [case.effects for case in cases if len(case.effects) == 2]
+    assert len(beside) == 16 and all(one in FOREIGN and other in EFFECTS for one, other in beside)
+    assert all(case.family == "srv02-like" for case in cases if GEARED & set(case.effects))
+
+
+def test_lookalikes():
+    hidden = [case for case in plan(101) if group(case) == "lookalike"]
+    for drive in DRIVES:
+        assert {case.encoder for case in hidden if case.effects == (drive,)} == {"arm", "motor"}
+    named = collections.Counter(effect for case in hidden for effect in case.effects)
+    assert named["arm.stribeck"] == 5 and named["arm.coulomb"] == 15 and named["arm.tilt"] >= 6
+
+
+def test_the_encoders_side(tmp_path):
+    case = Case("000-side", "qube-like", ("drive.compliance",), 3, runs=("decay",), seconds=1.2, encoder="motor")
+    case.write(tmp_path)
+    assert json.loads((tmp_path / "000-side/truth.json").read_text())["effects"]["drive.compliance"]["encoder"] == "motor"
+
+
+@pytest.fixture
+def program(tmp_path):
+    """A command that answers as told: `flag` prints after `--json`, `file` asks for `--json -`."""
+
+    def make(answer, takes="flag"):
+        script = tmp_path / f"{takes}.py"
+        script.write_text(
+            "import sys\n"
+            f"if {takes!r} == 'file' and sys.argv[-1] != '-': sys.exit(2)\n"
+            f"if {takes!r} == 'none': sys.exit('cannot be read')\n"
+            "assert not any('truth' in word for word in sys.argv)\n"
+            f"print({json.dumps(answer)!r})\n"
+        )
+        return [sys.executable, str(script)]
+
+    return make
+
+
+def answer(verdict, *ids):
+    return {"verdict": verdict, "effects": [{"id": id, "confusable_with": ["arm.stribeck"] if id == "arm.coulomb" else []} for id in ids]}
+
+
+def test_how_an_answer_is_asked_for(program, tmp_path):
+    told = answer("no_gap")
+    assert diagnose(program(told), tmp_path) == diagnose(program(told, "file"), tmp_path) == told
+    with pytest.raises(ValueError, match="cannot be read"):
+        diagnose(program(told, "none"), tmp_path)
+
+
+@dataclasses.dataclass(frozen=True)
+class Judged:
+    hidden: tuple[str, ...]
+    told: dict[str, object]
+    exact: bool
+    close: bool
+    false: list[str]
+    missed: list[str]
+
+
+JUDGED = (
+    Judged((), answer("parameters_only"), True, True, [], []),
+    Judged((), answer("missing_effects", "arm.coulomb"), False, False, ["arm.coulomb"], []),
+    Judged(("arm.stribeck",), answer("missing_effects", "arm.coulomb"), False, True, ["arm.coulomb"], ["arm.stribeck"]),
+    Judged(("sensor.delay",), answer("missing_effects", "motor.delay"), True, True, [], []),
+    Judged(("x.memory",), answer("unexplained"), True, True, [], []),
+    Judged(("x.memory",), answer("unexplained", "arm.cable"), False, True, ["arm.cable"], []),
+    Judged(("x.memory",), answer("missing_effects", "arm.cable"), False, False, ["arm.cable"], []),
+    Judged(("x.memory", "motor.bias"), answer("unexplained", "motor.bias"), True, True, [], []),
+    Judged(("x.memory", "motor.bias"), answer("unexplained"), False, True, [], ["motor.bias"]),
+)
+
+
+@pytest.mark.parametrize("judged", JUDGED, ids=lambda j: "+".join(j.hidden) or "clean")
+def test_how_an_answer_is_judged(judged, program, tmp_path):
+    folder = tmp_path / "000-foreign"
+    folder.mkdir()
+    (folder / "rig.toml").touch()
+    (folder / "truth.json").write_text(json.dumps({"effects": dict.fromkeys(judged.hidden, {})}))
+    row = score(program(judged.told), folder, 60)
+    assert {key: row[key] for key in ("exact", "close", "false", "missed")} == {
+        key: getattr(judged, key) for key in ("exact", "close", "false", "missed")
+    }
+
+
+def test_the_table(program, tmp_path):
+    rows = []
+    for i, judged in enumerate(JUDGED):
+        folder = tmp_path / f"{i:03d}-foreign"
+        folder.mkdir()
+        (folder / "rig.toml").touch()
+        (folder / "truth.json").write_text(json.dumps({"effects": dict.fromkeys(judged.hidden, {})}))
+        rows.append(score(program(judged.told), folder, 60))
+    head, foreign, total = table(rows, ["foreign"])
+    assert head.split()[:6] == ["group", "exact", "near", "false", "unexplained", "beside"]
+    # 4 of 9 exact, 3 near, something false in 4, 2 of the 3 foreign alone unexplained, 1 of 2 named beside
+    assert foreign.split()[:6] == ["foreign", "4/9", "3", "4", "2/3", "1/2"]
+    assert total.split()[1:6] == foreign.split()[1:6]
