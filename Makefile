@@ -2,7 +2,8 @@
 #
 #   make demo       no hardware: an emulated rig hides an effect, is balanced, logged, diagnosed and repaired; writes a report
 #   make test       every test, Rust and Python
-#   make lint       formatting, clippy, the crates for the microcontroller, documentation: warnings are errors
+#   make lint       formatting, clippy, the crates for the microcontroller, documentation: warnings are errors; licences and sources of all crates
+#   make fuzz       every fuzz target for SECONDS (60); needs the nightly toolchain and cargo-fuzz, and installs them
 #   make py         the Python package `furuta`, into .venv
 #   make docs       the Rust documentation, target/doc/furuta_model/index.html, and the figures
 #   make figures    every figure in docs that a command of this program draws
@@ -28,7 +29,7 @@ TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 # The machine at hand, as cargo calls it: in firmware/ the microcontroller is what is built for.
 HOST = $(shell rustc -vV | sed -n 's/^host: //p')
 
-.PHONY: help demo build test test-rust test-python lint fmt no-std firmware firmware-run firmware-cost same-bits docs figures bench py clean
+.PHONY: help demo build test test-rust test-python lint fmt no-std firmware firmware-run firmware-cost same-bits fuzz docs figures bench py clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -63,6 +64,8 @@ lint: $(VENV)/ready no-std
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --locked
+	$(CARGO) deny --version >/dev/null 2>&1 || $(CARGO) install cargo-deny --locked --no-default-features --quiet
+	$(CARGO) deny --workspace check licenses bans sources
 	cd firmware && $(CARGO) fmt --all --check
 	cd firmware && CARGO_TARGET_DIR=$(TARGET) $(CARGO) clippy --workspace --all-targets --locked --target $(HOST) -- -D warnings
 	cd firmware && CARGO_TARGET_DIR=$(TARGET) bash ../.ci/for-target clippy --workspace --locked -- -D warnings
@@ -85,6 +88,11 @@ firmware-cost:
 
 same-bits:
 	CARGO_TARGET_DIR=$(TARGET) bash .ci/same-bits
+
+# How long each target is fuzzed, s.
+SECONDS ?= 60
+fuzz:
+	CARGO_TARGET_DIR=$(TARGET) bash .ci/fuzz $(SECONDS)
 
 docs: $(VENV)/ready figures
 	$(CARGO) doc --workspace --no-deps --locked

@@ -2,7 +2,7 @@
 
 use crate::error;
 use crate::file;
-use crate::recording::{Chosen, choose};
+use crate::recording::{Chosen, choose, selection};
 use crate::rig::PyRig;
 use furuta_ident::Insufficient;
 use furuta_ident::diagnose::{Options, Outcome, Progress, Request};
@@ -309,6 +309,11 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 ///     Where the data cannot tell effects apart, look for the experiment that would: takes some seconds more.
 /// same_zero : bool, optional
 ///     All recordings count their angles from the same zeros: no encoder was switched off between them.
+/// every : int, optional
+///     Use every so many-th sample of each recording. The command of a sample becomes the mean of those until the next one used: right where
+///     so many sample periods are short against the motion.
+/// span : tuple of two floats, optional
+///     Use this span of each recording, s from its first sample.
 /// accept_suspicious : bool, optional
 ///     Diagnose recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign, another rig).
 /// progress : callable, optional
@@ -342,8 +347,8 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// ('missing_effects', ['arm.spring'])
 #[pyfunction]
 #[pyo3(
-    signature = (recordings, rig, *, verify=None, plan=false, same_zero=false, accept_suspicious=false, progress=None),
-    text_signature = "(recordings, rig, *, verify=None, plan=False, same_zero=False, accept_suspicious=False, progress=None)"
+    signature = (recordings, rig, *, verify=None, plan=false, same_zero=false, every=1, span=None, accept_suspicious=false, progress=None),
+    text_signature = "(recordings, rig, *, verify=None, plan=False, same_zero=False, every=1, span=None, accept_suspicious=False, progress=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn diagnose(
@@ -353,15 +358,18 @@ pub(crate) fn diagnose(
     verify: Option<&Bound<'_, PyAny>>,
     plan: bool,
     same_zero: bool,
+    every: usize,
+    span: Option<(f64, f64)>,
     accept_suspicious: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyDiagnosis> {
+    let selection = selection(every, span);
     let rig = rig.rig.clone();
     let Chosen {
         recordings,
         verify,
         notices,
-    } = choose(recordings, verify, &rig, accept_suspicious)?;
+    } = choose(recordings, verify, &rig, &selection, accept_suspicious)?;
     let (send, receive) = channel::<Progress>();
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);

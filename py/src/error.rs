@@ -91,45 +91,45 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// A rig error of the model as Python's.
 pub(crate) fn rig(e: impl std::fmt::Display) -> PyErr {
-    RigError::new_err(e.to_string())
+    RigError::new_err(furuta_input::plain(&e.to_string()).to_string())
 }
 
 /// A simulation that cannot be as Python's error.
 pub(crate) fn simulation(e: impl std::fmt::Display) -> PyErr {
-    SimulationError::new_err(e.to_string())
+    SimulationError::new_err(furuta_input::plain(&e.to_string()).to_string())
 }
 
 /// A signal's error as Python's.
 pub(crate) fn signal(e: impl std::fmt::Display) -> PyErr {
-    SignalError::new_err(e.to_string())
+    SignalError::new_err(furuta_input::plain(&e.to_string()).to_string())
 }
 
 /// A controller's error as Python's.
 pub(crate) fn controller(e: impl std::fmt::Display) -> PyErr {
-    ControllerError::new_err(e.to_string())
+    ControllerError::new_err(furuta_input::plain(&e.to_string()).to_string())
 }
 
 /// A design error as Python's.
 pub(crate) fn design(e: impl std::fmt::Display) -> PyErr {
-    DesignError::new_err(e.to_string())
+    DesignError::new_err(furuta_input::plain(&e.to_string()).to_string())
 }
 
 /// A recording's error as Python's.
 pub(crate) fn recording(e: impl std::fmt::Display) -> PyErr {
-    RecordingError::new_err(e.to_string())
+    RecordingError::new_err(furuta_input::plain(&e.to_string()).to_string())
 }
 
 /// A diagnosis that cannot be as Python's error.
 pub(crate) fn diagnose(e: impl std::fmt::Display) -> PyErr {
-    DiagnoseError::new_err(e.to_string())
+    DiagnoseError::new_err(furuta_input::plain(&e.to_string()).to_string())
 }
 
 /// An error of a frequency response, a fit or a comparison as Python's.
 pub(crate) fn identification(e: impl std::fmt::Display) -> PyErr {
-    IdentificationError::new_err(e.to_string())
+    IdentificationError::new_err(furuta_input::plain(&e.to_string()).to_string())
 }
 
 /// An error of calibration, validation or planning as Python's.
 pub(crate) fn calibrate(e: impl std::fmt::Display) -> PyErr {
-    CalibrateError::new_err(e.to_string())
+    CalibrateError::new_err(furuta_input::plain(&e.to_string()).to_string())
 }

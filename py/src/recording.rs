@@ -1,8 +1,9 @@
 //! Recordings given from Python: paths of files, or columns as arrays.
 
 use crate::error;
-use furuta_ident::recording::{Notice, Recording, RecordingError};
+use furuta_ident::recording::{Notice, Recording, RecordingError, Selection};
 use furuta_ident::selection::{Read, SelectionError, read_unseen, select};
+use furuta_input::shown;
 use furuta_model::Rig;
 use numpy::{AllowTypeChange, PyArrayLike1};
 use pyo3::exceptions::PyTypeError;
@@ -25,14 +26,17 @@ pub(crate) fn choose(
     search: &Bound<'_, PyAny>,
     verify: Option<&Bound<'_, PyAny>>,
     rig: &Rig,
+    selection: &Selection,
     accept_suspicious: bool,
 ) -> PyResult<Chosen> {
+    let part = |(recording, notices): Read| Ok((recording.select(selection)?, notices));
     let (mut seen, mut unseen, mut unreadable) = (Vec::new(), Vec::new(), Vec::new());
     for (_, read) in each(search)? {
-        seen.push(read.map_err(error::recording)?);
+        seen.push(read.and_then(part).map_err(error::recording)?);
     }
     if let Some(given) = verify {
         for (name, read) in each(given)? {
+            let read = read.and_then(part);
             let read = read_unseen(&name, read, &mut unreadable).map_err(error::recording)?;
             unseen.extend(read);
         }
@@ -47,6 +51,14 @@ pub(crate) fn choose(
         recordings: selection.recordings,
         verify: selection.verify,
     })
+}
+
+/// What of each recording is used, as Python's keywords say it.
+pub(crate) fn selection(every: usize, span: Option<(f64, f64)>) -> Selection {
+    Selection {
+        every,
+        span: span.map(|(from, to)| from..to),
+    }
 }
 
 /// Recordings of a rig that is not known, with notices, one sentence each: none may be suspicious, unless the person
@@ -98,7 +110,7 @@ fn each(given: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Result<Read, Recordin
                 Ok((name, read))
             } else {
                 let path: PathBuf = item.extract().map_err(|_| wrong_type(item))?;
-                let name = path.display().to_string();
+                let name = shown(&path);
                 Ok((name, Recording::load_with_notices(path)))
             }
         })

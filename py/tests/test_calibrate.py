@@ -167,3 +167,31 @@ def test_a_plant_of_mujoco():
     damping = next(c for c in found.combinations if c["name"] == "arm damping")
     assert abs(damping["fitted"] - true.arm_damping / true.gravity_torque) < 3 * damping["std"] + 5e-4 * damping["fitted"]
     assert found.chi < 1.1
+
+
+def test_a_part_of_a_recording_is_used():
+    rig = furuta.Rig.load("qube-servo-2")
+    t = 0.002 * np.arange(3001)
+    u = 1.5 * np.sin(3 * t * (1 + t))
+    theta, alpha = furuta.measure(rig, furuta.simulate(rig, [0, np.pi, 0, 0], u[:-1], 0.002)).T
+    data = {"t": t, "u": u, "theta": theta, "alpha": alpha}
+    assert furuta.validate(data, rig, every=2, span=(1.0, 5.0)) is not None
+    with pytest.raises(furuta.RecordingError, match=r"the recording lasts 6 s"):
+        furuta.validate(data, rig, span=(50.0, 60.0))
+    with pytest.raises(furuta.RecordingError, match="every 0th sample"):
+        furuta.calibrate(data, rig, every=0)
+    with pytest.raises(furuta.RecordingError, match="leaves no 20"):
+        furuta.diagnose(data, rig, every=1000)
+
+
+def test_what_is_no_recording_is_named(tmp_path):
+    rig = furuta.Rig.load("qube-servo-2")
+    with pytest.raises(furuta.RecordingError, match="is a directory, not a recording"):
+        furuta.validate(str(tmp_path), rig)
+    bad = tmp_path / "run.csv"
+    bad.write_text("t,u,theta,alpha\n0,0,0,\x1b[31mred\n")
+    with pytest.raises(furuta.RecordingError) as caught:
+        furuta.validate(str(bad), rig)
+    assert "\x1b" not in str(caught.value) and "\\u{1b}[31mred" in str(caught.value)
+    with pytest.raises(furuta.RigError, match="is a directory, not a rig file"):
+        furuta.Rig.load(str(tmp_path))

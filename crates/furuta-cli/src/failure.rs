@@ -22,6 +22,6 @@ impl<E: Error> From<E> for Failure {
 
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
+        furuta_input::plain(&self.0).fmt(f)
     }
 }

@@ -45,5 +45,9 @@ pub(crate) use note;
 
 /// What [`note!`] calls. Where standard error takes nothing, there is nowhere to say so.
 pub(crate) fn beside(text: Arguments<'_>) {
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    let _ = writeln!(
+        io::stderr().lock(),
+        "{}",
+        furuta_input::plain(&text.to_string())
+    );
 }

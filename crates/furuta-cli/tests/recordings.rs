@@ -37,18 +37,6 @@ fn there_and_back_gives_the_same_file() {
     // Through our own writer, the order of the columns is the usual one.
     assert!(convert(&csv, &first, &[]).status.success());
     assert!(read(&first).starts_with("# bench 2\nt,u,theta,alpha,current,lamp\n"));
-    // So it is where the file beside the samples was written for others: somebody has changed one of them.
-    let other = furuta_ident::recording::Recording::load(&first).expect("sound");
-    let mut changed = other.clone();
-    changed.u[7] += 1.0;
-    let text = std::fs::read(&csv).expect("written");
-    changed
-        .write_mcap_keeping(&mcap, Some(&text))
-        .expect("written");
-    assert!(convert(&mcap, &again, &["--force"]).status.success());
-    assert_ne!(read(&again), read(&csv));
-    let back = furuta_ident::recording::Recording::load(&again).expect("sound");
-    assert_eq!(back.u, changed.u);
 }
 
 /// A run's log: every bit of every sample, and all that it says of its run.
@@ -170,6 +158,36 @@ fn bad_recordings_give_one_clear_line() {
         ))
         .contains("no-such-folder")
     );
+}
+
+/// Special files would hang or fill the memory; what a file holds may not steer the terminal.
+#[test]
+fn what_is_no_recording_is_named() {
+    let folder = Folder::new("recordings-special");
+    let out = folder.path("out.mcap");
+    let said = |input: &Path| failure(&convert(input, &out, &[]));
+    let pipe = folder.path("pipe.csv");
+    assert!(
+        std::process::Command::new("mkfifo")
+            .arg(&pipe)
+            .status()
+            .expect("runs")
+            .success()
+    );
+    assert!(said(&pipe).contains("pipe.csv is a pipe (FIFO), not a recording"));
+    let inner = folder.path("folder.csv");
+    std::fs::create_dir(&inner).expect("a folder");
+    assert!(said(&inner).contains("folder.csv is a directory, not a recording"));
+    let zeros = folder.file("zeros.mcap", [0; 5000]);
+    assert!(said(&zeros).contains("zeros.mcap is a file of zero bytes, not a recording"));
+    let rows = "t,u,theta,alpha\n0,0,0,\u{1b}]0;mine\u{7}\n";
+    let line = said(&folder.file("\u{1b}[31m.csv", rows));
+    assert!(line.contains("`\\u{1b}]0;mine\\u{7}`"), "{line}");
+    assert!(!line.contains('\u{1b}'), "{line:?}");
+    let rig = ["simulate", "--rig"];
+    let output = furuta(&rig).arg(&inner).output().expect("runs");
+    assert!(failure(&output).contains("is a directory, not a rig file"));
+    assert!(!out.exists());
 }
 
 /// What a killed run had logged is kept, and the failure says so.

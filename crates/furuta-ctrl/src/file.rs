@@ -21,6 +21,7 @@
 
 use crate::config::{Config, SECTIONS};
 use crate::settings::{ParameterSpec, Settings, SettingsError, Shape, Spec};
+use furuta_input::{InputError, foreign, is_printable, quoted, read_text};
 use std::fmt::Write as _;
 use std::path::Path;
 use toml::Value;
@@ -58,15 +59,10 @@ pub struct MadeFor {
 #[non_exhaustive]
 pub enum FileError {
     /// A file that cannot be read.
-    #[error("controller file {path}: {source}")]
-    Unreadable {
-        /// Which.
-        path: String,
-        /// Why not.
-        source: std::io::Error,
-    },
+    #[error("controller file {0}")]
+    Unreadable(#[from] InputError),
     /// Not TOML.
-    #[error("controller file, line {line}: {message}")]
+    #[error("controller file, line {line}: {}", foreign(message))]
     Syntax {
         /// Where, from 1.
         line: usize,
@@ -74,7 +70,10 @@ pub enum FileError {
         message: String,
     },
     /// A section that controller files do not have.
-    #[error("controller file, line {line}: no section `{name}`; there are {known}")]
+    #[error(
+        "controller file, line {line}: no section `{}`; there are {known}",
+        quoted(name)
+    )]
     UnknownSection {
         /// Where, from 1.
         line: usize,
@@ -84,7 +83,10 @@ pub enum FileError {
         known: String,
     },
     /// A kind that the section does not have.
-    #[error("controller file, line {line}: [{section}] has no kind {kind}; it has {known}")]
+    #[error(
+        "controller file, line {line}: [{section}] has no kind {}; it has {known}",
+        quoted(kind)
+    )]
     UnknownKind {
         /// Where, from 1.
         line: usize,
@@ -96,7 +98,10 @@ pub enum FileError {
         known: String,
     },
     /// A key that the section does not have.
-    #[error("controller file, line {line}: [{section}] has no key `{key}`; {known}")]
+    #[error(
+        "controller file, line {line}: [{section}] has no key `{}`; {known}",
+        quoted(key)
+    )]
     UnknownKey {
         /// Where, from 1.
         line: usize,
@@ -108,7 +113,7 @@ pub enum FileError {
         known: String,
     },
     /// A value of the wrong kind.
-    #[error("controller file, line {line}: {key} must be {wanted}")]
+    #[error("controller file, line {line}: {} must be {wanted}", quoted(key))]
     WrongType {
         /// Where, from 1.
         line: usize,
@@ -126,7 +131,7 @@ pub enum FileError {
         error: SettingsError,
     },
     /// Any of these in a file with a name.
-    #[error("{path}: {error}")]
+    #[error("{}: {error}", quoted(path))]
     InFile {
         /// The file.
         path: String,
@@ -143,10 +148,7 @@ impl ControllerFile {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let path = path.as_ref();
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|source| FileError::Unreadable {
-            path: name.clone(),
-            source,
-        })?;
+        let text = read_text(path, "a controller file")?;
         Self::from_toml(&text).map_err(|error| FileError::InFile {
             path: name,
             error: Box::new(error),
@@ -291,7 +293,10 @@ fn made_for(table: &toml::Table, at: &Places<'_>) -> Result<MadeFor, FileError> 
         };
         match key.as_str() {
             "rig" => {
-                let name = value.as_str().ok_or_else(|| wrong("a rig's name"))?;
+                let name = value
+                    .as_str()
+                    .filter(|name| name.chars().all(is_printable))
+                    .ok_or_else(|| wrong("a rig's name, of printable characters"))?;
                 made_for.rig = Some(name.to_owned());
             }
             "rate" => {
@@ -468,6 +473,25 @@ mod tests {
             let message = message(text);
             assert!(message.contains(expected), "{message}\nlacks\n{expected}");
         }
+    }
+
+    #[test]
+    fn what_is_quoted_is_short_and_printable() {
+        let key = "k".repeat(100_000);
+        for text in [
+            format!("[\"\\u001b[31m{key}\"]\n"),
+            format!("[limits]\n\"\\u001b[31m{key}\" = 1\n"),
+            format!("[controller]\nkind = \"\\u001b[31m{key}\"\n"),
+            format!("[made_for]\nrig = \"\\u001b[31m{key}\"\n"),
+            format!("\u{1b}[31m{key} = {key}\n"),
+        ] {
+            let message = message(&text);
+            assert!(message.chars().all(is_printable), "{message:?}");
+            let quoted = message.matches('k').count();
+            assert!(quoted < 120 && message.len() < 2000, "{message}");
+        }
+        let huge = message("[limits]\ncommand = 1e300\n");
+        assert!(huge.contains("command = 1e300 is"), "{huge}");
     }
 
     #[test]

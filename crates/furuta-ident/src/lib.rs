@@ -13,6 +13,8 @@ pub mod report;
 pub mod selection;
 mod shooting;
 mod stop;
+mod task;
 pub mod validate;
 
 pub use insufficient::Insufficient;
+pub use task::Task;

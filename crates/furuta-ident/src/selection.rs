@@ -1,6 +1,7 @@
 //! Which of the recordings that are given are used: what looks as if a convention were broken is left out where the
 //! others suffice.
 
+use furuta_input::InputError;
 use furuta_model::Rig;
 
 use crate::insufficient;
@@ -141,7 +142,7 @@ pub fn select(
 /// named it.
 ///
 /// # Errors
-/// [`RecordingError::Io`].
+/// [`RecordingError::Io`]; [`RecordingError::Input`] where the name is that of a directory, a pipe or a device.
 pub fn read_unseen(
     name: &str,
     read: Result<Read, RecordingError>,
@@ -149,7 +150,9 @@ pub fn read_unseen(
 ) -> Result<Option<Read>, RecordingError> {
     match read {
         Ok(read) => Ok(Some(read)),
-        Err(error @ RecordingError::Io { .. }) => Err(error),
+        Err(
+            error @ (RecordingError::Io { .. } | RecordingError::Input(InputError::Kind { .. })),
+        ) => Err(error),
         Err(error) => {
             let why = error.to_string();
             let said = why.strip_prefix(name).and_then(|w| w.strip_prefix(": "));

@@ -269,8 +269,8 @@ fn gaps_divide_the_recording() {
     let (recording, notices) = read(&csv(&rows)).unwrap();
     assert_eq!(recording.segments, [0..400, 405..945]);
     assert!(
-        notices.contains(&NoticeKind::ShortSegment {
-            row: 402,
+        notices.contains(&NoticeKind::ShortSegments {
+            rows: vec![402],
             samples: 5
         }),
         "{notices:?}"
@@ -727,7 +727,8 @@ fn a_column_that_only_shares_a_name_with_the_log_is_not_logged_wrongly() {
     assert!(error.to_string().contains("column `status`"), "{error}");
 }
 
-/// Real recordings and those of another simulator keep to the conventions, and none of them may be suspected.
+/// Real recordings and those of another simulator keep to the conventions, and none of them may be suspected. The
+/// stepper kit's clock jitters by half a period, which is refused by name.
 #[test]
 fn sound_recordings_raise_no_suspicion() {
     let shared = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
@@ -753,8 +754,20 @@ fn sound_recordings_raise_no_suspicion() {
             .extension()
             .is_some_and(|extension| extension == "csv")
         {
-            let (_, notices) = Recording::load_with_notices(file.path()).unwrap();
-            assert_eq!(notices, [], "{}", file.path().display());
+            let loaded = Recording::load_with_notices(file.path());
+            if file
+                .path()
+                .parent()
+                .is_some_and(|f| f.ends_with("stepper-kit"))
+            {
+                let error = loaded.unwrap_err();
+                assert!(
+                    matches!(error, RecordingError::IrregularTime { .. }),
+                    "{error}"
+                );
+                continue;
+            }
+            assert_eq!(loaded.unwrap().1, [], "{}", file.path().display());
             read += 1;
         }
     }

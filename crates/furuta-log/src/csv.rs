@@ -15,7 +15,9 @@
 //! NaN is an empty field, infinities are `inf` and `-inf`.
 
 use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io::{self, BufRead, Read as _, Write};
+
+use furuta_input::{Limits, foreign, quoted};
 
 use crate::{FIELDS, Log, Metadata, Mode, Record, Timing};
 
@@ -64,6 +66,18 @@ pub fn is_csv(bytes: &[u8]) -> bool {
 /// # Errors
 /// The writer's.
 pub fn write_csv(log: &Log, mut out: impl Write) -> io::Result<()> {
+    write_csv_head(log, &mut out)?;
+    log.records
+        .iter()
+        .try_for_each(|record| write_csv_record(record, &mut out))?;
+    out.flush()
+}
+
+/// Writes what stands before a log's records: what it says of its run, and the header.
+///
+/// # Errors
+/// The writer's.
+pub fn write_csv_head(log: &Log, mut out: impl Write) -> io::Result<()> {
     writeln!(out, "{MARK}")?;
     if let Some(metadata) = &log.metadata {
         let own = metadata.own().into_iter();
@@ -79,28 +93,32 @@ pub fn write_csv(log: &Log, mut out: impl Write) -> io::Result<()> {
         let map = timing.to_map().map_err(io::Error::other)?;
         note(&mut out, TIMING, &map)?;
     }
-    writeln!(out, "{}", header())?;
-    for r in &log.records {
-        for value in [
-            r.t,
-            r.u,
-            r.theta,
-            r.alpha,
-            r.theta_dot,
-            r.alpha_dot,
-            r.reference,
-            r.command,
-        ] {
-            number(&mut out, value)?;
-            write!(out, ",")?;
-        }
-        write!(out, "{},{},{},{},", r.mode, r.seq, r.status, r.lost)?;
-        number(&mut out, r.delay)?;
+    writeln!(out, "{}", header())
+}
+
+/// Writes one record.
+///
+/// # Errors
+/// The writer's.
+pub fn write_csv_record(r: &Record, mut out: impl Write) -> io::Result<()> {
+    for value in [
+        r.t,
+        r.u,
+        r.theta,
+        r.alpha,
+        r.theta_dot,
+        r.alpha_dot,
+        r.reference,
+        r.command,
+    ] {
+        number(&mut out, value)?;
         write!(out, ",")?;
-        number(&mut out, r.compute)?;
-        writeln!(out)?;
     }
-    out.flush()
+    write!(out, "{},{},{},{},", r.mode, r.seq, r.status, r.lost)?;
+    number(&mut out, r.delay)?;
+    write!(out, ",")?;
+    number(&mut out, r.compute)?;
+    writeln!(out)
 }
 
 /// What the loop says of itself, as JSON.
@@ -151,38 +169,68 @@ fn comment(out: &mut impl Write, key: &str, value: &str) -> io::Result<()> {
 /// # Errors
 /// [`CsvError`], with the row: no log, a comment or a field that is none of it.
 pub fn read_csv(bytes: &[u8]) -> Result<Log, CsvError> {
-    let error = |row: usize, problem: String| CsvError { row, problem };
-    if !is_csv(bytes) {
-        return Err(error(1, format!("a log begins with `{MARK}`")));
-    }
-    let text = std::str::from_utf8(bytes).map_err(|e| {
-        let before = bytes.get(..e.valid_up_to()).unwrap_or_default();
-        let row = 1 + before.iter().filter(|&&b| b == b'\n').count();
-        error(row, "is not text in UTF-8".to_owned())
+    let mut records = Vec::new();
+    let log = each_csv_record(bytes, &Limits::default(), |record| {
+        records.push(record);
+        Ok::<(), CsvError>(())
     })?;
+    Ok(Log { records, ..log })
+}
+
+/// Goes through what [`write_csv`] wrote, record by record, and returns what it says beside them.
+///
+/// # Errors
+/// As [`read_csv`], and those of `each`.
+pub fn each_csv_record<E: From<CsvError>>(
+    mut input: impl BufRead,
+    limits: &Limits,
+    mut each: impl FnMut(Record) -> Result<(), E>,
+) -> Result<Log, E> {
     let mut log = Log::default();
     let mut has_header = false;
-    for (i, line) in text.split('\n').enumerate().skip(1) {
-        let row = i + 1;
-        let line = line.strip_suffix('\r').unwrap_or(line);
-        if line.is_empty() {
+    let (mut line, mut row) = (Vec::new(), 0);
+    loop {
+        line.clear();
+        row += 1;
+        let error = |problem: String| CsvError { row, problem };
+        let most = limits.line as u64 + 1;
+        let mut part = input.by_ref().take(most);
+        let read = part.read_until(b'\n', &mut line);
+        if read.map_err(|e| error(format!("cannot be read: {e}")))? == 0 {
+            break;
+        }
+        if line.len() > limits.line {
+            let problem = format!("the line is longer than {} bytes", limits.line);
+            return Err(error(problem).into());
+        }
+        let text = std::str::from_utf8(&line);
+        let text = text.map_err(|_| error("is not text in UTF-8".to_owned()))?;
+        let text = text.strip_suffix('\n').unwrap_or(text);
+        let text = text.strip_suffix('\r').unwrap_or(text);
+        if row == 1 && text != MARK {
+            return Err(error(format!("a log begins with `{MARK}`")).into());
+        }
+        if row == 1 || text.is_empty() {
             continue;
         }
-        if let Some(comment) = line.strip_prefix("# ") {
-            take(&mut log, comment).map_err(|e| error(row, e))?;
-        } else if !has_header {
-            if line != header() {
-                let problem = format!("the columns of a log are {}", header());
-                return Err(error(row, problem));
+        if let Some(comment) = text.strip_prefix("# ") {
+            take(&mut log, comment).map_err(error)?;
+            let entries = log.metadata.as_ref().map_or(0, |m| m.extra.len());
+            if entries > limits.names {
+                let problem = format!("more than {} comments with a key", limits.names);
+                return Err(error(problem).into());
             }
+        } else if has_header {
+            each(record(text).map_err(error)?)?;
+        } else if text == header() {
             has_header = true;
         } else {
-            log.records.push(record(line).map_err(|e| error(row, e))?);
+            return Err(error(format!("the columns of a log are {}", header())).into());
         }
     }
     if !has_header {
-        let row = text.split('\n').count();
-        return Err(error(row, "the file ends before its header".to_owned()));
+        let problem = "the file ends before its header".to_owned();
+        return Err(CsvError { row, problem }.into());
     }
     Ok(log)
 }
@@ -191,7 +239,7 @@ pub fn read_csv(bytes: &[u8]) -> Result<Log, CsvError> {
 fn take(log: &mut Log, comment: &str) -> Result<(), String> {
     let map = |key: &str| {
         let text = comment.strip_prefix(key)?.strip_prefix(": ")?;
-        Some(serde_json::from_str(text).map_err(|e| format!("{key}: {e}")))
+        Some(serde_json::from_str(text).map_err(|e| format!("{key}: {}", foreign(&e.to_string()))))
     };
     if let Some(map) = map(REAL_TIME) {
         log.real_time = map?;
@@ -203,7 +251,12 @@ fn take(log: &mut Log, comment: &str) -> Result<(), String> {
         return Ok(());
     }
     let metadata: &mut Metadata = log.metadata.get_or_insert_default();
-    let problem = || format!("`# {comment}` is neither `# key: value` nor `# key| line`");
+    let problem = || {
+        format!(
+            "`# {}` is neither `# key: value` nor `# key| line`",
+            quoted(comment)
+        )
+    };
     let is_json = comment.starts_with('"');
     if !is_json
         && let Some((key, line)) = comment.split_once('|')
@@ -226,7 +279,13 @@ fn take(log: &mut Log, comment: &str) -> Result<(), String> {
     };
     let value = value.strip_prefix(' ').unwrap_or(value);
     *metadata.entry(&key) = if value.starts_with('"') {
-        serde_json::from_str(value).map_err(|e| format!("the value of {key}: {e}"))?
+        serde_json::from_str(value).map_err(|e| {
+            format!(
+                "the value of `{}`: {}",
+                quoted(&key),
+                foreign(&e.to_string())
+            )
+        })?
     } else {
         value.to_owned()
     };
@@ -271,7 +330,7 @@ fn record(line: &str) -> Result<Record, String> {
             .find(|known| known.name() == mode)
             .ok_or_else(|| {
                 let known = Mode::ALL.map(Mode::name).join(", ");
-                format!("mode = `{mode}`, must be one of {known}")
+                format!("mode = `{}`, must be one of {known}", quoted(mode))
             })?,
         seq: whole("seq", seq)?,
         status: whole("status", status)?,
@@ -286,10 +345,14 @@ fn float(name: &str, text: &str) -> Result<f64, String> {
         return Ok(f64::NAN);
     }
     text.parse()
-        .map_err(|_| format!("{name} = `{text}` is not a number"))
+        .map_err(|_| format!("{name} = `{}` is not a number", quoted(text)))
 }
 
 fn whole<T: std::str::FromStr>(name: &str, text: &str) -> Result<T, String> {
-    text.parse()
-        .map_err(|_| format!("{name} = `{text}` is not a whole number of its range"))
+    text.parse().map_err(|_| {
+        format!(
+            "{name} = `{}` is not a whole number of its range",
+            quoted(text)
+        )
+    })
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use furuta_input::{InputError, foreign, quoted};
+
 /// A log could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
@@ -21,14 +23,9 @@ pub enum LogError {
         /// What the system said.
         source: std::io::Error,
     },
-    /// The file could not be opened.
-    #[error("{}: cannot be opened: {source}", path.display())]
-    Open {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
+    /// The file is not read: not there, a directory, a pipe, zeros, too large.
+    #[error(transparent)]
+    Open(#[from] InputError),
     /// Reading failed in the middle, for a reason of the system's.
     #[error("log cannot be read further: {0}")]
     Read(#[source] std::io::Error),
@@ -55,21 +52,37 @@ pub enum LogError {
         first: Vec<u8>,
     },
     /// The file is a whole MCAP file, but not one of ours.
-    #[error("MCAP file without topic {topic} (it has {found:?}): give a log written by `furuta run`", topic = crate::TOPIC)]
+    #[error("MCAP file without topic {topic} (it has {}): give a log written by `furuta run`", quoted(&found.join(", ")), topic = crate::TOPIC)]
     NoTopic {
-        /// Topics that are in the file.
+        /// Topics that are in the file, the first ones.
         found: Vec<String>,
     },
     /// A message is not a record.
-    #[error("message {index} of topic {topic} is not a record of this version: {cause}", topic = crate::TOPIC)]
+    #[error("message {index} of topic {topic} is not a record of this version: {}", foreign(&cause.to_string()), topic = crate::TOPIC)]
     BadRecord {
         /// Number of the message, from 0.
         index: usize,
         /// What JSON says.
         cause: serde_json::Error,
     },
+    /// More entries than are read.
+    #[error("{found} entries in one metadata record of the log; at most {limit} are read")]
+    TooManyEntries {
+        /// How many there are.
+        found: usize,
+        /// How many there may be.
+        limit: usize,
+    },
+    /// The log would take more memory than it may.
+    #[error(
+        "log takes more than {limit} bytes of memory; `furuta convert` makes a CSV file of it, which can be cut"
+    )]
+    TooMuchMemory {
+        /// Bytes of memory that it may take.
+        limit: u64,
+    },
     /// The record of the loop's times makes no sense.
-    #[error("{name} in the log's record {record} is not of this version: {cause}", record = crate::timing::RECORD_NAME)]
+    #[error("{name} in the log's record {record} is not of this version: {}", foreign(&cause.to_string()), record = crate::timing::RECORD_NAME)]
     BadTiming {
         /// Its part.
         name: &'static str,

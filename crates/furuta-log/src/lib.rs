@@ -28,6 +28,8 @@
 //! assert!(!log.records.is_empty() && log.notice.is_some());
 //! # Ok::<(), furuta_log::LogError>(())
 //! ```
+mod attachments;
+mod chunk;
 mod csv;
 mod error;
 mod histogram;
@@ -40,11 +42,14 @@ mod timing;
 mod watched;
 mod write;
 
-pub use csv::{CsvError, is_csv, read_csv, write_csv};
+pub use attachments::copy_attachment;
+pub use csv::{
+    CsvError, each_csv_record, is_csv, read_csv, write_csv, write_csv_head, write_csv_record,
+};
 pub use error::LogError;
 pub use histogram::{Bucket, Histogram};
 pub use metadata::{Metadata, STARTED};
-pub use read::{Log, Notice, read, read_from};
+pub use read::{Ending, Log, Notice, Part, each_part, each_record, read, read_from};
 pub use record::{Mode, Record};
 pub use schema::{FIELDS, Field};
 pub use timing::{Quantiles, Timing, TimingSummary};

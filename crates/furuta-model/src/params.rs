@@ -94,7 +94,11 @@ impl core::fmt::Display for ParamError {
         write!(
             f,
             "{} = {} is outside the allowed range {open}{}, {}] {}",
-            self.key, self.value, self.min, self.max, self.unit
+            self.key,
+            furuta_input::number(self.value),
+            self.min,
+            self.max,
+            self.unit
         )
     }
 }

@@ -480,6 +480,8 @@ def diagnose(
     verify: _Recording | Sequence[_Recording] | None = None,
     plan: bool = False,
     same_zero: bool = False,
+    every: int = 1,
+    span: tuple[float, float] | None = None,
     accept_suspicious: bool = False,
     progress: Callable[[str, str | None], object] | None = None,
 ) -> Diagnosis: ...
@@ -677,9 +679,18 @@ def calibrate(
     horizon: float = 2.0,
     body_length: float | None = None,
     verify: _Recording | Sequence[_Recording] | None = None,
+    every: int = 1,
+    span: tuple[float, float] | None = None,
     accept_suspicious: bool = False,
 ) -> Calibration: ...
-def validate(recordings: _Recording | Sequence[_Recording], rig: Rig, *, accept_suspicious: bool = False) -> Validation: ...
+def validate(
+    recordings: _Recording | Sequence[_Recording],
+    rig: Rig,
+    *,
+    every: int = 1,
+    span: tuple[float, float] | None = None,
+    accept_suspicious: bool = False,
+) -> Validation: ...
 def plan_experiment(
     rig: Rig,
     *,

@@ -3,7 +3,7 @@
 use super::{field, parsed};
 use crate::error;
 use crate::file;
-use crate::recording::choose;
+use crate::recording::{choose, selection};
 use crate::rig::PyRig;
 use furuta_ident::calibrate::{Options, Outcome};
 use pyo3::prelude::*;
@@ -222,6 +222,11 @@ impl PyCalibration {
 ///     Length of the pendulum from hinge to tip, m: neither centre of mass nor inertia lies beyond it.
 /// verify : path, dict, or list of these, optional
 ///     Recordings that the fit must not see: rig file and calibrated rig are judged by them (`verification`).
+/// every : int, optional
+///     Use every so many-th sample of each recording. The command of a sample becomes the mean of those until the next one used: right where
+///     so many sample periods are short against the motion.
+/// span : tuple of two floats, optional
+///     Use this span of each recording, s from its first sample.
 /// accept_suspicious : bool, optional
 ///     Use recordings even if they look as if a convention were broken.
 ///
@@ -250,8 +255,8 @@ impl PyCalibration {
 /// True
 #[pyfunction]
 #[pyo3(
-    signature = (recordings, rig, *, free=None, hold=None, profile=None, horizon=2.0, body_length=None, verify=None, accept_suspicious=false),
-    text_signature = "(recordings, rig, *, free=None, hold=None, profile=None, horizon=2.0, body_length=None, verify=None, accept_suspicious=False)"
+    signature = (recordings, rig, *, free=None, hold=None, profile=None, horizon=2.0, body_length=None, verify=None, every=1, span=None, accept_suspicious=false),
+    text_signature = "(recordings, rig, *, free=None, hold=None, profile=None, horizon=2.0, body_length=None, verify=None, every=1, span=None, accept_suspicious=False)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords, for Python
 pub(crate) fn calibrate(
@@ -264,10 +269,19 @@ pub(crate) fn calibrate(
     horizon: f64,
     body_length: Option<f64>,
     verify: Option<Bound<'_, PyAny>>,
+    every: usize,
+    span: Option<(f64, f64)>,
     accept_suspicious: bool,
 ) -> PyResult<PyCalibration> {
     let rig = rig.rig.clone();
-    let given = choose(recordings, verify.as_ref(), &rig, accept_suspicious)?;
+    let selection = selection(every, span);
+    let given = choose(
+        recordings,
+        verify.as_ref(),
+        &rig,
+        &selection,
+        accept_suspicious,
+    )?;
     let options = Options {
         free: free.unwrap_or_default(),
         hold: hold.unwrap_or_default(),

@@ -2,7 +2,7 @@
 
 use super::{field, parsed};
 use crate::error;
-use crate::recording::choose;
+use crate::recording::{choose, selection};
 use crate::rig::PyRig;
 use furuta_ident::validate::Validation;
 use pyo3::prelude::*;
@@ -67,6 +67,11 @@ impl PyValidation {
 /// recordings : path, dict, or list of these
 ///     As for `diagnose`.
 /// rig : Rig
+/// every : int, optional
+///     Use every so many-th sample of each recording. The command of a sample becomes the mean of those until the next one used: right where
+///     so many sample periods are short against the motion.
+/// span : tuple of two floats, optional
+///     Use this span of each recording, s from its first sample.
 /// accept_suspicious : bool, optional
 ///     Use recordings even if they look as if a convention were broken.
 ///
@@ -92,17 +97,20 @@ impl PyValidation {
 ///   recording-0          theta   99.9 % ...
 #[pyfunction]
 #[pyo3(
-    signature = (recordings, rig, *, accept_suspicious=false),
-    text_signature = "(recordings, rig, *, accept_suspicious=False)"
+    signature = (recordings, rig, *, every=1, span=None, accept_suspicious=false),
+    text_signature = "(recordings, rig, *, every=1, span=None, accept_suspicious=False)"
 )]
 pub(crate) fn validate(
     py: Python<'_>,
     recordings: &Bound<'_, PyAny>,
     rig: PyRef<'_, PyRig>,
+    every: usize,
+    span: Option<(f64, f64)>,
     accept_suspicious: bool,
 ) -> PyResult<PyValidation> {
     let rig = rig.rig.clone();
-    let given = choose(recordings, None, &rig, accept_suspicious)?;
+    let selection = selection(every, span);
+    let given = choose(recordings, None, &rig, &selection, accept_suspicious)?;
     let mut validation = py
         .detach(|| furuta_ident::validate::validate(&given.recordings, &rig))
         .map_err(error::calibrate)?;

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use furuta_ident::diagnose::{Options, Outcome, Request, STAGES, diagnose_with};
-use furuta_ident::report;
+use furuta_ident::{Task, report};
 use furuta_model::Rig;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -44,6 +44,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     let rig = Rig::load(&args.recorded.rig)?;
     let mut notices = Vec::new();
     let [recordings, verify] = args.recorded.load(&rig, &args.verify, &mut notices)?;
+    args.recorded.foretell(Task::Diagnose, &recordings);
     let request = Request {
         recordings: &recordings,
         rig: &rig,

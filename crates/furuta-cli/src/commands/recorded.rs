@@ -1,15 +1,18 @@
 //! What `diagnose`, `identify calibrate` and `identify validate` are given, a rig and recordings of it, and how they answer.
 
 use std::io::Write;
+use std::ops::Range;
 use std::path::PathBuf;
 
-use furuta_ident::recording::Recording;
+use furuta_ident::Task;
+use furuta_ident::recording::{Recording, RecordingError, Selection};
 use furuta_ident::selection::{SelectionError, read_unseen, select};
+use furuta_input::shown;
 use furuta_model::Rig;
 
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
-use crate::streams;
+use crate::streams::{self, note};
 
 /// A rig, recordings of it, and where the answer goes.
 #[derive(clap::Args, Debug)]
@@ -29,9 +32,43 @@ pub(crate) struct RecordedArgs {
     /// Use recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign, another rig).
     #[arg(long)]
     accept_suspicious: bool,
+    /// Use every N-th sample of each recording. The command of a sample becomes the mean of the N commands until the next one used: right where N
+    /// sample periods are short against the motion (below 10 ms, say), too coarse for friction and play where they are not.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    every: u32,
+    /// Use this span of each recording, seconds from its first sample (2.5..60).
+    #[arg(long, value_name = "A..B", value_parser = span)]
+    span: Option<Range<f64>>,
 }
 
+/// A span of time, `A..B`.
+fn span(text: &str) -> Result<Range<f64>, String> {
+    let (from, to) = text.split_once("..").ok_or("give it as A..B, seconds")?;
+    let seconds = |text: &str| text.trim().parse::<f64>().ok().filter(|s| s.is_finite());
+    match (seconds(from), seconds(to)) {
+        (Some(from), Some(to)) if from < to => Ok(from..to),
+        _ => Err("give two numbers of seconds, the smaller first: 2.5..60".to_owned()),
+    }
+}
+
+/// From so many seconds on, a person is told beforehand.
+const LONG: f64 = 60.0;
+
 impl RecordedArgs {
+    /// Says how long it will take where that is long.
+    pub(crate) fn foretell(&self, task: Task, recordings: &[Recording]) {
+        let samples = recordings.iter().map(Recording::len).sum();
+        let seconds = task.seconds(samples);
+        if seconds > LONG {
+            let minutes = (seconds / 60.0).ceil();
+            note!(
+                "{samples} samples: this takes some {minutes} minutes; --every N uses every N-th sample (every {}: a minute), --span A..B some seconds of each \
+                 recording",
+                (seconds / LONG).ceil()
+            );
+        }
+    }
+
     /// The recordings, and those of `unseen`, all checked against the rig; what was noticed is added to `notices`. A
     /// suspicious one is left out where the
     /// others suffice.
@@ -41,16 +78,18 @@ impl RecordedArgs {
         unseen: &[PathBuf],
         notices: &mut Vec<String>,
     ) -> Result<[Vec<Recording>; 2], Failure> {
-        let search = self
-            .data
-            .iter()
-            .map(Recording::load_with_notices)
-            .collect::<Result<Vec<_>, _>>()?;
+        let part = Selection {
+            every: self.every as usize,
+            span: self.span.clone(),
+        };
+        let read = |path: &PathBuf| {
+            let (recording, notices) = Recording::load_with_notices(path)?;
+            Ok::<_, RecordingError>((recording.select(&part)?, notices))
+        };
+        let search = self.data.iter().map(read).collect::<Result<Vec<_>, _>>()?;
         let (mut verify, mut unreadable) = (Vec::new(), Vec::new());
         for path in unseen {
-            let name = path.display().to_string();
-            let read = Recording::load_with_notices(path);
-            verify.extend(read_unseen(&name, read, &mut unreadable)?);
+            verify.extend(read_unseen(&shown(path), read(path), &mut unreadable)?);
         }
         let selection = select(search, verify, rig, self.accept_suspicious).map_err(refused)?;
         let said = unreadable.iter().chain(&selection.notices);

@@ -70,7 +70,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             note!("{name}: {notice}");
         }
         if replayed.is_identical() || !replayed.same_pilot {
-            writeln!(streams::output(), "{replayed}")?;
+            let text = replayed.to_string();
+            writeln!(streams::output(), "{}", furuta_input::plain(&text))?;
         }
     }
     if replayed.same_pilot && !replayed.is_identical() {

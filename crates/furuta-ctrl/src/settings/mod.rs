@@ -50,7 +50,7 @@ pub enum SettingsError {
         section: &'static str,
     },
     /// A value outside its range, or not a number.
-    #[error("{section}: {name} = {value} is outside the allowed range [{min}, {max}]{}{unit}", if .unit.is_empty() { "" } else { " " })]
+    #[error("{section}: {name} = {} is outside the allowed range [{min}, {max}]{}{unit}", furuta_input::number(*.value), if .unit.is_empty() { "" } else { " " })]
     OutOfRange {
         /// The section.
         section: &'static str,
@@ -66,7 +66,7 @@ pub enum SettingsError {
         unit: &'static str,
     },
     /// A number that is not whole where it must be.
-    #[error("{section}: {name} = {value} must be a whole number from {min} to {max}")]
+    #[error("{section}: {name} = {} must be a whole number from {min} to {max}", furuta_input::number(*.value))]
     NotWhole {
         /// The section.
         section: &'static str,

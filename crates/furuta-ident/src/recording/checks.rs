@@ -20,7 +20,7 @@ pub const MIN_SEGMENT: usize = 20;
 const MIN_ROWS: usize = 3;
 /// Jitter below this fraction of the period is rounding and not worth a word.
 const JITTER_MENTIONED: f64 = 0.02;
-/// Gaps listed one by one.
+/// So many gaps are described one by one, more of them together.
 const GAPS_LISTED: usize = 5;
 /// Shortest recording that is not called short, s: several swings of the pendulum.
 const DURATION_ADVISED: f64 = 2.0;
@@ -232,18 +232,19 @@ impl Timing {
                 .get(k)
                 .is_some_and(|&interval| interval > GAP_FACTOR * period)
         });
-        for &k in gaps.iter().take(GAPS_LISTED) {
-            let at = |k: usize| table.t.get(k).copied().unwrap_or(f64::NAN);
-            notices.push(NoticeKind::Gap {
-                row: row(k),
-                from: at(k),
-                to: at(k + 1),
-            });
-        }
         if gaps.len() > GAPS_LISTED {
-            notices.push(NoticeKind::FurtherGaps {
-                count: gaps.len() - GAPS_LISTED,
+            notices.push(NoticeKind::Gaps {
+                rows: gaps.into_iter().map(row).collect(),
             });
+        } else {
+            for k in gaps {
+                let at = |k: usize| table.t.get(k).copied().unwrap_or(f64::NAN);
+                notices.push(NoticeKind::Gap {
+                    row: row(k),
+                    from: at(k),
+                    to: at(k + 1),
+                });
+            }
         }
         if !irregular.is_empty() {
             notices.push(NoticeKind::IrregularIntervals {
@@ -298,10 +299,11 @@ fn segments(table: &Table, breaks: &[usize], notices: &mut Vec<NoticeKind>) -> V
     let (useful, short): (Vec<_>, Vec<_>) = all
         .into_iter()
         .partition(|range| range.len() >= MIN_SEGMENT.min(longest));
-    for range in short {
-        notices.push(NoticeKind::ShortSegment {
-            row: table.rows.get(range.start).copied().unwrap_or(0),
-            samples: range.len(),
+    if !short.is_empty() {
+        let row = |range: &Range<usize>| table.rows.get(range.start).copied().unwrap_or(0);
+        notices.push(NoticeKind::ShortSegments {
+            rows: short.iter().map(row).collect(),
+            samples: short.iter().map(Range::len).sum(),
         });
     }
     useful

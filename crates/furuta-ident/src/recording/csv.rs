@@ -1,11 +1,15 @@
 //! CSV: read strictly, written so that reading it again gives the same recording.
 
-use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{self, BufRead, Write};
 use std::path::Path;
 
 use furuta_file::{FileError, WholeFile};
+use furuta_input::Limits;
 
+use super::budget::Budget;
+use super::lines::{Line, Lines};
 use super::{Column, Recording, RecordingError, Table, Values};
 
 const REQUIRED: [&str; 4] = ["t", "u", "theta", "alpha"];
@@ -13,148 +17,362 @@ const SPEEDS: [&str; 2] = ["theta_dot", "alpha_dot"];
 /// A comment that carries a line of the rig file starts with this.
 const RIG_LINE: &str = "rig| ";
 
-pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<Table, RecordingError> {
-    let text = text(file, bytes)?;
-    let lines = Lines::split(file, text)?;
+/// Reads a whole file and checks every field, but keeps the first `keep` samples only.
+pub(super) fn parse(
+    file: &str,
+    input: impl BufRead,
+    limits: &Limits,
+    keep: usize,
+) -> Result<(Table, Through), RecordingError> {
+    let mut budget = Budget::new(file, limits);
+    let mut header = None;
+    let mut rows = Vec::new();
+    let mut through = Through::default();
+    let mut comments = Vec::new();
+    each_row(file, input, limits, &mut |part| match part {
+        Part::Comment(text) => {
+            budget.take(text.len() + size_of::<String>())?;
+            comments.push(text.to_owned());
+            Ok(())
+        }
+        Part::Header(row, names) => {
+            header = Some(Columns::new(file, row, names, limits)?);
+            Ok(())
+        }
+        Part::Row(row, fields) => {
+            let Some(columns) = &mut header else {
+                return Ok(());
+            };
+            let kept = through.samples < keep;
+            let taken = columns.push(file, row, fields, kept)?;
+            if kept {
+                budget.take(taken + size_of::<usize>())?;
+                rows.push(row);
+            }
+            through.goes_on(file, row, columns.time(), fields, kept)
+        }
+    })?;
+    let Some(columns) = header else {
+        return Err(RecordingError::Empty { file: file.into() });
+    };
+    let (rig, comments) = rig_in_comments(comments);
+    through.columns = columns.kinds();
+    let table = columns.into_table(file, rows, rig, comments);
+    Ok((table, through))
+}
+
+/// What is known of a file once it was read through.
+#[derive(Default)]
+pub(super) struct Through {
+    /// Rows of data.
+    pub(super) samples: usize,
+    /// First and last time stamp, s.
+    pub(super) time: [f64; 2],
+    /// Name of each column in the order of the file, and whether all its fields are numbers.
+    pub(super) columns: Vec<(String, bool)>,
+    last: String,
+}
+
+impl Through {
+    /// Time must go on where the checks of what was kept do not look; a row may repeat the one before.
+    fn goes_on(
+        &mut self,
+        file: &str,
+        row: usize,
+        t: f64,
+        fields: &[Cow<'_, str>],
+        kept: bool,
+    ) -> Result<(), RecordingError> {
+        let [first, before] = self.time;
+        if self.samples > 0 && !kept && t <= before {
+            if t < before {
+                return Err(RecordingError::TimeBackwards {
+                    file: file.into(),
+                    row,
+                    before,
+                    t,
+                });
+            }
+            if self.last != fields.join(",") {
+                return Err(RecordingError::TimeStandsStill {
+                    file: file.into(),
+                    row,
+                    t,
+                });
+            }
+        }
+        if !kept {
+            self.last.clear();
+            for field in fields {
+                self.last.push_str(field);
+                self.last.push(',');
+            }
+            self.last.pop();
+        }
+        self.time = [if self.samples == 0 { t } else { first }, t];
+        self.samples += 1;
+        Ok(())
+    }
+}
+
+/// A part of a CSV file, in the order of the file: comments anywhere, one header, rows with as many fields.
+pub(super) enum Part<'a> {
+    Comment(&'a str),
+    Header(usize, &'a [Cow<'a, str>]),
+    Row(usize, &'a [Cow<'a, str>]),
+}
+
+/// Goes through a CSV file.
+pub(super) fn each_row(
+    file: &str,
+    input: impl BufRead,
+    limits: &Limits,
+    each: &mut dyn FnMut(Part<'_>) -> Result<(), RecordingError>,
+) -> Result<(), RecordingError> {
+    let mut lines = Lines::new(file, input, limits)?;
+    let mut expected = None;
+    while let Some((row, line)) = lines.next()? {
+        let line = match line {
+            Line::Comment(text) => {
+                each(Part::Comment(text))?;
+                continue;
+            }
+            Line::Data(line) => line,
+        };
+        let fields = fields(file, row, line)?;
+        match expected {
+            None => {
+                expected = Some(fields.len());
+                each(Part::Header(row, &fields))?;
+            }
+            Some(expected) if fields.len() != expected => {
+                return Err(RecordingError::FieldCount {
+                    file: file.into(),
+                    row,
+                    found: fields.len(),
+                    expected,
+                });
+            }
+            Some(_) => each(Part::Row(row, &fields))?,
+        }
+    }
+    Ok(())
+}
+
+/// The fields of a line, without the blanks about them.
+fn fields<'a>(file: &str, row: usize, line: &'a str) -> Result<Vec<Cow<'a, str>>, RecordingError> {
+    if !line.contains('"') {
+        return Ok(line.split(',').map(|field| field.trim().into()).collect());
+    }
+    if line.bytes().filter(|&byte| byte == b'"').count() % 2 == 1 {
+        return Err(RecordingError::OpenQuote {
+            file: file.into(),
+            row,
+        });
+    }
     let mut reader = ::csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
-        .from_reader(lines.data.as_bytes());
-    let mut records = reader.records().zip(&lines.rows);
-
-    // The reader is given text whose quotes close within each line: what it could still object to does not occur, but is not trusted.
-    let damaged = |row: usize, error: &::csv::Error| RecordingError::Log {
+        .from_reader(line.as_bytes());
+    // Quotes close within the line: what the reader could still object to does not occur, but is not trusted.
+    let record = reader.records().next().transpose();
+    let record = record.map_err(|error| RecordingError::Log {
         file: file.into(),
         reason: format!("row {row}: {error}"),
-    };
-    let Some((header, &header_row)) = records.next() else {
-        return Err(RecordingError::Empty { file: file.into() });
-    };
-    let header = header.map_err(|error| damaged(header_row, &error))?;
-    let names: Vec<&str> = header.iter().map(str::trim).collect();
-    let required = required_columns(file, header_row, &names)?;
+    })?;
+    let fields = record.unwrap_or_default();
+    Ok(fields
+        .iter()
+        .map(|field| field.trim().to_owned().into())
+        .collect())
+}
 
-    let mut fields: Vec<Vec<String>> = vec![Vec::new(); names.len()];
-    let mut rows = Vec::new();
-    for (record, &row) in records {
-        let record = record.map_err(|error| damaged(row, &error))?;
-        if record.len() != names.len() {
-            return Err(RecordingError::FieldCount {
+/// The columns while a file is read.
+struct Columns {
+    names: Vec<String>,
+    kinds: Vec<Kind>,
+    /// Places of t, u, theta and alpha.
+    required: [usize; 4],
+    last_time: f64,
+}
+
+enum Kind {
+    /// A number in every row.
+    Measured(Vec<f64>),
+    /// A number, or nothing.
+    Speed(Vec<f64>),
+    /// As it stands, until the file's end tells whether all are numbers.
+    Further(Texts, bool),
+}
+
+impl Columns {
+    fn new(
+        file: &str,
+        row: usize,
+        names: &[Cow<'_, str>],
+        limits: &Limits,
+    ) -> Result<Self, RecordingError> {
+        let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+        let required = required_columns(file, row, &names)?;
+        if names.len() > limits.names {
+            return Err(RecordingError::TooManyColumns {
                 file: file.into(),
-                row,
-                found: record.len(),
-                expected: names.len(),
+                found: names.len(),
+                limit: limits.names,
             });
         }
-        for (column, field) in fields.iter_mut().zip(&record) {
-            column.push(field.trim().into());
-        }
-        rows.push(row);
-    }
-
-    let mut columns: Vec<Option<(&str, Vec<String>)>> =
-        names.into_iter().zip(fields).map(Some).collect();
-    let mut take = |index: usize, empty| -> Result<Vec<f64>, RecordingError> {
-        let (name, values) = columns
-            .get_mut(index)
-            .and_then(Option::take)
-            .unwrap_or_default();
-        numbers(file, name, &values, &rows, empty)
-    };
-    let [t, u, theta, alpha] = required;
-    let mut measured = |index| take(index, Unknown::Refused);
-    let (t, u) = (measured(t)?, measured(u)?);
-    let (theta, alpha) = (measured(theta)?, measured(alpha)?);
-    let mut speeds = [None, None];
-    for (speed, name) in speeds.iter_mut().zip(SPEEDS) {
-        if let Some(index) = header.iter().position(|found| found.trim() == name) {
-            *speed = Some(take(index, Unknown::Kept)?);
-        }
-    }
-    let [theta_dot, alpha_dot] = speeds;
-    let extra = columns
-        .into_iter()
-        .flatten()
-        .map(|(name, values)| Column {
-            name: name.into(),
-            values: classify(values),
-        })
-        .collect();
-    let (rig, comments) = rig_in_comments(lines.comments);
-    Ok(Table {
-        file: file.into(),
-        t,
-        u,
-        theta,
-        alpha,
-        theta_dot,
-        alpha_dot,
-        extra,
-        rows,
-        rig,
-        metadata: BTreeMap::new(),
-        comments,
-    })
-}
-
-/// The bytes as text, without the byte-order mark that spreadsheets put in front.
-fn text<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, RecordingError> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    core::str::from_utf8(bytes).map_err(|error| {
-        let before = bytes.get(..error.valid_up_to()).unwrap_or_default();
-        RecordingError::NotText {
-            file: file.into(),
-            row: 1 + before.iter().filter(|&&byte| byte == b'\n').count(),
-        }
-    })
-}
-
-/// The lines that hold data, with the number of each, apart from the comments. The CSV reader's own line numbers are of no use for
-/// messages: they stand before the comments and blank lines that it skips.
-struct Lines {
-    data: String,
-    rows: Vec<usize>,
-    comments: Vec<String>,
-}
-
-impl Lines {
-    fn split(file: &str, text: &str) -> Result<Self, RecordingError> {
-        let mut lines = Self {
-            data: String::with_capacity(text.len() + 1),
-            rows: Vec::new(),
-            comments: Vec::new(),
+        let kind = |(i, name): (usize, &&str)| {
+            if required.contains(&i) {
+                Kind::Measured(Vec::new())
+            } else if SPEEDS.contains(name) {
+                Kind::Speed(Vec::new())
+            } else {
+                Kind::Further(Texts::default(), true)
+            }
         };
-        for (i, line) in text.split('\n').enumerate() {
-            // A carriage return alone would end a line for the CSV reader but not for an editor.
-            let line = line.trim_end_matches('\r');
-            let row = i + 1;
-            if let Some(comment) = line.trim_start().strip_prefix('#') {
-                lines
-                    .comments
-                    .push(comment.strip_prefix(' ').unwrap_or(comment).into());
-            } else if !line.trim().is_empty() {
-                if line.bytes().filter(|&byte| byte == b'"').count() % 2 == 1 {
-                    return Err(RecordingError::OpenQuote {
-                        file: file.into(),
-                        row,
-                    });
+        Ok(Self {
+            kinds: names.iter().enumerate().map(kind).collect(),
+            names: names.into_iter().map(Into::into).collect(),
+            required,
+            last_time: f64::NAN,
+        })
+    }
+
+    /// Checks a row, keeps it if it shall be kept, and returns the memory that this takes.
+    fn push(
+        &mut self,
+        file: &str,
+        row: usize,
+        fields: &[Cow<'_, str>],
+        keep: bool,
+    ) -> Result<usize, RecordingError> {
+        let mut memory = 0;
+        for (i, (kind, field)) in self.kinds.iter_mut().zip(fields).enumerate() {
+            let name = || self.names.get(i).map_or("", String::as_str);
+            let values = match kind {
+                Kind::Measured(values) => {
+                    let value = number_in(file, row, name, field, Unknown::Refused)?;
+                    if self.required.first() == Some(&i) {
+                        self.last_time = value;
+                    }
+                    (values, value)
                 }
-                lines
-                    .data
-                    .extend(line.chars().map(|c| if c == '\r' { ' ' } else { c }));
-                lines.data.push('\n');
-                lines.rows.push(row);
+                Kind::Speed(values) => {
+                    let value = number_in(file, row, name, field, Unknown::Kept)?;
+                    (values, value)
+                }
+                Kind::Further(texts, numbers) => {
+                    *numbers &= field.is_empty() || field.parse::<f64>().is_ok();
+                    if keep {
+                        texts.push(field);
+                        memory += field.len() + size_of::<usize>();
+                    }
+                    continue;
+                }
+            };
+            if keep {
+                values.0.push(values.1);
+                memory += size_of::<f64>();
             }
         }
-        Ok(lines)
+        Ok(memory)
+    }
+
+    const fn time(&self) -> f64 {
+        self.last_time
+    }
+
+    fn kinds(&self) -> Vec<(String, bool)> {
+        let numbers = |kind: &Kind| !matches!(kind, Kind::Further(_, false));
+        let kinds = self.kinds.iter().map(numbers);
+        self.names.iter().cloned().zip(kinds).collect()
+    }
+
+    fn into_table(
+        self,
+        file: &str,
+        rows: Vec<usize>,
+        rig: Option<String>,
+        comments: Vec<String>,
+    ) -> Table {
+        let mut measured = [const { Vec::new() }; 4];
+        let mut speeds = [None, None];
+        let mut extra = Vec::new();
+        for (i, (name, kind)) in self.names.into_iter().zip(self.kinds).enumerate() {
+            match kind {
+                Kind::Measured(values) => {
+                    let place = self.required.iter().position(|&at| at == i);
+                    if let Some(column) = place.and_then(|place| measured.get_mut(place)) {
+                        *column = values;
+                    }
+                }
+                Kind::Speed(values) => {
+                    let place = SPEEDS.iter().position(|speed| *speed == name);
+                    if let Some(speed) = place.and_then(|place| speeds.get_mut(place)) {
+                        *speed = Some(values);
+                    }
+                }
+                Kind::Further(texts, numbers) => extra.push(Column {
+                    name,
+                    values: texts.into_values(numbers),
+                }),
+            }
+        }
+        let [t, u, theta, alpha] = measured;
+        let [theta_dot, alpha_dot] = speeds;
+        Table {
+            file: file.into(),
+            t,
+            u,
+            theta,
+            alpha,
+            theta_dot,
+            alpha_dot,
+            extra,
+            rows,
+            rig,
+            metadata: BTreeMap::new(),
+            comments,
+        }
+    }
+}
+
+/// Many short texts, without an allocation for each.
+#[derive(Default)]
+pub(super) struct Texts {
+    text: String,
+    ends: Vec<usize>,
+}
+
+impl Texts {
+    pub(super) fn push(&mut self, text: &str) {
+        self.text.push_str(text);
+        self.ends.push(self.text.len());
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &str> {
+        let starts = core::iter::once(0).chain(self.ends.iter().copied());
+        let spans = starts.zip(&self.ends);
+        spans.map(|(start, &end)| self.text.get(start..end).unwrap_or_default())
+    }
+
+    /// As numbers (NaN where there is nothing), or as they are.
+    pub(super) fn into_values(self, numbers: bool) -> Values {
+        if numbers {
+            let number = |field: &str| field.parse().unwrap_or(f64::NAN);
+            Values::Numbers(self.iter().map(number).collect())
+        } else {
+            Values::Text(self.iter().map(Into::into).collect())
+        }
     }
 }
 
 /// Indices of `t`, `u`, `theta`, `alpha`.
 fn required_columns(file: &str, row: usize, names: &[&str]) -> Result<[usize; 4], RecordingError> {
     let numbers = names.iter().all(|name| name.parse::<f64>().is_ok());
-    for (i, name) in names.iter().enumerate().filter(|_| !numbers) {
-        if names.iter().take(i).any(|other| other == name) {
+    let mut seen = BTreeSet::new();
+    for name in names.iter().filter(|_| !numbers) {
+        if !seen.insert(name) {
             return Err(RecordingError::DuplicateColumn {
                 file: file.into(),
                 row,
@@ -209,51 +427,32 @@ enum Unknown {
     Kept,
 }
 
-fn numbers(
+fn number_in<'a>(
     file: &str,
-    column: &str,
-    fields: &[String],
-    rows: &[usize],
+    row: usize,
+    column: impl FnOnce() -> &'a str,
+    field: &str,
     unknown: Unknown,
-) -> Result<Vec<f64>, RecordingError> {
-    fields
-        .iter()
-        .zip(rows)
-        .map(|(field, &row)| match field.parse::<f64>() {
-            Ok(value) if value.is_finite() || unknown == Unknown::Kept => Ok(value),
-            Ok(value) => Err(RecordingError::NotFinite {
-                file: file.into(),
-                row,
-                column: column.into(),
-                value,
-            }),
-            Err(_) if field.is_empty() && unknown == Unknown::Kept => Ok(f64::NAN),
-            Err(_) => Err(RecordingError::NotANumber {
-                file: file.into(),
-                row,
-                column: column.into(),
-                value: field.clone(),
-            }),
-        })
-        .collect()
-}
-
-/// Numbers where every field is a number or empty, text otherwise.
-fn classify(fields: Vec<String>) -> Values {
-    let number = |field: &String| {
-        if field.is_empty() {
-            Some(f64::NAN)
-        } else {
-            field.parse().ok()
-        }
-    };
-    match fields.iter().map(number).collect() {
-        Some(numbers) => Values::Numbers(numbers),
-        None => Values::Text(fields),
+) -> Result<f64, RecordingError> {
+    match field.parse::<f64>() {
+        Ok(value) if value.is_finite() || unknown == Unknown::Kept => Ok(value),
+        Ok(value) => Err(RecordingError::NotFinite {
+            file: file.into(),
+            row,
+            column: column().into(),
+            value,
+        }),
+        Err(_) if field.is_empty() && unknown == Unknown::Kept => Ok(f64::NAN),
+        Err(_) => Err(RecordingError::NotANumber {
+            file: file.into(),
+            row,
+            column: column().into(),
+            value: field.into(),
+        }),
     }
 }
 
-fn rig_in_comments(comments: Vec<String>) -> (Option<String>, Vec<String>) {
+pub(super) fn rig_in_comments(comments: Vec<String>) -> (Option<String>, Vec<String>) {
     let (rig, comments): (Vec<String>, Vec<String>) = comments
         .into_iter()
         .partition(|line| line.starts_with(RIG_LINE.trim_end()));
@@ -316,11 +515,11 @@ impl Recording {
         )?;
         for k in 0..self.len() {
             for (_, values) in &numbers {
-                writer.write_field(number(values.get(k)))?;
+                writer.write_field(written(values.get(k)))?;
             }
             for column in &self.extra {
                 match &column.values {
-                    Values::Numbers(values) => writer.write_field(number(values.get(k)))?,
+                    Values::Numbers(values) => writer.write_field(written(values.get(k)))?,
                     Values::Text(values) => {
                         writer.write_field(values.get(k).map_or("", String::as_str))?
                     }
@@ -332,7 +531,7 @@ impl Recording {
     }
 }
 
-fn number(value: Option<&f64>) -> String {
+fn written(value: Option<&f64>) -> String {
     value
         .filter(|value| !value.is_nan())
         .map_or_else(String::new, f64::to_string)

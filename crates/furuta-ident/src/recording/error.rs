@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use furuta_input::{InputError, number, quoted};
+
 /// Why a recording was refused: in which file, in which row and column, which value, and what to do.
 ///
 /// Rows are counted as an editor counts lines, from 1 and with the header and comments (CSV), or as messages from 1 (MCAP).
@@ -18,6 +20,59 @@ pub enum RecordingError {
         path: PathBuf,
         /// The operating system's reason.
         source: std::io::Error,
+    },
+    /// The file is not read: a directory, a pipe, zeros, too large.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A line goes on and on.
+    #[error(
+        "{file}: row {row}: the line is longer than {limit} bytes; no line of a recording is: cut the file there"
+    )]
+    LineTooLong {
+        /// The file.
+        file: String,
+        /// The row.
+        row: usize,
+        /// Bytes that a line may have.
+        limit: usize,
+    },
+    /// Bytes that were never written.
+    #[error(
+        "{file}: row {row}: a zero byte, which no text has: the file was not written or copied whole there; cut it before that row"
+    )]
+    ZeroBytes {
+        /// The file.
+        file: String,
+        /// The row.
+        row: usize,
+    },
+    /// More columns than are read, or more entries of what the recording says of itself.
+    #[error(
+        "{file}: {found} columns or entries; at most {limit} are read: keep those that are needed"
+    )]
+    TooManyColumns {
+        /// The file.
+        file: String,
+        /// How many there are, as far as was read.
+        found: usize,
+        /// How many there may be.
+        limit: usize,
+    },
+    /// The recording would take more memory than it may.
+    #[error("{file}: takes more than {limit} bytes of memory; cut the recording into shorter ones")]
+    TooMuchMemory {
+        /// The file.
+        file: String,
+        /// Bytes of memory that it may take.
+        limit: u64,
+    },
+    /// Nothing is left of a recording that is thinned out or cut.
+    #[error("{file}: {problem}")]
+    Selection {
+        /// The recording.
+        file: String,
+        /// What is wrong with the selection, and what to do.
+        problem: String,
     },
     /// There is nothing in the file.
     #[error(
@@ -47,7 +102,8 @@ pub enum RecordingError {
     },
     /// A required column is absent.
     #[error(
-        "{file}: no column `{column}`; found {found}; required are t (s), u (V), theta (rad), alpha (rad){hint}"
+        "{file}: no column `{column}`; found {}; required are t (s), u (V), theta (rad), alpha (rad){hint}",
+        quoted(found)
     )]
     MissingColumn {
         /// The file.
@@ -60,7 +116,10 @@ pub enum RecordingError {
         hint: &'static str,
     },
     /// Two columns bear one name.
-    #[error("{file}: row {row}: two columns are called `{column}`; rename one")]
+    #[error(
+        "{file}: row {row}: two columns are called `{}`; rename one",
+        quoted(column)
+    )]
     DuplicateColumn {
         /// The file.
         file: String,
@@ -85,7 +144,8 @@ pub enum RecordingError {
     },
     /// A field of a column of numbers is something else.
     #[error(
-        "{file}: row {row}, column {column}: `{value}` is not a number; write a number with a decimal point, or delete the row"
+        "{file}: row {row}, column {column}: `{}` is not a number; write a number with a decimal point, or delete the row",
+        quoted(value)
     )]
     NotANumber {
         /// The file.
@@ -113,7 +173,8 @@ pub enum RecordingError {
     },
     /// A time stamp is earlier than the one before.
     #[error(
-        "{file}: row {row}, column t: time goes backwards, from {before} s to {t} s; cut the recording there or sort the rows"
+        "{file}: row {row}, column t: time goes backwards, from {} s to {} s; cut the recording there or sort the rows",
+        number(*before), number(*t)
     )]
     TimeBackwards {
         /// The file.
@@ -127,7 +188,8 @@ pub enum RecordingError {
     },
     /// Two rows of different content have one time stamp.
     #[error(
-        "{file}: row {row}, column t: {t} s again, with other values than the row before; give time stamps that tell the rows apart"
+        "{file}: row {row}, column t: {} s again, with other values than the row before; give time stamps that tell the rows apart",
+        number(*t)
     )]
     TimeStandsStill {
         /// The file.
@@ -139,8 +201,9 @@ pub enum RecordingError {
     },
     /// The intervals between time stamps scatter too much for an evenly sampled recording.
     #[error(
-        "{file}: {irregular} of {intervals} intervals between time stamps differ by more than {percent:.0} % from the sample period of {period} s \
-         (first: {interval} s before row {row}); record at a fixed rate, or resample the recording"
+        "{file}: {irregular} of {intervals} intervals between time stamps differ by more than {percent:.0} % from the sample period of {} s \
+         (first: {} s before row {row}); record at a fixed rate, or resample the recording",
+        number(*period), number(*interval)
     )]
     IrregularTime {
         /// The file.
@@ -178,7 +241,8 @@ pub enum RecordingError {
     },
     /// A column cannot be stored in a log under its name.
     #[error(
-        "{file}: column `{column}` has the name of a field of the log ({meaning}) but holds something else; rename it"
+        "{file}: column `{}` has the name of a field of the log ({meaning}) but holds something else; rename it",
+        quoted(column)
     )]
     NotLoggable {
         /// The recording.

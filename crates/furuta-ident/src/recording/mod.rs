@@ -5,6 +5,7 @@
 //! [`RecordingError`] that names file, row, column and value.
 
 mod against_rig;
+mod budget;
 mod checks;
 mod clipped;
 mod command;
@@ -13,22 +14,35 @@ mod counts;
 mod csv;
 mod error;
 mod frozen;
+mod lines;
 mod mcap;
+mod mcap_write;
 mod notice;
 mod regression;
+mod select;
 mod source;
+mod transcode;
+mod trouble;
 mod weak;
 
 use std::collections::BTreeMap;
+use std::io::{BufRead, Read};
 use std::ops::Range;
 use std::path::Path;
+
+use furuta_input::{Input, InputError, shown};
 
 pub use against_rig::against_rig;
 pub(crate) use against_rig::each_against_rig;
 pub use checks::{GAP_FACTOR, IRREGULAR_SHARE, JITTER_TOLERATED, MIN_SEGMENT};
 pub use error::RecordingError;
+pub use furuta_input::Limits;
 pub use notice::{Notice, NoticeKind};
-pub use source::kept_source;
+pub use select::Selection;
+pub use transcode::{Format, Transcoded, transcode};
+
+/// What is read here, for messages.
+const WANTED: &str = "a recording";
 
 /// One run of a rig, evenly sampled but for the gaps between its segments.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,19 +141,26 @@ impl Recording {
     /// # Errors
     /// As [`Self::load`], but for [`RecordingError::CutOff`].
     pub fn salvage(path: impl AsRef<Path>) -> Result<(Self, Vec<Notice>), RecordingError> {
+        Self::salvage_within(path, &Limits::default())
+    }
+
+    /// As [`Self::salvage`], with other limits of what is read.
+    ///
+    /// # Errors
+    /// As [`Self::salvage`].
+    pub fn salvage_within(
+        path: impl AsRef<Path>,
+        limits: &Limits,
+    ) -> Result<(Self, Vec<Notice>), RecordingError> {
         let path = path.as_ref();
-        let bytes = std::fs::read(path).map_err(|source| RecordingError::Io {
-            path: path.into(),
-            source,
-        })?;
-        let file = path.to_string_lossy();
-        let named_so = path
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
-        if mcap::is_mcap(&bytes) || named_so && !bytes.is_empty() {
-            Self::from_mcap(&file, &bytes)
+        let file = shown(path);
+        let opened = open(path, limits)?;
+        let mut input = opened.buffered();
+        let start = input.fill_buf().map_err(|e| lines::failed(&file, e))?;
+        if mcap::is_mcap(start) || named_mcap(path) && !start.is_empty() {
+            Self::read_mcap(&file, input, limits)
         } else {
-            Self::from_csv(&file, &bytes)
+            Self::read_csv(&file, input, limits)
         }
     }
 
@@ -165,7 +186,16 @@ impl Recording {
     /// # Errors
     /// As [`Self::load`], but for the file system's.
     pub fn from_csv(file: &str, bytes: &[u8]) -> Result<(Self, Vec<Notice>), RecordingError> {
-        checks::check(csv::parse(file, bytes)?)
+        Self::read_csv(file, bytes, &Limits::default())
+    }
+
+    fn read_csv(
+        file: &str,
+        input: impl BufRead,
+        limits: &Limits,
+    ) -> Result<(Self, Vec<Notice>), RecordingError> {
+        let (table, _) = csv::parse(file, input, limits, usize::MAX)?;
+        checks::check(table)
     }
 
     /// Reads a recording from the bytes of an MCAP log called `file`; one that is cut off gives what is there, as [`Self::salvage`] does.
@@ -173,7 +203,15 @@ impl Recording {
     /// # Errors
     /// As [`Self::salvage`], but for the file system's.
     pub fn from_mcap(file: &str, bytes: &[u8]) -> Result<(Self, Vec<Notice>), RecordingError> {
-        let (table, cut_off) = mcap::parse(file, bytes)?;
+        Self::read_mcap(file, bytes, &Limits::default())
+    }
+
+    fn read_mcap(
+        file: &str,
+        input: impl Read,
+        limits: &Limits,
+    ) -> Result<(Self, Vec<Notice>), RecordingError> {
+        let (table, cut_off) = mcap::parse(file, input, limits, usize::MAX)?;
         if let (Some(NoticeKind::CutOff { what }), true) = (&cut_off, table.t.is_empty()) {
             let reason = format!("{what}; there is nothing to save: record it again");
             return Err(RecordingError::Log {
@@ -275,6 +313,18 @@ impl Recording {
             comments: self.comments.clone(),
         }
     }
+}
+
+fn open(path: &Path, limits: &Limits) -> Result<Input, RecordingError> {
+    Input::open(path, WANTED, limits.file).map_err(|error| match error {
+        InputError::Io { path, source } => RecordingError::Io { path, source },
+        other => other.into(),
+    })
+}
+
+fn named_mcap(path: &Path) -> bool {
+    let extension = path.extension();
+    extension.is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
 }
 
 /// A table as read, before any check of what its numbers mean. Rows and columns are complete.

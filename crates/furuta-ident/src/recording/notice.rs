@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use furuta_input::number;
 use furuta_model::Rig;
 
 /// Something about a recording that a person should know: what was changed while reading it, or what looks wrong.
@@ -60,10 +61,10 @@ pub enum NoticeKind {
         /// Time after it, s.
         to: f64,
     },
-    /// More gaps than are listed one by one.
-    FurtherGaps {
-        /// How many.
-        count: usize,
+    /// Many gaps.
+    Gaps {
+        /// The rows after them.
+        rows: Vec<usize>,
     },
     /// Single intervals are too long or too short for the sample period; the recording is divided there.
     IrregularIntervals {
@@ -79,11 +80,11 @@ pub enum NoticeKind {
         /// The sample period, s.
         period: f64,
     },
-    /// A segment between gaps is too short to be of use and left out of it.
-    ShortSegment {
-        /// Its first row.
-        row: usize,
-        /// Its number of samples.
+    /// Segments between gaps are too short to be of use and left out.
+    ShortSegments {
+        /// The first row of each.
+        rows: Vec<usize>,
+        /// Their samples together.
         samples: usize,
     },
     /// An angle was recorded modulo a turn and made continuous.
@@ -303,26 +304,41 @@ impl fmt::Display for NoticeKind {
             Self::Gap { row, from, to } => {
                 write!(
                     f,
-                    "gap before row {row}: no samples from {from} s to {to} s; predictions stop there and start anew"
+                    "gap before row {row}: no samples from {} s to {} s; predictions stop there and start anew",
+                    number(*from),
+                    number(*to)
                 )
             }
-            Self::FurtherGaps { count } => write!(f, "{count} further gaps, treated alike"),
+            Self::Gaps { rows } => write!(
+                f,
+                "{} gaps, before {}: predictions stop there and start anew",
+                rows.len(),
+                Rows(rows)
+            ),
             Self::IrregularIntervals { rows, period } => write!(
                 f,
-                "the interval before {} does not fit the sample period of {period} s; predictions stop there and start anew",
-                Rows(rows)
+                "the interval before {} does not fit the sample period of {} s; predictions stop there and start anew",
+                Rows(rows),
+                number(*period)
             ),
             Self::Jitter { largest, period } => write!(
                 f,
-                "time stamps scatter by up to {:.0} % of the sample period; taken as evenly spaced by {period} s",
-                100.0 * largest
+                "time stamps scatter by up to {:.0} % of the sample period; taken as evenly spaced by {} s",
+                100.0 * largest,
+                number(*period)
             ),
-            Self::ShortSegment { row, samples } => {
-                write!(
+            Self::ShortSegments { rows, samples } => match rows.len() {
+                1 => write!(
                     f,
-                    "the {samples} samples from row {row} on, between two gaps, are too few to be of use and left out"
-                )
-            }
+                    "the {samples} samples from {} on, between two gaps, are too few to be of use and left out",
+                    Rows(rows)
+                ),
+                count => write!(
+                    f,
+                    "{count} stretches between gaps, {samples} samples from {} on, are too short to be of use and left out",
+                    Rows(rows)
+                ),
+            },
             Self::Unwrapped { column, row, jumps } => write!(
                 f,
                 "{column} was recorded modulo a turn ({jumps} {}, first at row {row}): made continuous",
@@ -341,7 +357,8 @@ impl fmt::Display for NoticeKind {
             Self::ConstantCommand { value } => {
                 write!(
                     f,
-                    "the command is {value} V throughout: the motor cannot be told from this recording alone; add one with a changing command"
+                    "the command is {} V throughout: the motor cannot be told from this recording alone; add one with a changing command",
+                    number(*value)
                 )
             }
             Self::NoMotion => write!(
@@ -358,7 +375,8 @@ impl fmt::Display for NoticeKind {
             ),
             Self::TimeUnitSuspected { period, unit } => write!(
                 f,
-                "time stamps {period} apart look as if they were in {unit}; seconds are required"
+                "time stamps {} apart look as if they were in {unit}; seconds are required",
+                number(*period)
             ),
             Self::HangingSuspected => write!(
                 f,

@@ -375,7 +375,8 @@ impl core::fmt::Display for EffectError {
                 unit,
             } => write!(
                 f,
-                "{effect}: {parameter} = {value} is outside the allowed range [{min}, {max}] {unit}"
+                "{effect}: {parameter} = {} is outside the allowed range [{min}, {max}] {unit}",
+                furuta_input::number(*value)
             ),
             Self::NotWhole {
                 effect,
@@ -385,7 +386,8 @@ impl core::fmt::Display for EffectError {
                 max,
             } => write!(
                 f,
-                "{effect}: {parameter} = {value} must be a whole number in [{min}, {max}]"
+                "{effect}: {parameter} = {} must be a whole number in [{min}, {max}]",
+                furuta_input::number(*value)
             ),
         }
     }

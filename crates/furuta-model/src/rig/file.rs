@@ -4,6 +4,7 @@ use super::{Limits, Rig, Sensors};
 use crate::effects::{self, Effect, EffectError, Kind, MAX_PARAMETERS};
 use crate::params::{Arm, Motor, ParamError, Params, Pendulum, RANGES};
 use crate::plant::{MAX_EFFECTS, PlantError};
+use furuta_input::{InputError, foreign, is_printable, number, quoted};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -14,7 +15,8 @@ use std::fmt::Write as _;
 pub enum RigError {
     /// Neither a built-in rig nor a file that can be read.
     #[error(
-        "rig `{path}`: cannot be read ({source}); give a file, or one of the built-in rigs: {builtin}"
+        "rig `{}`: cannot be read ({source}); give a file, or one of the built-in rigs: {builtin}",
+        quoted(path)
     )]
     Unreadable {
         /// What was asked for.
@@ -24,8 +26,11 @@ pub enum RigError {
         /// Why not.
         source: std::io::Error,
     },
+    /// No file of text, or too large a one.
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// Not TOML, an unknown key, a missing key, or a value of the wrong kind.
-    #[error("rig file, line {line}: {message}")]
+    #[error("rig file, line {line}: {}", foreign(message))]
     Syntax {
         /// Where, from 1.
         line: usize,
@@ -36,7 +41,7 @@ pub enum RigError {
     #[error("rig file: {0}; values are in SI units")]
     Parameter(#[from] ParamError),
     /// A sensor or limit outside its range.
-    #[error("rig file: {key} = {value} is outside the allowed range [{min}, {max}]")]
+    #[error("rig file: {key} = {} is outside the allowed range [{min}, {max}]", number(*value))]
     OutOfRange {
         /// Which.
         key: &'static str,
@@ -47,8 +52,34 @@ pub enum RigError {
         /// Upper end.
         max: f64,
     },
+    /// A name or source that no terminal can show.
+    #[error(
+        "rig file: {key} = `{}` has characters that are not printable; use letters, digits, signs and spaces, at most {most}",
+        quoted(text)
+    )]
+    NotPrintable {
+        /// Which.
+        key: &'static str,
+        /// What it was.
+        text: String,
+        /// How many characters it may have.
+        most: usize,
+    },
+    /// An effect's id without quotation marks, whose dot then divides tables.
+    #[error(
+        "rig file: [effects.{}] needs quotation marks, for the id has a dot in it: write [effects.\"{}\"]",
+        quoted(id),
+        quoted(id)
+    )]
+    UnquotedEffect {
+        /// The id as written.
+        id: String,
+    },
     /// An effect that the catalogue does not have.
-    #[error("rig file: effect `{id}` is not in the catalogue; known are {known}")]
+    #[error(
+        "rig file: effect `{}` is not in the catalogue; known are {known}",
+        quoted(id)
+    )]
     UnknownEffect {
         /// Its id.
         id: String,
@@ -56,7 +87,11 @@ pub enum RigError {
         known: String,
     },
     /// An effect's parameter that it does not have, or lacks.
-    #[error("rig file: effect `{id}` {problem} `{parameter}`; it has {known}")]
+    #[error(
+        "rig file: effect `{}` {problem} `{}`; it has {known}",
+        quoted(id),
+        quoted(parameter)
+    )]
     EffectParameter {
         /// The effect.
         id: String,
@@ -68,7 +103,11 @@ pub enum RigError {
         known: String,
     },
     /// A word where an effect wants a number, or another word.
-    #[error("rig file: effect `{id}`: {parameter} = \"{word}\" must be {wanted}")]
+    #[error(
+        "rig file: effect `{}`: {parameter} = \"{}\" must be {wanted}",
+        quoted(id),
+        quoted(word)
+    )]
     EffectWord {
         /// The effect.
         id: String,
@@ -86,7 +125,7 @@ pub enum RigError {
     #[error("rig file: {0}")]
     Plant(#[from] PlantError),
     /// Any of these in a file with a name.
-    #[error("{path}: {error}")]
+    #[error("{}: {error}", quoted(path))]
     InFile {
         /// The file.
         path: String,
@@ -178,12 +217,30 @@ struct LimitsText {
     pendulum_speed: Option<f64>,
 }
 
-/// An effect's value: a number, or one of a few words.
+/// An effect's value: a number, or one of a few words. A table stands there where the effect's id has no quotation marks.
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "the value of an effect must be a number or a word in quotation marks"
+)]
 enum ValueText {
     Number(f64),
     Word(String),
+    Table {},
+}
+
+/// Characters of a rig's name, and of what it says of its source.
+const NAME_LENGTH: usize = 80;
+const SOURCE_LENGTH: usize = 4000;
+
+/// The text, if a terminal can show it.
+fn printable(key: &'static str, text: String, most: usize) -> Result<String, RigError> {
+    let shown = |c: char| is_printable(c) || c == '\n' && most > NAME_LENGTH;
+    if text.chars().count() <= most && text.chars().all(shown) {
+        Ok(text)
+    } else {
+        Err(RigError::NotPrintable { key, text, most })
+    }
 }
 
 pub(super) fn parse(text: &str) -> Result<Rig, RigError> {
@@ -252,8 +309,12 @@ pub(super) fn parse(text: &str) -> Result<Rig, RigError> {
         .into());
     }
     Ok(Rig {
-        name: file.rig.name,
-        source: file.rig.source.unwrap_or_default(),
+        name: printable("rig.name", file.rig.name, NAME_LENGTH)?,
+        source: printable(
+            "rig.source",
+            file.rig.source.unwrap_or_default(),
+            SOURCE_LENGTH,
+        )?,
         params,
         sensors,
         limits,
@@ -275,6 +336,14 @@ fn within(key: &'static str, value: f64, min: f64, max: f64) -> Result<f64, RigE
 }
 
 fn effect(id: &str, values: &BTreeMap<String, ValueText>) -> Result<Effect<f64>, RigError> {
+    if let Some((rest, _)) = values
+        .iter()
+        .find(|(_, value)| matches!(value, ValueText::Table {}))
+    {
+        return Err(RigError::UnquotedEffect {
+            id: format!("{id}.{rest}"),
+        });
+    }
     let spec = effects::spec(id).ok_or_else(|| RigError::UnknownEffect {
         id: id.to_owned(),
         known: effects::known()
@@ -304,6 +373,7 @@ fn effect(id: &str, values: &BTreeMap<String, ValueText>) -> Result<Effect<f64>,
         .iter()
         .map(|p| match values.get(p.name) {
             Some(ValueText::Number(value)) => Ok(*value),
+            Some(ValueText::Table {}) => Err(wrong("has a table for", p.name)),
             Some(ValueText::Word(word)) => p.choice(word).ok_or_else(|| RigError::EffectWord {
                 id: id.to_owned(),
                 parameter: p.name,
@@ -447,10 +517,40 @@ mod tests {
             "{QUBE}\n[effects.\"arm.coulomb\"]\ntorque = -1.0\n"
         ));
         assert!(range.contains("torque = -1"), "{range}");
+        let unquoted = message(&format!("{QUBE}\n[effects.arm.spring]\nstiffness = 1.0\n"));
+        assert!(
+            unquoted.contains("write [effects.\"arm.spring\"]"),
+            "{unquoted}"
+        );
+        let list = message(&format!(
+            "{QUBE}\n[effects.\"arm.spring\"]\nstiffness = [1.0]\n"
+        ));
+        assert!(list.contains("must be a number or a word"), "{list}");
+        let huge = message(&QUBE.replace("mass = 0.024", "mass = 1e300"));
+        assert!(huge.contains("pendulum.mass = 1e300 is"), "{huge}");
         assert!(
             message("").contains("rig"),
             "an empty file lacks everything"
         );
+    }
+
+    /// No escape sequence of a file reaches a terminal, and of what is long only a piece is quoted.
+    #[test]
+    fn what_is_quoted_is_short_and_printable() {
+        let key = "k".repeat(100_000);
+        for text in [
+            QUBE.replace("qube-servo-2", "\\u001b]0;mine\\u0007"),
+            QUBE.replace("qube-servo-2", &key),
+            format!("{QUBE}\n[effects.\"\\u001b[31m{key}\"]\n"),
+            format!("{QUBE}\n[effects.\"arm.spring\"]\n\"\\u001b[31m{key}\" = 1\n"),
+            QUBE.replace("[arm]", &format!("[arm]\n\"\\u001b[31m{key}\" = 1")),
+            QUBE.replace("[arm]", &format!("[arm]\n\u{1b}[31m{key}")),
+        ] {
+            let message = message(&text);
+            assert!(message.chars().all(is_printable), "{message:?}");
+            let quoted = message.matches('k').count();
+            assert!(quoted < 100 && message.len() < 2000, "{message}");
+        }
     }
 
     #[test]

@@ -10,6 +10,7 @@ use crate::effects::Effect;
 use crate::params::Params;
 use crate::plant::Plant;
 use crate::scalar::Scalar;
+use furuta_input::{InputError, read_text};
 use std::path::Path;
 
 /// Encoders.
@@ -105,10 +106,13 @@ impl Rig {
             return Ok(rig);
         }
         let path = Path::new(name_or_path);
-        let text = std::fs::read_to_string(path).map_err(|source| RigError::Unreadable {
-            path: name_or_path.to_owned(),
-            builtin: Self::BUILTIN.join(", "),
-            source,
+        let text = read_text(path, "a rig file").map_err(|error| match error {
+            InputError::Io { source, .. } => RigError::Unreadable {
+                path: name_or_path.to_owned(),
+                builtin: Self::BUILTIN.join(", "),
+                source,
+            },
+            other => other.into(),
         })?;
         Self::from_toml(&text).map_err(|e| e.in_file(name_or_path))
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use furuta_ident::calibrate::{Options, calibrate};
-use furuta_ident::report;
+use furuta_ident::{Task, report};
 use furuta_model::Rig;
 
 use crate::commands::recorded::RecordedArgs;
@@ -47,6 +47,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let rig = Rig::load(&args.recorded.rig)?;
     let mut notices = Vec::new();
     let [data, unseen] = args.recorded.load(&rig, &args.verify, &mut notices)?;
+    args.recorded.foretell(Task::Calibrate, &data);
     let options = Options {
         free: args.free.clone(),
         hold: args.hold.clone(),

@@ -1,0 +1,160 @@
+//! A part of a recording: a span of its time, every N-th sample.
+
+use std::ops::Range;
+
+use super::{MIN_SEGMENT, Recording, RecordingError, Values};
+
+/// What of a recording is used, for one that is longer than it needs to be.
+///
+/// ```
+/// use furuta_ident::recording::Selection;
+/// let selection: Selection = Selection { every: 5, span: Some(2.0..60.0) };
+/// assert_eq!(Selection::default().every, 1);
+/// assert_ne!(selection, Selection::default());
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    /// Every so many-th sample; 1 for all.
+    pub every: usize,
+    /// From here to there, s from the first sample; `None` for all.
+    pub span: Option<Range<f64>>,
+}
+
+impl Default for Selection {
+    fn default() -> Self {
+        Self {
+            every: 1,
+            span: None,
+        }
+    }
+}
+
+impl Recording {
+    /// The part of the recording that is selected.
+    ///
+    /// # Errors
+    /// As [`Self::span`] and [`Self::every`].
+    pub fn select(self, selection: &Selection) -> Result<Self, RecordingError> {
+        let cut = match &selection.span {
+            Some(span) => self.span(span.start, span.end)?,
+            None => self,
+        };
+        match selection.every {
+            1 => Ok(cut),
+            n => cut.every(n),
+        }
+    }
+
+    /// The samples from `from` to `to`, s from the first sample of the recording. Time stamps stay as they are.
+    ///
+    /// # Errors
+    /// [`RecordingError::Selection`]: no span of time, or too few samples in it.
+    pub fn span(&self, from: f64, to: f64) -> Result<Self, RecordingError> {
+        let start = self.t.first().copied().unwrap_or(0.0);
+        if from.is_nan() || to.is_nan() || from >= to {
+            return Err(self.cannot(format!(
+                "a span from {} to {} s is none; give A..B with A before B",
+                furuta_input::number(from),
+                furuta_input::number(to)
+            )));
+        }
+        let first = self.t.partition_point(|t| t - start < from);
+        let end = self.t.partition_point(|t| t - start <= to);
+        let segments: Vec<Range<usize>> = self
+            .segments
+            .iter()
+            .map(|s| s.start.max(first)..s.end.min(end))
+            .filter(|s| s.len() >= MIN_SEGMENT)
+            .map(|s| s.start - first..s.end - first)
+            .collect();
+        if segments.is_empty() {
+            return Err(self.cannot(format!(
+                "no {MIN_SEGMENT} samples in a row between {} and {} s; the recording lasts {} s",
+                furuta_input::number(from),
+                furuta_input::number(to),
+                furuta_input::number(self.duration())
+            )));
+        }
+        Ok(Self {
+            segments,
+            ..self.part(first..end)
+        })
+    }
+
+    /// Every `n`-th sample. A command is held from its sample to the next: that of a sample kept becomes the mean of the `n` commands up to the
+    /// next one kept, which turns the motor by as much. Angles, speeds and further columns are those of the samples kept. A gap is where it
+    /// was: each stretch between gaps is thinned out by itself.
+    ///
+    /// # Errors
+    /// [`RecordingError::Selection`]: `n` is zero, or leaves too few samples.
+    pub fn every(&self, n: usize) -> Result<Self, RecordingError> {
+        if n == 0 {
+            return Err(self.cannot("every 0th sample is none; give 1 or more".into()));
+        }
+        let mut kept = Vec::new();
+        let mut segments = Vec::new();
+        for segment in &self.segments {
+            let start = kept.len();
+            kept.extend(
+                segment
+                    .clone()
+                    .step_by(n)
+                    .map(|k| k..(k + n).min(segment.end)),
+            );
+            if kept.len() - start < MIN_SEGMENT {
+                kept.truncate(start);
+            } else {
+                segments.push(start..kept.len());
+            }
+        }
+        if segments.is_empty() {
+            return Err(self.cannot(format!(
+                "every {n}th sample leaves no {MIN_SEGMENT} samples in a row of {}; take more of them",
+                self.len()
+            )));
+        }
+        let pick = |values: &Vec<f64>| -> Vec<f64> {
+            let value = |held: &Range<usize>| values.get(held.start).copied();
+            kept.iter().filter_map(value).collect()
+        };
+        let mean = |held: &Range<usize>| {
+            let commands = self.u.get(held.clone()).unwrap_or_default();
+            match commands {
+                [first, rest @ ..] if rest.iter().all(|u| u == first) => *first,
+                _ => commands.iter().sum::<f64>() / commands.len() as f64,
+            }
+        };
+        let extra = self.extra.iter().map(|column| super::Column {
+            name: column.name.clone(),
+            values: match &column.values {
+                Values::Numbers(values) => Values::Numbers(pick(values)),
+                Values::Text(values) => {
+                    let value = |held: &Range<usize>| values.get(held.start).cloned();
+                    Values::Text(kept.iter().filter_map(value).collect())
+                }
+            },
+        });
+        Ok(Self {
+            name: self.name.clone(),
+            t: pick(&self.t),
+            u: kept.iter().map(mean).collect(),
+            theta: pick(&self.theta),
+            alpha: pick(&self.alpha),
+            theta_dot: self.theta_dot.as_ref().map(pick),
+            alpha_dot: self.alpha_dot.as_ref().map(pick),
+            extra: extra.collect(),
+            sample_period: self.sample_period * n as f64,
+            segments,
+            rig: self.rig.clone(),
+            metadata: self.metadata.clone(),
+            comments: self.comments.clone(),
+        })
+    }
+
+    fn cannot(&self, problem: String) -> RecordingError {
+        RecordingError::Selection {
+            file: self.name.clone(),
+            problem,
+        }
+    }
+}
