@@ -2,7 +2,7 @@
 
 use crate::error;
 use crate::matrix::{Matrix, Vector, state};
-use crate::rig::{PyRig, Value, defaults, known, parameter, place};
+use crate::rig::{PyRig, Value, known, parameter, place};
 use furuta_model::simulate::{Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError};
 use furuta_model::{Effect, Params, Spec, State};
 use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods};
@@ -41,7 +41,7 @@ const SIDE_BY_SIDE: usize = 16;
 ///     for example {"pendulum.mass": masses}.
 /// effects : dict, optional
 ///     Effects that differ between rollouts, or come on top of the rig's: by id a dict of numbers, words or arrays of shape (M,) by parameter,
-///     for example {"arm.coulomb": {"torque": torques}}. Parameters not given have the rig's value, or their default, or are 0.
+///     for example {"arm.coulomb": {"torque": torques}}. Parameters not given have the rig's value or their default; of an effect that the rig has not, all others are given.
 /// feedback : (gain, reference, limit), optional
 ///     In place of u: u = -gain (x - reference) from the true state, within +-limit (V). gain and reference have shape (4,); angles are not
 ///     wrapped.
@@ -340,7 +340,9 @@ fn rollouts(
         let at = match all.iter().position(|(s, _)| s.id == id) {
             Some(at) => at,
             None => {
-                all.push((spec, vec![defaults(spec); count]));
+                // What is given is filled in below.
+                let values = spec.values(|name| given.contains_key(name).then_some(0.0));
+                all.push((spec, vec![values.map_err(error::rig)?.to_vec(); count]));
                 all.len() - 1
             }
         };

@@ -6,7 +6,7 @@ use crate::recording::{Chosen, choose, selection};
 use crate::rig::PyRig;
 use furuta_ident::Insufficient;
 use furuta_ident::diagnose::{Options, Outcome, Progress, Request};
-use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError};
+use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
@@ -48,7 +48,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 /// interrupted : bool
 ///     Whether Ctrl-C ended the search; then what is said holds for what was looked at.
 /// unfinished : list of str
-///     What was left undone then: "parameters", "search", "rivals", "expression", "long_horizons", "held_out", "limits".
+///     What was left undone then, or when the time limit was reached: "parameters", "search", "rivals", "expression", "long_horizons", "held_out", "limits".
 /// seconds : float
 /// repaired_rig : Rig
 ///     The rig with refitted parameters, the named effects and the expression.
@@ -287,6 +287,18 @@ impl PyDiagnosis {
     }
 }
 
+/// A time limit from Python, s.
+fn seconds(limit: f64) -> PyResult<Duration> {
+    Duration::try_from_secs_f64(limit)
+        .ok()
+        .filter(|t| !t.is_zero())
+        .ok_or_else(|| {
+            PyValueError::new_err(format!(
+                "time_limit is {limit}: give seconds above 0, or None for no limit"
+            ))
+        })
+}
+
 fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
     Ok(py
         .import("json")?
@@ -309,6 +321,9 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 ///     Where the data cannot tell effects apart, look for the experiment that would: takes some seconds more.
 /// same_zero : bool, optional
 ///     All recordings count their angles from the same zeros: no encoder was switched off between them.
+/// time_limit : float or None, optional
+///     After this many seconds the search ends with what was found by then; `unfinished` says what was left undone, and what does not
+///     explain the data is then suspected, not named. None: no limit.
 /// every : int, optional
 ///     Use every so many-th sample of each recording. The command of a sample becomes the mean of those until the next one used: right where
 ///     so many sample periods are short against the motion.
@@ -317,7 +332,7 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// accept_suspicious : bool, optional
 ///     Diagnose recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign, another rig).
 /// progress : callable, optional
-///     Called with the stage and the candidate just tried (str or None), in the calling thread.
+///     Called with the stage, the candidate just tried (str or None) and how much is done (per cent, an estimate), in the calling thread.
 ///
 /// Returns
 /// -------
@@ -347,8 +362,8 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// ('missing_effects', ['arm.spring'])
 #[pyfunction]
 #[pyo3(
-    signature = (recordings, rig, *, verify=None, plan=false, same_zero=false, every=1, span=None, accept_suspicious=false, progress=None),
-    text_signature = "(recordings, rig, *, verify=None, plan=False, same_zero=False, every=1, span=None, accept_suspicious=False, progress=None)"
+    signature = (recordings, rig, *, verify=None, plan=false, same_zero=false, time_limit=60.0, every=1, span=None, accept_suspicious=false, progress=None),
+    text_signature = "(recordings, rig, *, verify=None, plan=False, same_zero=False, time_limit=60.0, every=1, span=None, accept_suspicious=False, progress=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn diagnose(
@@ -358,12 +373,14 @@ pub(crate) fn diagnose(
     verify: Option<&Bound<'_, PyAny>>,
     plan: bool,
     same_zero: bool,
+    time_limit: Option<f64>,
     every: usize,
     span: Option<(f64, f64)>,
     accept_suspicious: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyDiagnosis> {
     let selection = selection(every, span);
+    let time_limit = time_limit.map(seconds).transpose()?;
     let rig = rig.rig.clone();
     let Chosen {
         recordings,
@@ -384,6 +401,7 @@ pub(crate) fn diagnose(
             stop: Some(&flag),
             plan,
             same_zero,
+            time_limit,
         };
         let report = |p| drop(send.send(p));
         furuta_ident::diagnose::diagnose_with(&request, options, &report)
@@ -407,7 +425,7 @@ pub(crate) fn diagnose(
         match news {
             Ok(p) => {
                 if let Some(call) = progress.filter(|_| interrupt.is_none()) {
-                    call.call1((p.stage, p.candidate))
+                    call.call1((p.stage, p.candidate, p.percent))
                         .inspect_err(|_| stop.store(true, Ordering::Relaxed))?;
                 }
             }

@@ -139,7 +139,7 @@ impl PyRig {
     /// id : str
     ///     Its id in the catalogue, for example "arm.coulomb".
     /// **parameters : float or str
-    ///     Its parameters in SI units, a word where there is a choice; those not given have their default, or are 0. See `catalogue`.
+    ///     Its parameters in SI units, a word where there is a choice; all that have no default. See `catalogue`.
     ///
     /// Examples
     /// --------
@@ -152,12 +152,13 @@ impl PyRig {
     #[pyo3(signature = (id, /, **parameters))]
     fn with_effect(&self, id: &str, parameters: Option<BTreeMap<String, Value>>) -> PyResult<Self> {
         let spec = known(id)?;
-        let mut values = defaults(spec);
+        let mut given = BTreeMap::new();
         for (name, value) in parameters.unwrap_or_default() {
-            let i = place(spec, &name)?;
-            values[i] = value.number(spec, i)?;
+            let number = value.number(spec, place(spec, &name)?)?;
+            given.insert(name, number);
         }
-        let effect = Effect::new(id, &values).map_err(error::rig)?;
+        let values = spec.values(|name| given.get(name).copied());
+        let effect = Effect::new(id, &values.map_err(error::rig)?).map_err(error::rig)?;
         let mut rig = self.rig.clone();
         rig.effects.retain(|e| e.spec().id != id);
         rig.effects.push(effect);
@@ -261,14 +262,6 @@ pub(crate) fn place(spec: &Spec, name: &str) -> PyResult<usize> {
                 known.join(", ")
             ))
         })
-}
-
-/// What an effect's parameters are where nothing is said of them.
-pub(crate) fn defaults(spec: &Spec) -> Vec<f64> {
-    spec.parameters
-        .iter()
-        .map(|p| p.default.unwrap_or(0.0))
-        .collect()
 }
 
 /// The effects that this version can simulate and name.

@@ -107,9 +107,10 @@ def test_what_comes_out(case, tmp_path):
     found = furuta.diagnose(
         [str(f) for f in sorted(folder.glob("run-*.csv"))],
         furuta.Rig.load(folder / "rig.toml"),
-        progress=lambda stage, candidate: stages.append((stage, candidate)),
+        progress=lambda stage, candidate, percent: stages.append((stage, candidate, percent)),
     )
-    assert len({stage for stage, _ in stages}) > 2 and any(candidate == "arm.spring" for _, candidate in stages)
+    assert len({stage for stage, *_ in stages}) > 2 and any(candidate == "arm.spring" for _, candidate, _ in stages)
+    assert all(0 <= percent <= 100 for *_, percent in stages)
     contract = json.loads(found.to_json())
     assert contract == found.to_dict() and contract["schema"] == 1
     for key in ("verdict", "effects", "parameters", "limits", "gap", "held_out", "where", "next_experiment", "seconds"):
@@ -281,11 +282,22 @@ def test_ctrl_c(case, interruptible):
     assert json.loads(found.to_json())["interrupted"] is True
     assert furuta.linearize(found.repaired_rig)[0].shape == (4, 4)
 
-    def refuse(stage, candidate):
+    def refuse(stage, candidate, percent):
         raise LookupError(stage)
 
     with pytest.raises(LookupError, match="recalibrating"):
         furuta.diagnose(files, rig, progress=refuse)
+
+
+def test_the_time_limit_ends_a_search(case):
+    folder, _, _ = case("arm.coulomb")
+    rig, files = furuta.Rig.load(folder / "rig.toml"), sorted(folder.glob("run-*.csv"))
+    found = furuta.diagnose(files, rig, time_limit=1e-3)
+    assert not found.interrupted and "search" in found.unfinished and found.effects == []
+    assert "time limit" in found.summary()
+    for none in (0, -1, float("nan"), float("inf")):
+        with pytest.raises(ValueError, match="time_limit"):
+            furuta.diagnose(files, rig, time_limit=none)
 
 
 def test_what_no_effect_explains_is_imitated_by_an_expression():

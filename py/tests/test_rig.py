@@ -84,6 +84,7 @@ def test_the_catalogue_says_what_is_allowed(effect, entry):
         (lambda: QUBE.with_effect("arm.coulomb", torque=-1.0), "outside the allowed range"),
         (lambda: QUBE.with_effect("arm.coulomb", torque="much"), 'torque = "much" must be a number'),
         (lambda: QUBE.with_effect("drive.backlash", encoder="gear"), 'encoder = "gear" must be "arm" or "motor"'),
+        (lambda: QUBE.with_effect("arm.spring", stiffness=1e-3), "arm.spring lacks rest"),
     ],
 )
 def test_mistakes_are_named(call, message):

@@ -151,13 +151,23 @@ fn recordings(rig: &Rig, hidden: &str) -> Vec<Made> {
 
 /// The suspicion that a recording meets, if any.
 fn suspicion(rows: &[Row], rig: &Rig) -> Option<NoticeKind> {
+    noticed(rows, rig).filter(NoticeKind::is_suspicion)
+}
+
+/// The suspicion that a recording meets, or else what is noticed about its counts.
+fn noticed(rows: &[Row], rig: &Rig) -> Option<NoticeKind> {
     let mut csv = String::from("t,u,theta,alpha\n");
     for [t, u, theta, alpha] in rows {
         let _ = writeln!(csv, "{t},{u},{theta},{alpha}");
     }
     let read = Recording::from_csv("made.csv", csv.as_bytes()).expect("a recording");
     match select(vec![read], Vec::new(), rig, false) {
-        Ok(_) => None,
+        Ok(selected) => selected.notices.into_iter().map(|n| n.kind).find(|kind| {
+            matches!(
+                kind,
+                NoticeKind::CountsSuspected { .. } | NoticeKind::EitherCountsSuspected { .. }
+            )
+        }),
         Err(SelectionError::Suspicious(notice)) => Some(notice.kind),
         Err(other) => panic!("{other}"),
     }
@@ -165,7 +175,7 @@ fn suspicion(rows: &[Row], rig: &Rig) -> Option<NoticeKind> {
 
 fn changed(made: &Made, change: impl Fn(Row) -> Row) -> Option<NoticeKind> {
     let rows: Vec<Row> = made.rows.iter().copied().map(change).collect();
-    suspicion(&rows, &made.rig)
+    noticed(&rows, &made.rig)
 }
 
 fn everything() -> impl Iterator<Item = Made> {

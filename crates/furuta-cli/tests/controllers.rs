@@ -123,7 +123,7 @@ fn mistakes_are_named_before_anything_moves() {
     let folder = Folder::new("controller-mistakes");
     for (name, text, expected) in [
         ("kind", "[controller]\nkind = \"lqq\"\n", "it has lqr"),
-        ("range", "[limits]\ncommand = 1e9\n", "command = 1000000000"),
+        ("range", "[limits]\ncommand = 1e9\n", "command = 1e9"),
         (
             "pair",
             "[controller]\nq = [1, 1, 1, 1]\n",

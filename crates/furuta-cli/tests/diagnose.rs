@@ -265,6 +265,38 @@ fn ctrl_c_gives_what_is_known_so_far() {
     furuta_model::Rig::load(rig.to_str().expect("UTF-8")).expect("a rig file");
 }
 
+/// A search that its time limit ends is a success that says what it left undone; a limit that is none is refused.
+#[test]
+fn the_time_limit_gives_what_is_known_so_far() {
+    let folder = Folder::new("diagnose-time-limit");
+    let data = folder.file("run.csv", swing());
+    let output = furuta(&[
+        "diagnose",
+        "--rig",
+        "qube-servo-2",
+        "--json",
+        "--time-limit",
+        "0.001",
+    ])
+    .arg(&data)
+    .output()
+    .expect("the binary runs");
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let answer = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        answer.contains("\"interrupted\": false") && answer.contains("\"search\""),
+        "{answer}"
+    );
+    for none in ["0", "-1", "nan", "inf", "soon"] {
+        let output = furuta(&["diagnose", "--rig", "qube-servo-2"])
+            .arg(format!("--time-limit={none}"))
+            .arg(&data)
+            .output()
+            .expect("the binary runs");
+        assert_eq!(output.status.code(), Some(2), "{none}: {output:?}");
+    }
+}
+
 /// A recording of a rig with something hidden, by its encoders: what `furuta simulate` writes, in whole counts.
 fn recorded(folder: &Folder, name: &str, hide: &str, input: &str) -> std::path::PathBuf {
     let output = furuta(&[

@@ -390,33 +390,28 @@ fn a_full_disk_leaves_nothing_half_written() {
 #[test]
 fn a_folder_that_goes_away_does_not_take_the_answer_along() {
     let bench = Bench::new("outputs-gone");
-    let (gone, pipe) = (bench.path("gone"), bench.path("pipe"));
+    let gone = bench.path("gone");
     std::fs::create_dir(&gone).expect("a folder");
-    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
-    assert!(made.expect("coreutils").success());
+    let long_ago = std::time::SystemTime::UNIX_EPOCH;
+    let folder = std::fs::File::open(&gone).expect("a folder");
+    folder.set_modified(long_ago).expect("one's own");
     let file = format!("{gone}/answer.json");
-    let child = furuta(&["identify", "validate", "--rig", &pipe, &bench.run])
-        .args(["--json", "--json-file", &file])
+    // A search takes seconds.
+    let child = furuta(&["diagnose", "--rig", "qube-servo-2", &bench.run])
+        .args(["--json", "--json-file", &file, "--accept-suspicious"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .expect("runs");
-    // Opens once the program reads the rig file: outputs have been checked by then.
-    const O_NONBLOCK: i32 = 0o4000;
-    let mut how = std::fs::File::options();
-    std::os::unix::fs::OpenOptionsExt::custom_flags(how.write(true), O_NONBLOCK);
-    let mut rig = how.open(&pipe);
-    for _ in 0..1200 {
-        if rig.is_ok() {
+    // Outputs have been checked once a file has come and gone.
+    let changed = || folder.metadata().and_then(|m| m.modified()).ok() != Some(long_ago);
+    for _ in 0..60_000 {
+        if changed() && std::fs::remove_dir(&gone).is_ok() {
             break;
         }
-        std::thread::sleep(std::time::Duration::from_millis(50));
-        rig = how.open(&pipe);
+        std::thread::sleep(std::time::Duration::from_millis(1));
     }
-    std::fs::remove_dir(&gone).expect("empty: nothing stays of the check");
-    let text = bench.bytes("rig.toml");
-    std::io::Write::write_all(rig.as_mut().expect("a pipe"), &text).expect("read");
-    drop(rig);
+    assert!(!std::path::Path::new(&gone).exists());
     let output = child.wait_with_output().expect("ends");
     let line = failure(&output);
     assert!(line.contains("answer.json: cannot be"), "{line}");

@@ -16,7 +16,7 @@ use nalgebra::{RowVector4, SMatrix};
 /// use furuta_design::upright::growth;
 /// let rig = furuta_model::Rig::builtin("shahzad2022-srv02").ok_or("no such rig")?;
 /// let standard = StateFeedback::new(&furuta_ctrl::design::balance(&rig.params, 0.002)?, 10.0);
-/// let turned = StateFeedback { gain: standard.gain.map(|k| -k), ..standard };
+/// let turned = StateFeedback { gain: standard.gain.map(|k: f64| -k), ..standard };
 /// assert!(growth(&AnyController::StateFeedback(standard), &rig.params, 0.002).is_some_and(|g| g < -0.5));
 /// assert!(growth(&AnyController::StateFeedback(turned), &rig.params, 0.002).is_some_and(|g| g > 5.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

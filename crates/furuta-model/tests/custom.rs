@@ -296,7 +296,7 @@ fn rig_files_hold_them_by_their_words() {
     let missing = refused("coefficient = 1.0\n");
     assert!(missing.contains("lacks `term`"), "{missing}");
     let size = refused("coefficient = 1e9\nterm = \"u\"\n");
-    assert!(size.contains("coefficient = 1000000000"), "{size}");
+    assert!(size.contains("coefficient = 1e9"), "{size}");
     let unknown =
         Rig::from_toml(&(qube().to_toml() + "\n[effects.\"custom.9\"]\ncoefficient = 1.0\n"))
             .expect_err("there are four")

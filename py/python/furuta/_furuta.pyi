@@ -480,10 +480,11 @@ def diagnose(
     verify: _Recording | Sequence[_Recording] | None = None,
     plan: bool = False,
     same_zero: bool = False,
+    time_limit: float | None = 60.0,
     every: int = 1,
     span: tuple[float, float] | None = None,
     accept_suspicious: bool = False,
-    progress: Callable[[str, str | None], object] | None = None,
+    progress: Callable[[str, str | None, float], object] | None = None,
 ) -> Diagnosis: ...
 
 @final

@@ -13,7 +13,7 @@ use furuta_hw::{
     Reference, RigClock, SerialTransport, Session, Summary, SwingUpBalance, Task, provenance,
 };
 use furuta_ident::diagnose::result::Diagnosis;
-use furuta_ident::diagnose::{Outcome, Request};
+use furuta_ident::diagnose::{Options, Outcome, Request};
 use furuta_ident::recording::Recording;
 use furuta_ident::report;
 use furuta_log::{Metadata, Mode, Record};
@@ -387,7 +387,7 @@ fn find(logs: &[PathBuf], sheet: &Rig, out: &Folder) -> Result<Outcome, Failure>
         rig: sheet,
         verify: &[],
     };
-    let outcome = search(&request, false, false)?;
+    let outcome = search(&request, Options::default())?;
     if outcome.diagnosis.interrupted {
         return Err(Failure::new("the diagnosis was interrupted"));
     }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use furuta_ident::diagnose::{Options, Outcome, Request, STAGES, diagnose_with};
+use furuta_ident::diagnose::{Options, Outcome, Request, diagnose_with};
 use furuta_ident::{Task, report};
 use furuta_model::Rig;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -37,7 +37,24 @@ pub(crate) struct Args {
     /// All recordings count their angles from the same zeros: no encoder was switched off between them. Otherwise each has zeros of its own.
     #[arg(long)]
     same_zero: bool,
+    /// After this many seconds the search ends with what was found by then; `unfinished` in the JSON says what was left undone. What does not explain
+    /// the data is then suspected, not named.
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = positive)]
+    time_limit: f64,
 }
+
+/// A time that is more than none, s.
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds > 0.0 && seconds <= MOST_SECONDS => Ok(seconds),
+        _ => Err(format!(
+            "give a number of seconds above 0, {MOST_SECONDS} at most"
+        )),
+    }
+}
+
+/// The longest time limit, s: a year.
+const MOST_SECONDS: f64 = 365.0 * 86400.0;
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
@@ -50,7 +67,15 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
         rig: &rig,
         verify: &verify,
     };
-    let mut outcome = search(&request, args.plan, args.same_zero)?;
+    let mut outcome = search(
+        &request,
+        Options {
+            plan: args.plan,
+            same_zero: args.same_zero,
+            time_limit: Some(Duration::from_secs_f64(args.time_limit)),
+            ..Options::default()
+        },
+    )?;
     let interrupted = outcome.diagnosis.interrupted;
     outcome.diagnosis.notices.splice(0..0, notices);
     if let Some(path) = &args.report {
@@ -78,13 +103,9 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
 }
 
 /// Diagnoses with a progress bar where there is a terminal; Ctrl-C ends it early.
-pub(crate) fn search(
-    request: &Request<'_>,
-    plan: bool,
-    same_zero: bool,
-) -> Result<Outcome, Failure> {
-    let bar = ProgressBar::new(STAGES.len() as u64);
-    let template = "{spinner} {elapsed:>4} [{bar:12}] {prefix} {wide_msg}";
+pub(crate) fn search(request: &Request<'_>, options: Options<'_>) -> Result<Outcome, Failure> {
+    let bar = ProgressBar::new(100);
+    let template = "{spinner} {elapsed:>4} [{bar:12}] {pos:>3} % {prefix} {wide_msg}";
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.progress_chars("=> "));
     }
@@ -92,12 +113,10 @@ pub(crate) fn search(
     let flag = interrupt::flag_then_exit();
     let options = Options {
         stop: Some(flag),
-        plan,
-        same_zero,
+        ..options
     };
     let outcome = diagnose_with(request, options, &|progress| {
-        let stage = STAGES.iter().position(|s| *s == progress.stage);
-        bar.set_position(stage.unwrap_or_default() as u64);
+        bar.set_position(progress.percent as u64);
         bar.set_prefix(progress.stage);
         bar.set_message(if flag.load(Ordering::Relaxed) {
             "(interrupted; again: at once)".into()

@@ -1,6 +1,6 @@
 //! Effects to hide, as written on a command line.
 
-use furuta_model::effects::Kind;
+use furuta_model::effects::{Kind, ParameterSpec};
 use furuta_model::{CATALOGUE, Effect, EffectError, Params, effects};
 
 /// A text does not say which effect to hide.
@@ -47,8 +47,8 @@ pub enum HideError {
     Effect(EffectError),
 }
 
-/// Reads an effect to hide, `ID` or `ID:NAME=VALUE,NAME=VALUE`, in SI units, words where there is a choice. What is not given has its default, or
-/// else the size that would be noticed on this rig.
+/// Reads an effect to hide: `ID` at the size that would be noticed on this rig, or `ID:NAME=VALUE,NAME=VALUE` in SI units, words where there is a
+/// choice, with all parameters that have no default.
 ///
 /// # Errors
 /// [`HideError`].
@@ -70,11 +70,15 @@ pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, Hi
     let (id, assignments) = text.split_once(':').unwrap_or((text, ""));
     let spec =
         effects::spec(id.trim()).ok_or_else(|| HideError::UnknownEffect { id: id.to_owned() })?;
-    let mut values: Vec<f64> = spec
-        .parameters
-        .iter()
-        .map(|p| p.default.unwrap_or(p.off + (p.typical)(params)))
-        .collect();
+    let typical = |p: &ParameterSpec| p.off + (p.typical)(params);
+    let mut values: Vec<Option<f64>> = match assignments.trim() {
+        "" => spec
+            .parameters
+            .iter()
+            .map(|p| p.default.or(Some(typical(p))))
+            .collect(),
+        _ => vec![None; spec.parameters.len()],
+    };
     for assignment in assignments.split(',').filter(|a| !a.trim().is_empty()) {
         let not_assignment = || {
             let first = spec.parameters.first().map_or("value", |p| p.name);
@@ -103,7 +107,7 @@ pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, Hi
                 has,
             });
         };
-        *slot = match p.kind {
+        *slot = Some(match p.kind {
             Kind::Choice(words) => p.choice(text).ok_or_else(|| HideError::UnknownWord {
                 id: spec.id,
                 name: p.name,
@@ -111,8 +115,15 @@ pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, Hi
                 words: words.join(" or "),
             })?,
             _ => text.parse().map_err(|_| not_assignment())?,
-        };
+        });
     }
+    let given = |name: &str| {
+        spec.parameters
+            .iter()
+            .position(|p| p.name == name)
+            .and_then(|i| values[i])
+    };
+    let values = spec.values(given).map_err(HideError::Effect)?;
     Effect::new(spec.id, &values).map_err(HideError::Effect)
 }
 
@@ -147,15 +158,15 @@ mod tests {
             HideError::NotAssignment { .. }
         ));
         assert!(matches!(
-            error("arm.spring:stiffness=-1"),
+            error("arm.spring:stiffness=-1,rest=0"),
             HideError::Effect(_)
         ));
         assert!(matches!(
-            error("arm.spring:stiffness=nan"),
+            error("arm.spring:stiffness=nan,rest=0"),
             HideError::Effect(_)
         ));
         assert!(matches!(
-            error("arm.cogging:order=1.5"),
+            error("arm.cogging:amplitude=1e-3,order=1.5,phase=0"),
             HideError::Effect(_)
         ));
         assert_eq!(
@@ -172,9 +183,10 @@ mod tests {
         assert_eq!(values("sensor.alpha.scale")[..], [1.02, 0.0]);
         assert_eq!(values("motor.asymmetry")[..], [1.1]);
         assert_eq!(values("motor.saturation")[..], [5.0]);
+        let error = hidden_effect("pendulum.spring:stiffness=1e-3", &params).expect_err("no rest");
         assert_eq!(
-            values("pendulum.spring:stiffness=1e-3")[..],
-            [1e-3, std::f64::consts::PI]
+            error.to_string(),
+            "pendulum.spring lacks rest (rad): give it a value"
         );
         assert_eq!(values("disturbance.kick")[3], 0.0);
     }

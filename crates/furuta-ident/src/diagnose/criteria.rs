@@ -38,6 +38,8 @@ pub(super) struct Criteria {
     pub(super) inferred: f64,
     /// A rival is confusable within this share of the excess.
     pub(super) confusable: f64,
+    /// By which factor the mean squared error of data kept apart may grow over long windows and whole runs.
+    pub(super) no_worse: f64,
 }
 
 /// The criteria of every diagnosis.
@@ -63,6 +65,8 @@ pub(super) const CRITERIA: Criteria = Criteria {
     stands_out: 3.0,
     inferred: 20.0,
     confusable: 0.10,
+    // Over long windows, dry friction and an unstable upright make errors of their own.
+    no_worse: 1.1,
 };
 
 impl Criteria {
@@ -86,5 +90,126 @@ impl Criteria {
             .filter(|p| p.kind.is_continuous() && p.kind != Kind::Time)
             .count();
         self.least(spec) + self.number * numbers.saturating_sub(1) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The table of docs/diagnosis.md.
+    fn table() -> String {
+        // Without `..`: a criterion that is added has to be described.
+        let Criteria {
+            explained,
+            explained_with_play,
+            effect,
+            number,
+            zero,
+            scanned,
+            moment,
+            elsewhere,
+            windows,
+            weak,
+            factor,
+            floor_uncertainty,
+            stands_out,
+            inferred,
+            confusable,
+            no_worse,
+        } = CRITERIA;
+        let rows = [
+            (
+                "explained",
+                "mean squared residual over the noise's up to which a model explains the data",
+                explained,
+            ),
+            (
+                "explained_with_play",
+                "the same of a model with play in the drive",
+                explained_with_play,
+            ),
+            ("effect", "least gain (fall of chi²) of an effect", effect),
+            (
+                "number",
+                "further gain for each further number, in the score",
+                number,
+            ),
+            (
+                "zero",
+                "further gain for each zero of theta that an effect makes free, in the score",
+                zero,
+            ),
+            (
+                "scanned",
+                "further gain where an order or a frequency was looked for",
+                scanned,
+            ),
+            (
+                "moment",
+                "further gain where a moment was looked for",
+                moment,
+            ),
+            (
+                "elsewhere",
+                "share of the least gain that must be left without the window that gains most",
+                elsewhere,
+            ),
+            (
+                "windows",
+                "effective number of windows that a gain must come from (an eighth of them where there are few), each counted up to the least gain",
+                windows,
+            ),
+            (
+                "weak",
+                "below this many least gains, the strength must also be as far from none in deviations that are robust within windows",
+                weak,
+            ),
+            (
+                "factor",
+                "factor by which the excess over the noise must fall where there is much of it",
+                factor,
+            ),
+            (
+                "floor_uncertainty",
+                "relative uncertainty of the floor's square; below, the excess is not known",
+                floor_uncertainty,
+            ),
+            (
+                "stands_out",
+                "a kick must gain this many times what nine of ten windows have left, in each window over which it lasts",
+                stands_out,
+            ),
+            (
+                "inferred",
+                "a kick must gain this many times more where a window's start is partly inferred",
+                inferred,
+            ),
+            (
+                "confusable",
+                "a rival is confusable when its excess is within this share",
+                confusable,
+            ),
+            (
+                "no_worse",
+                "factor by which the mean squared error of data kept apart may grow over 2 s and whole runs",
+                no_worse,
+            ),
+        ];
+        let rows = rows.map(|(name, what, value)| format!("| `{name}` | {what} | {value} |\n"));
+        format!(
+            "| Criterion | What it is | Value |\n|---|---|---|\n{}",
+            rows.concat()
+        )
+    }
+
+    #[test]
+    fn the_documentation_has_this_table() {
+        let page = include_str!("../../../../docs/diagnosis.md");
+        assert!(
+            page.contains(&table()),
+            "docs/diagnosis.md should have\n{}",
+            table()
+        );
     }
 }

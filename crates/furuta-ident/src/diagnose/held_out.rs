@@ -1,5 +1,6 @@
 //! Judging by data that were not fitted: each part is predicted by a model fitted to the others.
 
+use super::criteria::CRITERIA;
 use super::predict::{self, Predictor, rms};
 use super::result::HeldOut;
 use super::{Fit, LONG, REPORT, SEARCH};
@@ -94,15 +95,13 @@ pub(super) struct Unseen {
 
 /// The least mean square that counts, in units of the noise: a window at rest leaves less than any model can take credit for.
 const LEAST: f64 = 1e-2;
-/// Over long windows and whole runs, dry friction and an unstable upright make errors of their own: a model that is worse by less than this is no worse.
-const NO_WORSE: f64 = 1.1;
 
 impl Unseen {
     /// Whether this model predicts better over short windows and no worse over long ones.
     pub(super) fn is_better_than(&self, other: &Self) -> bool {
         let [search, report, long, whole] =
             std::array::from_fn(|i| self.horizons[i] / other.horizons[i]);
-        let no_worse = |ratio: f64| ratio.is_nan() || ratio < NO_WORSE;
+        let no_worse = |ratio: f64| ratio.is_nan() || ratio < CRITERIA.no_worse;
         search < 1.0 && report < 1.0 && no_worse(long) && no_worse(whole)
     }
 

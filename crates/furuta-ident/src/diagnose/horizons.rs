@@ -66,7 +66,7 @@ pub(super) fn lasting(short: &Problem<'_>, data: &Data, mut named: Fit) -> Fit {
         let smaller = fitted(&long, &h, &z);
         let larger = fitted(&long, &named.model, &named.z);
         if !long.evidence(&smaller, &larger).helps() {
-            named = short.fit(&h, z, &named.states, Effort::FULL);
+            named = short.without(&named, spec.id, Effort::FULL);
         }
     }
     named

@@ -7,6 +7,7 @@ use super::held_out::Unseen;
 use super::result::Suspected;
 use super::search::{Rival, Search};
 use crate::shooting::{Effort, Problem};
+use crate::stop::Stop;
 
 /// What is left of a search.
 pub(super) struct Judged {
@@ -18,17 +19,23 @@ pub(super) struct Judged {
 }
 
 /// Takes out, one at a time, the effects without which data kept apart are predicted better. What acts once is judged by its own windows (`evidence`):
-/// no other recording holds it.
+/// no other recording holds it. Where there is no time to judge, nothing but `base` is left.
 pub(super) fn judge(
     problem: &Problem<'_>,
     unseen: &(dyn Fn(&Fit) -> Unseen + Sync),
-    mut named: Fit,
-    mut rivals: Vec<Rival>,
-    search: &Search<'_>,
+    (mut named, mut rivals): (Fit, Vec<Rival>),
+    base: &Fit,
+    (search, stop): (&Search<'_>, Stop<'_>),
 ) -> Judged {
     let mut suspected = Vec::new();
     let mut with = None;
-    while !named.model.effects.is_empty() && !problem.stop.wanted() {
+    while !named.model.effects.is_empty() {
+        if stop.wanted() {
+            suspected.extend(named.model.effects.iter().map(|e| Suspected::unjudged(e)));
+            named = base.clone();
+            rivals = Vec::new();
+            break;
+        }
         let here = with.insert(unseen(&named));
         let worst = rivals
             .iter()
@@ -38,9 +45,7 @@ pub(super) fn judge(
             .min_by(|a, b| a.1.level().total_cmp(&b.1.level()));
         let Some((rival, without)) = worst else { break };
         suspected.push(Suspected::new(rival.spec, here.horizons, without.horizons));
-        let h = named.model.without(rival.spec.id);
-        let z = named.model.reduced(&named.z, rival.spec.id);
-        let again = problem.fit(&h, z, &named.states, Effort::FULL);
+        let again = problem.without(&named, rival.spec.id, Effort::FULL);
         named = if again.cost < rival.without.cost {
             again
         } else {

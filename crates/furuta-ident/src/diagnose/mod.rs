@@ -21,6 +21,7 @@ mod location;
 mod parts;
 mod plan;
 mod predict;
+mod progress;
 mod repair;
 pub mod result;
 mod screen;
@@ -30,12 +31,13 @@ mod verify;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use furuta_model::{Rig, effects};
 
 pub use additions::candidates;
 pub use parts::Parts;
+pub use progress::{Progress, STAGES};
 pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
 
 use crate::insufficient::{self, Insufficient};
@@ -45,6 +47,7 @@ use crate::stop::Stop;
 use hypothesis::{Hypothesis, Nominal};
 use location::Residual;
 use predict::{Predictor, rms};
+use progress::Teller;
 use result::{Best, CandidateEvidence, NamedEffect, RunCurves, Zero};
 use search::{Rival, Search};
 
@@ -81,27 +84,9 @@ pub struct Options<'a> {
     pub plan: bool,
     /// All recordings count their angles from the same zeros: no encoder was switched off between them. Otherwise each recording has zeros of its own.
     pub same_zero: bool,
-}
-
-/// The stages of a diagnosis in their order; some are skipped where there is nothing to do.
-pub const STAGES: [&str; 8] = [
-    "recalibrating",
-    "searching",
-    "searching over long windows",
-    "looking for an expression",
-    "fitting",
-    "judging",
-    "planning",
-    "verifying",
-];
-
-/// What a diagnosis is doing.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Progress {
-    /// The stage, in words: one of [`STAGES`].
-    pub stage: &'static str,
-    /// The candidate just tried, if any.
-    pub candidate: Option<String>,
+    /// After this long the search ends with what was found by then: [`Diagnosis::unfinished`] says what was left undone. What is named then is what
+    /// explains the data; other effects found are [`Diagnosis::suspected`]. With it, the answer may depend on the machine's speed.
+    pub time_limit: Option<Duration>,
 }
 
 /// Everything a diagnosis gives.
@@ -181,25 +166,14 @@ fn search(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Outcome, Insufficient> {
     let begin = Instant::now();
-    let stop = Stop::when(options.stop);
+    let stop =
+        Stop::when(options.stop).or_at(options.time_limit.and_then(|t| begin.checked_add(t)));
     let mut unfinished: Vec<Part> = Vec::new();
     let data = Data::new(request.recordings, request.rig);
     insufficient::check(request.recordings, request.rig, &data)?;
     let nominal = Arc::new(Nominal::new(request.rig, &data, !options.same_zero));
-    let stage = |stage| {
-        progress(Progress {
-            stage,
-            candidate: None,
-        });
-    };
-    let report = |stage: &'static str| {
-        move |id: &str| {
-            progress(Progress {
-                stage,
-                candidate: Some(id.to_owned()),
-            });
-        }
-    };
+    let teller = Teller::new(progress);
+    let stage = |stage| teller.stage(stage);
 
     stage("recalibrating");
     let short = Problem::new(&data, data.windows(SEARCH, |_| true)).until(stop);
@@ -212,7 +186,7 @@ fn search(
     }
 
     stage("searching");
-    let searching = report("searching");
+    let searching = teller.candidates("searching");
     let mut search = Search::new(&short, recalibrated.clone(), &|_| true, &searching);
     let mut named = search.run();
     let first = std::mem::take(&mut search.first);
@@ -224,7 +198,7 @@ fn search(
             &short,
             &data,
             named.clone(),
-            &report("searching over long windows"),
+            &teller.candidates("searching over long windows"),
         );
         if further.model.effects.len() > named.model.effects.len() {
             named = further;
@@ -262,9 +236,15 @@ fn search(
     let mut suspected = Vec::new();
     let mut after = None;
     // A model that leaves no more than the noise has nothing that a name could stand in for.
-    if !explains(&named) && !stop.wanted() {
+    if !explains(&named) {
         stage("judging");
-        let judged = judge::judge(&calm, &unseen, named, rivals, &search);
+        let judged = judge::judge(
+            &calm,
+            &unseen,
+            (named, rivals),
+            &recalibrated,
+            (&search, stop),
+        );
         (named, rivals, suspected) = (judged.named, judged.rivals, judged.suspected);
         after = judged.unseen;
     }
@@ -289,7 +269,6 @@ fn search(
         unfinished.push(Part::LongHorizons);
     }
 
-    stage("judging");
     let mut diagnosis = Diagnosis::new(if explained {
         match (named.model.effects.is_empty(), explains(&as_given)) {
             (false, _) => Verdict::MissingEffects,
@@ -346,7 +325,7 @@ fn search(
     } else {
         diagnosis.limits = limits::limits(&calm, whole);
     }
-    diagnosis.interrupted = !unfinished.is_empty();
+    diagnosis.interrupted = stop.asked() && !unfinished.is_empty();
     diagnosis.unfinished = unfinished;
 
     let repaired = repair::repaired(request.rig, &named_fit);

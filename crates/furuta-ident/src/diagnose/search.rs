@@ -306,10 +306,8 @@ impl<'a> Search<'a> {
             .clone()
             .into_par_iter()
             .map(|spec| {
-                let h = here.model.without(spec.id);
-                let z = here.model.reduced(&here.z, spec.id);
-                let fit = self.problem.fit(&h, z, &here.states, effort);
-                match self.known.get(&set(&h)) {
+                let fit = self.problem.without(here, spec.id, effort);
+                match self.known.get(&set(&fit.model)) {
                     Some(known) if known.fit.cost <= fit.cost => (spec, known.fit.clone()),
                     _ => (spec, fit),
                 }
@@ -348,6 +346,12 @@ impl<'a> Search<'a> {
 }
 
 impl Problem<'_> {
+    /// A fit without one of its effects, from where it ended.
+    pub(super) fn without(&self, here: &Fit, id: &str, effort: Effort) -> Fit {
+        let z = here.model.reduced(&here.z, id);
+        self.fit(&here.model.without(id), z, &here.states, effort)
+    }
+
     /// Leaves out, one at a time, the effects that the others do without.
     pub(super) fn simplified(&self, mut here: Fit) -> Fit {
         while here.model.effects.len() > 1 {
@@ -356,10 +360,7 @@ impl Problem<'_> {
                 .model
                 .effects
                 .par_iter()
-                .map(|spec| {
-                    let z = here.model.reduced(&here.z, spec.id);
-                    self.fit(&here.model.without(spec.id), z, &here.states, effort)
-                })
+                .map(|spec| self.without(&here, spec.id, effort))
                 .min_by(|a, b| a.cost.total_cmp(&b.cost));
             match weakest {
                 Some(smaller) if !self.evidence(&smaller, &here).convinces() => here = smaller,

@@ -322,6 +322,15 @@ pub enum EffectError {
         /// How many it has.
         expected: usize,
     },
+    /// A parameter without a default was left out.
+    Missing {
+        /// The effect's id.
+        effect: &'static str,
+        /// The parameter's name.
+        parameter: &'static str,
+        /// Its unit.
+        unit: &'static str,
+    },
     /// A value outside its range, or not a number.
     OutOfRange {
         /// The effect's id.
@@ -352,6 +361,36 @@ pub enum EffectError {
     },
 }
 
+impl Spec {
+    /// The values in the order of the parameters: those given, defaults for what is left out.
+    ///
+    /// # Errors
+    /// [`EffectError::Missing`] where a parameter that has no default is left out.
+    ///
+    /// ```
+    /// use furuta_model::effects;
+    /// let drive = effects::spec("drive.backlash").expect("in the catalogue");
+    /// let given = |name: &str| (name == "gap").then_some(0.05);
+    /// assert_eq!(drive.values(given)?[..], [0.05, 0.5, 0.0]);
+    /// let error = drive.values(|_| None).expect_err("no gap");
+    /// assert_eq!(error.to_string(), "drive.backlash lacks gap (rad): give it a value");
+    /// # Ok::<(), furuta_model::EffectError>(())
+    /// ```
+    pub fn values(
+        &self,
+        given: impl Fn(&str) -> Option<f64>,
+    ) -> Result<arrayvec::ArrayVec<f64, MAX_PARAMETERS>, EffectError> {
+        let value = |p: &ParameterSpec| {
+            given(p.name).or(p.default).ok_or(EffectError::Missing {
+                effect: self.id,
+                parameter: p.name,
+                unit: p.unit,
+            })
+        };
+        self.parameters.iter().map(value).collect()
+    }
+}
+
 impl core::fmt::Display for EffectError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
@@ -366,6 +405,11 @@ impl core::fmt::Display for EffectError {
                 f,
                 "{effect} has {expected} parameters, {given} values were given"
             ),
+            Self::Missing {
+                effect,
+                parameter,
+                unit,
+            } => write!(f, "{effect} lacks {parameter} ({unit}): give it a value"),
             Self::OutOfRange {
                 effect,
                 parameter,

@@ -126,11 +126,11 @@ impl Rig {
         Plant::new(&self.params.cast(), &effects)
     }
 
-    /// The plant with the rig's effects; a rig read from a file never has more than a plant can hold, and of a rig
-    /// built by hand with more, the first ones count ([`Rig::try_plant`] says so).
+    /// The plant with the rig's effects. A rig read from a file never has more than a plant can hold; of a rig built by hand with more, all
+    /// states are not a number ([`Plant::unknown`], [`Rig::try_plant`]).
     #[must_use]
     pub fn plant<S: Scalar>(&self) -> Plant<S> {
-        self.try_plant().unwrap_or_else(|_| self.nominal_plant())
+        self.try_plant().unwrap_or_else(|_| Plant::unknown())
     }
 
     /// The plant without effects: the rigid-body model alone.

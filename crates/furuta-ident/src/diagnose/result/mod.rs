@@ -53,7 +53,7 @@ impl Verdict {
     }
 }
 
-/// A part of a diagnosis that an interruption left undone.
+/// A part of a diagnosis that Ctrl-C or the time limit left undone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -419,10 +419,10 @@ pub struct Diagnosis {
     /// What was noticed about the recordings and dealt with, one sentence each; left out of the JSON where there is nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notices: Vec<String>,
-    /// Whether the diagnosis was ended before it was done: what it says holds for what was looked at.
+    /// Whether a person ended the diagnosis before it was done: what it says holds for what was looked at.
     #[serde(default)]
     pub interrupted: bool,
-    /// What was left undone then; left out of the JSON where there is nothing.
+    /// What was left undone then, or when the time limit was reached; left out of the JSON where there is nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unfinished: Vec<Part>,
     /// Wall-clock time that the diagnosis took, s.

@@ -35,14 +35,19 @@ impl Diagnosis {
 
     /// The sentence of a search that was broken off.
     fn so_far(&self) -> String {
+        let ended = if self.interrupted {
+            "Interrupted"
+        } else {
+            "Out of time"
+        };
         if self.effects.is_empty() {
             return format!(
-                "Interrupted before any effect was named: with the parameters refitted, {}.",
+                "{ended} before any effect was named: with the parameters refitted, {}.",
                 self.change(|gap| (gap.nominal, gap.recalibrated))
             );
         }
         format!(
-            "Interrupted; found so far: {}; with {} added, {}.",
+            "{ended}; found so far: {}; with {} added, {}.",
             self.effect_names(),
             if self.effects.len() == 1 {
                 "it"
@@ -53,12 +58,16 @@ impl Diagnosis {
         )
     }
 
-    /// What an interruption left undone, in one sentence; nothing where there was none.
+    /// What Ctrl-C or the time limit left undone, in one sentence; nothing where there was neither.
     #[must_use]
     pub fn interruption(&self) -> Option<String> {
         let undone: Vec<&str> = self.unfinished.iter().map(|part| part.undone()).collect();
-        self.interrupted
-            .then(|| format!("The diagnosis was interrupted: {}.", undone.join("; ")))
+        let ended = if self.interrupted {
+            "The diagnosis was interrupted"
+        } else {
+            "The time limit ended the diagnosis"
+        };
+        (!undone.is_empty()).then(|| format!("{ended}: {}.", undone.join("; ")))
     }
 
     fn effect_names(&self) -> String {

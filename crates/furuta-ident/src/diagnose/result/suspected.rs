@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::answer::significant;
 
-/// An effect that fits the recordings better and predicts data kept apart worse: suspected, not named.
+/// An effect that fits the recordings better, and predicts data kept apart worse or was not judged on them: suspected, not named.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Suspected {
     /// Id in the catalogue.
@@ -20,6 +20,15 @@ pub struct Suspected {
 const HORIZONS: [&str; 4] = ["0.25 s", "0.5 s", "2 s", "whole runs"];
 
 impl Suspected {
+    /// One that was found and, for want of time, not judged on data kept apart.
+    pub(crate) fn unjudged(spec: &Spec) -> Self {
+        Self {
+            id: spec.id.into(),
+            name: spec.name.into(),
+            reason: "the diagnosis ended before it was judged on data kept apart".into(),
+        }
+    }
+
     /// From the mean squared errors on data kept apart, with the effect and without it.
     pub(crate) fn new(spec: &Spec, with: [f64; 4], without: [f64; 4]) -> Self {
         let worst = (0..HORIZONS.len())

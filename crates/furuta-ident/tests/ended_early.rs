@@ -1,0 +1,107 @@
+//! A diagnosis that is ended early, by a person or by its time limit, names nothing that it would not have named at its end.
+
+mod common;
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
+
+use common::{Run, qube, record, sweep};
+use furuta_ident::diagnose::result::Diagnosis;
+use furuta_ident::diagnose::{Options, Request, Verdict, diagnose_with};
+use furuta_ident::recording::Recording;
+use furuta_model::{Effect, Rig};
+
+/// Two sweeps of a rig with these effects hidden.
+fn recordings(hidden: &[(&str, &[f64])]) -> Vec<Recording> {
+    let effects = hidden
+        .iter()
+        .map(|(id, values)| Effect::new(id, values).expect("valid"))
+        .collect();
+    let rig = Rig { effects, ..qube() };
+    [(1.5, 0.0), (2.5, 1.0)]
+        .iter()
+        .map(|&(volts, phase)| record("run.csv", &rig, Run::default(), sweep(volts, phase)))
+        .collect()
+}
+
+/// The diagnosis, ended when the `last`-th candidate has been tried.
+fn ended_after(last: usize, recordings: &[Recording]) -> Diagnosis {
+    let request = Request {
+        recordings,
+        rig: &qube(),
+        verify: &[],
+    };
+    let (flag, told) = (AtomicBool::new(false), AtomicUsize::new(0));
+    let options = Options {
+        stop: Some(&flag),
+        ..Options::default()
+    };
+    let outcome = diagnose_with(&request, options, &|_| {
+        if told.fetch_add(1, Ordering::Relaxed) + 1 >= last {
+            flag.store(true, Ordering::Relaxed);
+        }
+    });
+    outcome.expect("good recordings").diagnosis
+}
+
+fn names(diagnosis: &Diagnosis) -> Vec<&str> {
+    diagnosis.effects.iter().map(|e| e.id.as_str()).collect()
+}
+
+#[test]
+fn what_is_named_early_is_named_at_the_end() {
+    for hidden in [
+        &[("arm.coulomb", &[2e-3][..]), ("arm.spring", &[2e-3, 0.1])][..],
+        // A drag that is in no catalogue.
+        &[("custom.1", &[-3e-5, 1.0, 2.0])],
+    ] {
+        let recordings = recordings(hidden);
+        let whole = ended_after(usize::MAX, &recordings);
+        assert!(whole.unfinished.is_empty());
+        for last in [1, 30, 100, 200, 300, 400] {
+            let early = ended_after(last, &recordings);
+            let new: Vec<_> = names(&early)
+                .into_iter()
+                .filter(|id| !names(&whole).contains(id))
+                .collect();
+            assert_eq!(new, [""; 0], "after {last}: {:?}", early.unfinished);
+            // What does not explain the data has no names that were not judged.
+            if early.verdict == Verdict::Unexplained && early.interrupted {
+                assert!(
+                    early.effects.is_empty(),
+                    "after {last}: {:?}",
+                    names(&early)
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_time_limit_ends_a_search_that_is_no_interruption() {
+    let recordings = recordings(&[("arm.coulomb", &[2e-3]), ("arm.spring", &[2e-3, 0.1])]);
+    let request = Request {
+        recordings: &recordings,
+        rig: &qube(),
+        verify: &[],
+    };
+    let options = Options {
+        time_limit: Some(Duration::from_millis(1)),
+        ..Options::default()
+    };
+    let percents = std::sync::Mutex::new(Vec::new());
+    let told =
+        |p: furuta_ident::diagnose::Progress| percents.lock().expect("whole").push(p.percent);
+    let diagnosis = diagnose_with(&request, options, &told)
+        .expect("good recordings")
+        .diagnosis;
+    assert!(!diagnosis.interrupted && !diagnosis.unfinished.is_empty());
+    assert!(diagnosis.effects.is_empty(), "{:?}", names(&diagnosis));
+    let said = diagnosis.interruption().expect("a sentence");
+    assert!(said.starts_with("The time limit ended"), "{said}");
+    let percents = percents.into_inner().expect("whole");
+    assert!(
+        percents.iter().all(|p| (0.0..=100.0).contains(p)),
+        "{percents:?}"
+    );
+}
