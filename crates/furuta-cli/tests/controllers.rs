@@ -181,8 +181,8 @@ fn a_run_obeys_the_files_limits_and_logs_the_file() {
     assert!(log.records.iter().all(|r| r.command.abs() <= 2.5));
     let metadata = log.metadata.expect("metadata");
     let file = furuta_ctrl::ControllerFile::from_toml(&metadata.extra["controller_file"]);
-    let command = file.expect("readable").config.limits.number("command");
-    assert_eq!(command, Some(2.5));
+    let limits = file.expect("readable").config.limits;
+    assert_eq!(limits.numbers("command"), Some(&[2.5][..]));
 }
 
 #[test]

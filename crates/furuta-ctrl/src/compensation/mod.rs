@@ -94,13 +94,15 @@ impl<T: Real> Compensation<T> {
             .copied()
             .collect();
         let smooth = Plant::new(site.params, &smooth)?;
-        let share = settings.number("friction").unwrap_or_default();
+        let share = settings.value(const { SPEC.parameter("friction").settled() });
         let touches = |acts| plant.effects().iter().any(|e| e.spec().acts.touches(acts));
         Ok(Self {
-            hold: settings.is_on("hold") && touches(Acts::TORQUE),
+            hold: settings.is_on(const { SPEC.parameter("hold").settled() })
+                && touches(Acts::TORQUE),
             friction: Friction::new(&plant, &smooth, SLOW * site.frequency(), site.period, share),
-            motor: settings.is_on("motor") && touches(Acts::VOLTAGE),
-            disturbance: settings.is_on("disturbance"),
+            motor: settings.is_on(const { SPEC.parameter("motor").settled() })
+                && touches(Acts::VOLTAGE),
+            disturbance: settings.is_on(const { SPEC.parameter("disturbance").settled() }),
             limit: T::from_f64(site.command_limit),
             plant: plant.cast(),
             smooth: smooth.cast(),

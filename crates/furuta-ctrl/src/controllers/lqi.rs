@@ -96,10 +96,10 @@ impl<T: Real> Design for Lqi<T> {
             section: SPEC.id,
             problem,
         };
-        let weighted = settings.has("q") || settings.has("r");
+        let weighted = weights::any::<5>(settings);
         let given = (
-            settings.vector::<4>("gain"),
-            settings.number("integral_gain"),
+            settings.vector(const { SPEC.parameter("gain").several::<4>() }),
+            settings.number(const { SPEC.parameter("integral_gain").optional() }),
         );
         let (gain, integral_gain) = match given {
             (Some(_), Some(_)) if weighted => {

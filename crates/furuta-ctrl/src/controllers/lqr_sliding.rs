@@ -217,11 +217,11 @@ impl<T: Real> Design for LqrSliding<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
         let weights = weights::given(settings, || balance_weights(site.params))?;
         let strength = settings
-            .number("strength")
+            .number(const { SPEC.parameter("strength").optional() })
             .unwrap_or(site.command_limit / 12.0);
-        let rate = settings.number("rate");
-        let reaching = match settings.word("reaching") {
-            Some("super_twisting") => {
+        let rate = settings.number(const { SPEC.parameter("rate").optional() });
+        let reaching = match settings.word(const { SPEC.parameter("reaching").settled() }) {
+            "super_twisting" => {
                 Reaching::super_twisting(rate.unwrap_or(TWISTING_RATE) * strength, strength)
             }
             _ => Reaching::BoundaryLayer {

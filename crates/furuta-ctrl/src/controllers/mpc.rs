@@ -318,13 +318,13 @@ impl<T: Real> Design for Mpc<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
         let weights = weights::given(settings, || balance_weights(site.params))?;
         let horizon = settings
-            .number("horizon")
+            .number(const { SPEC.parameter("horizon").optional() })
             .unwrap_or(HORIZON / site.frequency());
         let bounds = Bounds {
             command: site.command_limit,
-            pendulum: settings.number("pendulum_angle"),
+            pendulum: settings.number(const { SPEC.parameter("pendulum_angle").optional() }),
             arm: settings
-                .number("arm_angle")
+                .number(const { SPEC.parameter("arm_angle").optional() })
                 .or(site.limits.arm_angle.map(|limit| 0.9 * limit)),
         };
         let upright = linearize(&Plant::new(site.params, &[])?, State::upright(), 0.0);
@@ -334,7 +334,7 @@ impl<T: Real> Design for Mpc<T> {
             &weights,
             horizon,
             &bounds,
-            settings.whole("iterations").unwrap_or(30),
+            settings.whole(const { SPEC.parameter("iterations").settled() }),
         )?;
         Ok(designed.cast())
     }

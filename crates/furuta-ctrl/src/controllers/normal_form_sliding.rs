@@ -180,16 +180,16 @@ impl<T: Real> Design for NormalFormSliding<T> {
         let model = site.params.coefficients();
         let frequency = site.frequency();
         let gamma = settings
-            .number("gamma")
+            .number(const { SPEC.parameter("gamma").optional() })
             .unwrap_or(LEAN * frequency * frequency);
         let switching = Switching {
             gamma,
             eps: settings
-                .number("eps")
+                .number(const { SPEC.parameter("eps").optional() })
                 .unwrap_or((gamma / (LAYER * frequency)).max(1e-6)),
-            filter: settings.number("filter").unwrap_or(0.0),
+            filter: settings.value(const { SPEC.parameter("filter").settled() }),
         };
-        let gain = match settings.vector::<4>("gain") {
+        let gain = match settings.vector(const { SPEC.parameter("gain").several::<4>() }) {
             Some(gain) => gain,
             None => {
                 // What full command does to the pendulum costs what full command costs.

@@ -51,8 +51,8 @@ pub(super) fn steady_motion(
     settings: &Settings,
     site: &Site<'_>,
 ) -> Result<SteadyMotion<f64>, ConfigError> {
-    let lambda = settings.number(LAMBDA.name).unwrap_or(1.0);
-    let order = settings.whole(ORDER.name).unwrap_or(5);
+    let lambda = settings.value(const { LAMBDA.settled() });
+    let order = settings.whole(const { ORDER.settled() });
     Ok(SteadyMotion::solve(
         &site.params.coefficients(),
         lambda,
@@ -110,7 +110,7 @@ impl<T: Real> OutputRegulator<T> {
 
 impl<T: Real> Design for OutputRegulator<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
-        let gain = match settings.vector::<4>("gain") {
+        let gain = match settings.vector(const { SPEC.parameter("gain").several::<4>() }) {
             Some(gain) => gain,
             None => {
                 let lqr = Settings::new(&super::state_feedback::SPEC);

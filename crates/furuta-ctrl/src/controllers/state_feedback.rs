@@ -67,8 +67,8 @@ impl<T: Real> StateFeedback<T> {
 
 impl<T: Real> Design for StateFeedback<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
-        let weighted = settings.has("q") || settings.has("r");
-        if let Some(gain) = settings.vector::<4>("gain") {
+        let weighted = weights::any::<4>(settings);
+        if let Some(gain) = settings.vector(const { SPEC.parameter("gain").several::<4>() }) {
             if weighted {
                 return Err(ConfigError::Contradiction {
                     section: SPEC.id,

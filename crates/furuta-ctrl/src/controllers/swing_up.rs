@@ -190,31 +190,33 @@ impl<T: Real> SwingUp<T> {
     }
 
     fn tuned(params: &Params<T>, arm_range: T, settings: &Settings) -> Self {
-        // Every one has a default.
-        let number = |name| T::from_f64(settings.number(name).unwrap_or_default());
+        let number = |key| T::from_f64(settings.value(key));
         let coefficients = params.coefficients();
         let torque = coefficients.drive * params.motor.command_limit;
         Self {
             coefficients,
-            friction: friction_of_ascent(&coefficients, number("friction_margin")),
+            friction: friction_of_ascent(
+                &coefficients,
+                number(const { SPEC.parameter("friction_margin").settled() }),
+            ),
             frequency: (coefficients.weight / coefficients.pendulum).sqrt(),
             arm_range,
             brake: c::<T>(0.63) * torque / (coefficients.arm + coefficients.swing),
             command_limit: params.motor.command_limit,
             top_speed: T::ZERO,
             tuning: Tuning {
-                brake_at: number("brake_at"),
-                drive: number("drive"),
-                arm_frequency: number("arm_frequency"),
-                arm_damping: number("arm_damping"),
-                full_drive: number("full_drive"),
-                deadband: number("deadband"),
-                ascent_angle: number("ascent_angle"),
-                ascent_window: number("ascent_window"),
-                ascent_rate: number("ascent_rate"),
-                break_away: number("break_away"),
-                aim: number("aim"),
-                learn: number("learn"),
+                brake_at: number(const { SPEC.parameter("brake_at").settled() }),
+                drive: number(const { SPEC.parameter("drive").settled() }),
+                arm_frequency: number(const { SPEC.parameter("arm_frequency").settled() }),
+                arm_damping: number(const { SPEC.parameter("arm_damping").settled() }),
+                full_drive: number(const { SPEC.parameter("full_drive").settled() }),
+                deadband: number(const { SPEC.parameter("deadband").settled() }),
+                ascent_angle: number(const { SPEC.parameter("ascent_angle").settled() }),
+                ascent_window: number(const { SPEC.parameter("ascent_window").settled() }),
+                ascent_rate: number(const { SPEC.parameter("ascent_rate").settled() }),
+                break_away: number(const { SPEC.parameter("break_away").settled() }),
+                aim: number(const { SPEC.parameter("aim").settled() }),
+                learn: number(const { SPEC.parameter("learn").settled() }),
             },
         }
     }
@@ -422,7 +424,9 @@ impl<T: Real> Design for SwingUp<T> {
             Some(limit) => ARM_RANGE.min(limit / CATCH_RANGE),
             None => ARM_RANGE,
         };
-        let arm_range = settings.number("arm_range").unwrap_or(room);
+        let arm_range = settings
+            .number(const { SPEC.parameter("arm_range").optional() })
+            .unwrap_or(room);
         Ok(Self {
             command_limit: T::from_f64(site.command_limit),
             ..Self::tuned(&site.params.cast(), T::from_f64(arm_range), settings)

@@ -2,7 +2,7 @@
 
 use crate::config::ConfigError;
 use crate::design::Weights;
-use crate::settings::{ParameterSpec, Settings};
+use crate::settings::{Optional, ParameterSpec, Settings};
 
 /// `q`, so many numbers; `otherwise` says what follows where it is left out.
 pub(super) const fn q(n: usize, otherwise: &'static str) -> ParameterSpec {
@@ -14,12 +14,23 @@ pub(super) const fn r(otherwise: &'static str) -> ParameterSpec {
     ParameterSpec::number("r", "", 1e-12, 1e12, otherwise)
 }
 
+/// The setting `r`.
+const R: Optional = r("").optional();
+
+/// Whether either is given; `q` has `N` numbers.
+pub(super) fn any<const N: usize>(settings: &Settings) -> bool {
+    settings.vector(const { q(N, "").several::<N>() }).is_some() || settings.has(R)
+}
+
 /// What `q` and `r` give, the standard weights if there is neither.
 pub(super) fn given<const N: usize>(
     settings: &Settings,
     standard: impl FnOnce() -> Weights<f64, N, 1>,
 ) -> Result<Weights<f64, N, 1>, ConfigError> {
-    match (settings.vector::<N>("q"), settings.number("r")) {
+    match (
+        settings.vector(const { q(N, "").several::<N>() }),
+        settings.number(R),
+    ) {
         (Some(q), Some(r)) => Ok(Weights::diagonal(q, [r])),
         (None, None) => Ok(standard()),
         _ => Err(ConfigError::Contradiction {

@@ -56,7 +56,7 @@ impl<T: Real> Design for DisturbanceObserver<T> {
         let (a, b) = site.upright()?;
         let noise = Noise::of(settings, site);
         let wander = settings
-            .number("wander")
+            .number(const { SPEC.parameter("wander").optional() })
             .unwrap_or(0.2 * site.command_limit);
         let (driven, pushed) = (b * noise.command, pushed(site.period) * noise.pendulum);
         let mut process = SMatrix::<f64, 5, 5>::zeros();

@@ -33,7 +33,7 @@ pub struct FilteredDerivative<T> {
 impl<T: Real> Design for FilteredDerivative<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
         let corner = settings
-            .number("corner")
+            .number(const { SPEC.parameter("corner").optional() })
             .unwrap_or(CORNER * site.frequency());
         Ok(Self {
             speed: Derivative::new(T::from_f64(corner), T::from_f64(site.period)),

@@ -67,7 +67,7 @@ fn gain(a: &SMatrix<f64, 4, 4>, poles: [[f64; 2]; 2]) -> Option<SMatrix<f64, 4, 
 impl<T: Real> Design for Luenberger<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
         let (a, _) = site.upright()?;
-        let rates = settings.vector("rates").unwrap_or([RATE; 4]);
+        let rates = settings.vector(const { SPEC.parameter("rates").several::<4>() }).unwrap_or([RATE; 4]);
         let [p, q, r, s] = rates.map(|rate| libm::exp(-rate * site.period));
         let gain = gain(&a, [[p, q], [r, s]]).ok_or(ConfigError::Unsuitable {
             section: SPEC.id,

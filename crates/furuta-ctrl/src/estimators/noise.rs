@@ -54,12 +54,14 @@ impl Noise {
         });
         Self {
             command: settings
-                .number("command_noise")
+                .number(const { COMMAND.optional() })
                 .unwrap_or(0.05 * site.command_limit),
             pendulum: settings
-                .number("pendulum_noise")
+                .number(const { PENDULUM.optional() })
                 .unwrap_or(0.05 * frequency * frequency),
-            reading: settings.vector("reading_noise").unwrap_or(of_counts),
+            reading: settings
+                .vector(const { READING.several::<2>() })
+                .unwrap_or(of_counts),
         }
     }
 }

@@ -58,7 +58,7 @@ impl<T: Real> Observer<T> {
 
 impl<T: Real> Design for Observer<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
-        let bandwidth = settings.number("bandwidth").unwrap_or(120.0);
+        let bandwidth = settings.value(const { SPEC.parameter("bandwidth").settled() });
         Ok(Self::with(
             Predictor::design(settings, site)?,
             T::from_f64(bandwidth),

@@ -55,7 +55,7 @@ impl<T: Real> Predictor<T> {
         Ok(Self::new(
             plant.cast(),
             T::from_f64(site.period),
-            settings.is_on(PREDICT.name),
+            settings.is_on(const { PREDICT.settled() }),
         ))
     }
 

@@ -3,9 +3,11 @@
 //! A section is described by a [`Spec`] beside the code that reads it; reading and writing of files, messages about mistakes, lists for
 //! people and what goes over a wire to a microcontroller all follow from it. No allocation.
 
+mod key;
 mod spec;
 mod wire;
 
+pub use key::{Optional, Settled, Several};
 pub use spec::{ParameterSpec, Shape, Spec};
 
 use arrayvec::ArrayVec;
@@ -164,12 +166,6 @@ impl Settings {
         Ok(next)
     }
 
-    /// Whether `name` is given.
-    #[must_use]
-    pub fn has(&self, name: &str) -> bool {
-        self.numbers(name).is_some()
-    }
-
     /// The numbers given for `name`.
     #[must_use]
     pub fn numbers(&self, name: &str) -> Option<&[f64]> {
@@ -185,41 +181,6 @@ impl Settings {
             .sum();
         self.numbers
             .get(start..start + self.spec.parameters[place].shape.len())
-    }
-
-    /// The `N` numbers given for `name`.
-    #[must_use]
-    pub fn vector<const N: usize>(&self, name: &str) -> Option<[f64; N]> {
-        self.numbers(name)?.try_into().ok()
-    }
-
-    /// The number given for `name`, or its default.
-    #[must_use]
-    pub fn number(&self, name: &str) -> Option<f64> {
-        match self.numbers(name) {
-            Some(values) => values.first().copied(),
-            None => self.spec.parameters[self.spec.place(name)?].default,
-        }
-    }
-
-    /// Whether the switch `name` is on, given or by default.
-    #[must_use]
-    pub fn is_on(&self, name: &str) -> bool {
-        self.number(name) == Some(1.0)
-    }
-
-    /// The whole number `name`, given or by default.
-    #[must_use]
-    pub fn whole(&self, name: &str) -> Option<usize> {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked to be whole
-        self.number(name).map(|x| x as usize)
-    }
-
-    /// The word chosen for `name`, given or by default.
-    #[must_use]
-    pub fn word(&self, name: &str) -> Option<&'static str> {
-        let place = self.spec.place(name)?;
-        self.spec.parameters[place].shape.word(self.number(name)?)
     }
 
     /// The parameters that are given, with their numbers.

@@ -137,9 +137,11 @@ impl<T: Real> Supervisor<T> {
                 site.command_limit,
             ),
         };
-        let number = |name| T::from_f64(config.supervisor.number(name).unwrap_or_default());
-        let catch = Catch::new(&site.params.cast(), stand_in, swing_up.catch_range())
-            .within(number("catch_angle"), number("catch_error"));
+        let number = |key| T::from_f64(config.supervisor.value(key));
+        let catch = Catch::new(&site.params.cast(), stand_in, swing_up.catch_range()).within(
+            number(const { thresholds::SPEC.parameter("catch_angle").settled() }),
+            number(const { thresholds::SPEC.parameter("catch_error").settled() }),
+        );
         Ok(Self {
             estimator: AnyEstimator::design(&config.estimator, site)?,
             swing_up: swing_up.aiming_at(catch.fastest()),

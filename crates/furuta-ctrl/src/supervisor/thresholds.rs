@@ -135,38 +135,50 @@ impl<T: Real> Thresholds<T> {
         let frequency = site.frequency();
         let free_speed = k.drive * site.params.motor.command_limit / k.arm_damping.max(1e-9);
         let limits = &site.limits;
-        // Every one has a default.
-        let number = |name| T::from_f64(settings.number(name).unwrap_or_default());
+        let number = |key| T::from_f64(settings.value(key));
         Self {
             arm_angle_limit: T::from_f64(limits.arm_angle.unwrap_or(core::f64::consts::TAU)),
             arm_speed_limit: T::from_f64(limits.arm_speed.unwrap_or(1.5 * free_speed)),
             pendulum_speed_limit: T::from_f64(limits.pendulum_speed.unwrap_or(10.0 * frequency)),
             command_limit: T::from_f64(site.command_limit),
-            doubt_angle: number("doubt_angle"),
-            release_angle: number("release_angle"),
-            reference_speed: number("reference_speed"),
+            doubt_angle: number(const { SPEC.parameter("doubt_angle").settled() }),
+            release_angle: number(const { SPEC.parameter("release_angle").settled() }),
+            reference_speed: number(const { SPEC.parameter("reference_speed").settled() }),
             rest_speed: T::from_f64(0.05 * frequency),
             blend: T::from_f64(libm::exp(
-                -site.period * frequency / settings.number("blend").unwrap_or_default(),
+                -site.period * frequency / settings.value(const { SPEC.parameter("blend").settled() }),
             )),
             #[allow(clippy::cast_possible_truncation)] // at most 1000
-            catch_every: settings.whole("catch_every").unwrap_or(1) as u32,
+            catch_every: settings.whole(const { SPEC.parameter("catch_every").settled() }) as u32,
         }
     }
 }
 
 /// The site with the tighter of its own limits and the file's.
 pub(super) fn within<'a>(settings: &Settings, site: &Site<'a>) -> Site<'a> {
-    let tighter = |of_rig: Option<f64>, name| match (of_rig, settings.number(name)) {
+    let tighter = |of_rig: Option<f64>, key| match (of_rig, settings.number(key)) {
         (Some(a), Some(b)) => Some(a.min(b)),
         (a, b) => a.or(b),
     };
     Site {
-        command_limit: tighter(Some(site.command_limit), "command").unwrap_or(site.command_limit),
+        command_limit: tighter(
+            Some(site.command_limit),
+            const { LIMITS.parameter("command").optional() },
+        )
+        .unwrap_or(site.command_limit),
         limits: Limits {
-            arm_angle: tighter(site.limits.arm_angle, "arm_angle"),
-            arm_speed: tighter(site.limits.arm_speed, "arm_speed"),
-            pendulum_speed: tighter(site.limits.pendulum_speed, "pendulum_speed"),
+            arm_angle: tighter(
+                site.limits.arm_angle,
+                const { LIMITS.parameter("arm_angle").optional() },
+            ),
+            arm_speed: tighter(
+                site.limits.arm_speed,
+                const { LIMITS.parameter("arm_speed").optional() },
+            ),
+            pendulum_speed: tighter(
+                site.limits.pendulum_speed,
+                const { LIMITS.parameter("pendulum_speed").optional() },
+            ),
         },
         ..*site
     }

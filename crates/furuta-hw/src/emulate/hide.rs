@@ -60,7 +60,7 @@ pub enum HideError {
 /// let spring = hidden_effect("arm.spring:stiffness=1e-3,rest=-0.5", &params)?;
 /// assert_eq!(spring.values()[..], [1e-3, -0.5]);
 /// assert!(hidden_effect("arm.coulomb", &params)?.values()[0] > 0.0);
-/// let play = hidden_effect("drive.backlash:gap=0.05,encoder=motor", &params)?;
+/// let play = hidden_effect("drive.backlash:gap=0.05,motor_share=0.5,encoder=motor", &params)?;
 /// assert_eq!(play.values()[..], [0.05, 0.5, 1.0]);
 /// let error = hidden_effect("arm.spring:stifness=1", &params).expect_err("misspelt");
 /// assert_eq!(error.to_string(), "arm.spring has no parameter \"stifness\": it has stiffness, rest");

@@ -59,6 +59,15 @@ const HALF: usize = 6;
 const LEAST_WEIGHT: f64 = 0.05;
 
 impl Data {
+    /// Sum of the weights of a window's samples: the cost that noise alone leaves, but for the degrees of freedom.
+    pub(crate) fn samples(&self, w: &Window) -> f64 {
+        let run = &self.runs[w.run];
+        run.weight[w.start + 1..=w.start + w.len]
+            .iter()
+            .map(|w| w[0] * w[0] + w[1] * w[1])
+            .sum()
+    }
+
     /// All stretches of all recordings, ready to fit.
     pub(crate) fn new(recordings: &[Recording], rig: &Rig) -> Self {
         let resolution = rig.sensors.resolution();

@@ -160,23 +160,14 @@ impl<'a> Problem<'a> {
 
     /// Sum of the weights of all samples: the cost that noise alone leaves, but for the degrees of freedom.
     pub(crate) fn samples(&self) -> f64 {
-        self.windows.iter().map(|w| self.window_samples(w)).sum()
-    }
-
-    /// The same for one window.
-    pub(crate) fn window_samples(&self, w: &Window) -> f64 {
-        let run = &self.data.runs[w.run];
-        run.weight[w.start + 1..=w.start + w.len]
-            .iter()
-            .map(|w| w[0] * w[0] + w[1] * w[1])
-            .sum()
+        self.windows.iter().map(|w| self.data.samples(w)).sum()
     }
 
     /// Cost that a perfect model leaves: one per sample, less four per window for its initial state.
     pub(crate) fn floor(&self) -> f64 {
         self.windows
             .iter()
-            .map(|w| (self.window_samples(w) - 4.0).max(1.0))
+            .map(|w| (self.data.samples(w) - 4.0).max(1.0))
             .sum()
     }
 

@@ -205,6 +205,8 @@ const LEAST_STEP: (f64, f64) = (0.01, 1e-3);
 const SMOOTHED: [usize; 3] = [10, 5, 20];
 /// A start that costs more than this many times the best end is not followed.
 const FAR_OFF: f64 = 4.0;
+/// What leaves no more than this many times the noise's square is the best: other starts are not tried.
+const ENOUGH: f64 = 1.2;
 
 /// The initial state of one window as a problem of its own.
 struct Initial<'a> {
@@ -316,7 +318,11 @@ impl Windows {
         known: Option<State<f64>>,
     ) -> (State<f64>, f64) {
         let mut best = known.map(|x| self.solve(data, w, x, RULES.iterations));
+        let enough = ENOUGH * data.samples(w);
         for half in SMOOTHED {
+            if best.as_ref().is_some_and(|b| b.1 <= enough) {
+                break;
+            }
             let guess = data.guess(w, half);
             let start = cost(&self.plain, data, w, guess);
             if best.as_ref().is_none_or(|b| start < FAR_OFF * b.1) {

@@ -66,30 +66,49 @@ impl<const N: usize> Observed<Jet<f64, N>> {
     }
 }
 
-/// A model of which nothing but the zeros of the recordings is free.
+/// A plant of which nothing but the zeros of the recordings is free.
 #[derive(Clone)]
-struct OnlyZeros<M>(M);
+struct OnlyZeros {
+    seen: Observed<f64>,
+    layout: Layout,
+    bounds: Vec<(f64, f64)>,
+    priors: Vec<Option<Prior>>,
+}
 
-impl<M: Model> Model for OnlyZeros<M> {
+impl OnlyZeros {
+    fn of<M: Model>(model: &M, z: &[f64]) -> Self {
+        let layout = model.layout();
+        Self {
+            seen: model.observed::<4>(z).plain(),
+            layout: Layout {
+                shared: 0,
+                lead: 0,
+                ..layout
+            },
+            bounds: model.bounds(z).split_off(layout.shared),
+            priors: model.priors().split_off(layout.shared),
+        }
+    }
+}
+
+impl Model for OnlyZeros {
     fn layout(&self) -> Layout {
-        self.0.layout()
+        self.layout
     }
 
     fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>> {
-        self.0.observed(z)
+        let late = Jet::constant(self.seen.late);
+        let mut seen = Observed::from_true_zeros(self.seen.plant.cast(), late);
+        seen.free_zeros(&self.layout, z);
+        seen
     }
 
-    fn bounds(&self, z: &[f64]) -> Vec<(f64, f64)> {
-        let shared = self.layout().shared;
-        let mut bounds = self.0.bounds(z);
-        for (bound, z) in bounds.iter_mut().zip(z).take(shared) {
-            *bound = (*z, *z);
-        }
-        bounds
+    fn bounds(&self, _: &[f64]) -> Vec<(f64, f64)> {
+        self.bounds.clone()
     }
 
     fn priors(&self) -> Vec<Option<Prior>> {
-        self.0.priors()
+        self.priors.clone()
     }
 }
 
@@ -104,6 +123,7 @@ pub(crate) fn with_zeros_found<M: Model>(
     model: &M,
     z: &[f64],
 ) -> Vec<f64> {
+    let shared = model.layout().shared;
     if model.layout().zeros == 0 {
         return z.to_vec();
     }
@@ -111,13 +131,8 @@ pub(crate) fn with_zeros_found<M: Model>(
     let mut windows = data.windows(WINDOW, wanted);
     windows.retain(early);
     let problem = Problem::new(data, windows);
-    let settled = problem.settle(model, z, None);
-    problem
-        .fit(
-            &OnlyZeros(model.clone()),
-            z.to_vec(),
-            &settled.states,
-            Effort::FULL,
-        )
-        .z
+    let only = OnlyZeros::of(model, z);
+    let settled = problem.settle(&only, &z[shared..], None);
+    let found = problem.fit(&only, settled.z, &settled.states, Effort::FULL);
+    z[..shared].iter().copied().chain(found.z).collect()
 }

@@ -370,8 +370,12 @@ impl Spec {
     /// ```
     /// use furuta_model::effects;
     /// let drive = effects::spec("drive.backlash").expect("in the catalogue");
-    /// let given = |name: &str| (name == "gap").then_some(0.05);
-    /// assert_eq!(drive.values(given)?[..], [0.05, 0.5, 0.0]);
+    /// let given = |name: &str| match name {
+    ///     "gap" => Some(0.05),
+    ///     "motor_share" => Some(0.4),
+    ///     _ => None, // encoder = "arm"
+    /// };
+    /// assert_eq!(drive.values(given)?[..], [0.05, 0.4, 0.0]);
     /// let error = drive.values(|_| None).expect_err("no gap");
     /// assert_eq!(error.to_string(), "drive.backlash lacks gap (rad): give it a value");
     /// # Ok::<(), furuta_model::EffectError>(())
@@ -379,7 +383,7 @@ impl Spec {
     pub fn values(
         &self,
         given: impl Fn(&str) -> Option<f64>,
-    ) -> Result<arrayvec::ArrayVec<f64, MAX_PARAMETERS>, EffectError> {
+    ) -> Result<arrayvec::ArrayVec<f64, { super::MAX_PARAMETERS }>, EffectError> {
         let value = |p: &ParameterSpec| {
             given(p.name).or(p.default).ok_or(EffectError::Missing {
                 effect: self.id,
