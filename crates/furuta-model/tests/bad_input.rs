@@ -197,7 +197,7 @@ fn a_period_that_cannot_be_stepped_is_refused() {
         );
         assert!(error.to_string().contains("0.126 s"));
     }
-    let stiff = Effect::new("drive.compliance", &[1e6, 0.0, 0.5]).expect("valid");
+    let stiff = Effect::new("drive.compliance", &[1e6, 0.0, 0.5, 0.0]).expect("valid");
     let plant = Plant::new(&qube(), &[stiff]).expect("one");
     let error = plant.check_period(1e-3).expect_err("rings");
     assert!(matches!(error, PlantError::CouplingTooStiff { .. }));

@@ -191,7 +191,7 @@ fn a_flexible_coupling_rings_at_its_frequency() {
     // Two inertias and a spring: w² = k (1/J1 + 1/J2); at rest twisted, let go, back after a period.
     let p = bare_arm();
     let (stiffness, share) = (0.5, 0.3);
-    let plant = plant(&p, &[("drive.compliance", &[stiffness, 0.0, share])]);
+    let plant = plant(&p, &[("drive.compliance", &[stiffness, 0.0, share, 0.0])]);
     let c = plant.coefficients;
     let (rotor, load) = (share * c.hub, c.arm - share * c.hub);
     let w = (stiffness * (1.0 / rotor + 1.0 / load)).sqrt();
@@ -218,7 +218,7 @@ fn a_flexible_coupling_rings_at_its_frequency() {
 fn stiff_and_rigid_couplings_move_alike() {
     let p = qube();
     let rigid = plant(&p, &[]);
-    let stiff = plant(&p, &[("drive.compliance", &[500.0, 0.05, 0.3])]);
+    let stiff = plant(&p, &[("drive.compliance", &[500.0, 0.05, 0.3, 0.0])]);
     let (mut a, mut b) = (rigid.rest(State::hanging()), stiff.rest(State::hanging()));
     stiff.check_period(1e-3).expect("64 steps are enough");
     run(&rigid, &mut a, 1e-3, 2.0, |t| 2.0 * (5.0 * t).sin());
@@ -230,7 +230,7 @@ fn stiff_and_rigid_couplings_move_alike() {
         a.x,
         b.x
     );
-    let limp = plant(&p, &[("drive.compliance", &[1e5, 0.05, 0.3])]);
+    let limp = plant(&p, &[("drive.compliance", &[1e5, 0.05, 0.3, 0.0])]);
     let message = limp.check_period(1e-2).expect_err("too stiff").to_string();
     assert!(
         message.contains("rad/s") && message.contains("shorter period"),

@@ -60,6 +60,8 @@ const SEARCH: f64 = 0.25;
 const REPORT: f64 = 0.5;
 /// Length of the windows on which a name must hold as well, where the plant is stable, s.
 const LONG: f64 = 2.0;
+/// Share of the time limit that the search may take.
+const FOR_SEARCH: f64 = 0.6;
 /// Of each worker thread, bytes.
 const STACK: usize = 16 << 20;
 
@@ -166,8 +168,14 @@ fn search(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Outcome, Insufficient> {
     let begin = Instant::now();
-    let stop =
-        Stop::when(options.stop).or_at(options.time_limit.and_then(|t| begin.checked_add(t)));
+    let by = |share: f64| {
+        options
+            .time_limit
+            .and_then(|t| begin.checked_add(t.mul_f64(share)))
+    };
+    let stop = Stop::when(options.stop).or_at(by(1.0));
+    // The rest of the time is for judging what was found.
+    let hurry = Stop::when(options.stop).or_at(by(FOR_SEARCH));
     let mut unfinished: Vec<Part> = Vec::new();
     let data = Data::new(request.recordings, request.rig);
     insufficient::check(request.recordings, request.rig, &data)?;
@@ -176,12 +184,12 @@ fn search(
     let stage = |stage| teller.stage(stage);
 
     stage("recalibrating");
-    let short = Problem::new(&data, data.windows(SEARCH, |_| true)).until(stop);
+    let short = Problem::new(&data, data.windows(SEARCH, |_| true)).until(hurry);
     let base = Hypothesis::base(&nominal);
     let as_given = short.settle(&base, &vec![0.0; base.len()], None);
     let recalibrated = short.fit(&base, as_given.z.clone(), &as_given.states, Effort::FULL);
 
-    if stop.wanted() {
+    if hurry.wanted() {
         unfinished.push(Part::Parameters);
     }
 
@@ -192,7 +200,7 @@ fn search(
     let first = std::mem::take(&mut search.first);
     let mut rivals = search.rivals(&named);
     let explains = |f: &Fit| short.explains(f);
-    if !explains(&named) && !stop.wanted() {
+    if !explains(&named) && !hurry.wanted() {
         stage("searching over long windows");
         let further = horizons::search(
             &short,
@@ -206,7 +214,7 @@ fn search(
         }
     }
 
-    if !explains(&named) && named.model.jumps() && !stop.wanted() {
+    if !explains(&named) && named.model.jumps() && !hurry.wanted() {
         let lasting = horizons::lasting(&short, &data, named.clone());
         if lasting.model.effects.len() < named.model.effects.len() {
             named = lasting;
@@ -216,7 +224,7 @@ fn search(
 
     // From here on every fit is made to its end.
     let calm = Problem::new(&data, short.windows.clone());
-    if stop.wanted() {
+    if hurry.wanted() {
         // Names of finished rounds stay if they stand up to a fit to the end; who else might stand in their place was not looked at.
         unfinished.extend([Part::Search, Part::Rivals]);
         if !named.model.effects.is_empty() {

@@ -12,7 +12,8 @@ use super::model::Observed;
 
 /// How many past commands a lag remembers: half a second at 500 Hz and more.
 const PAST: usize = 256;
-/// For this time before a window the motion is followed where a drive has play, s.
+/// For this time before a window the motion is simulated where a drive has play, s: from what is measured there, and then free, since an encoder's
+/// counts would shake a drive whose twist is no larger.
 const LEAD: f64 = 0.3;
 /// The same where it gives way, but has no play: how it is twisted follows from the torques, but for its swinging on.
 const LEAD_OF_SPRING: f64 = 0.15;
@@ -116,17 +117,20 @@ fn enter<S: Scalar<Real = f64>>(
     let lead = start.min((lead / run.h).ceil() as usize);
     let first = start - lead;
     let past = run.past(first, late, PAST);
-    let measured = |k: usize| {
-        let (y, v) = (run.y[k], run.speed[k]);
+    let at = if lead == 0 {
+        x0
+    } else {
+        let (y, v) = (run.y[first], run.speed[first]);
         shifted(State::new(y[0], y[1], v[0], v[1]).map(S::from_f64), zero)
     };
-    let at = if lead == 0 { x0 } else { measured(first) };
     plant.enter(s, at, run.t0 + first as f64 * run.h, &past, run.h);
     s.run = run.recording;
     for k in first..start {
         plant.step(s, S::from_f64(run.command(k, late)), run.h);
-        // The body that is measured goes where it was; the other follows from the torques and blows between them.
-        plant.place(s, if k + 1 < start { measured(k + 1) } else { x0 });
+    }
+    if first < start {
+        // How the two bodies stand and turn against each other stays.
+        plant.place(s, x0);
     }
     plant.recall(s, run.reversals.to(start));
 }

@@ -12,6 +12,8 @@ parameters! {
         damping,
         /// Share of `arm.inertia` on the motor's side, 0 to 1.
         motor_share,
+        /// Where the arm's encoder sits: 0 on the arm, 1 on the motor.
+        encoder,
     }
 }
 
@@ -57,6 +59,17 @@ pub(super) const SPEC: Spec = Spec {
             typical: |_| 0.5,
             starts: &[1.0],
         },
+        ParameterSpec {
+            name: "encoder",
+            unit: "-",
+            kind: Kind::Choice(&["arm", "motor"]),
+            default: Some(0.0),
+            min: 0.0,
+            max: 1.0,
+            off: 0.0,
+            typical: |_| 1.0,
+            starts: &[0.0, 1.0],
+        },
     ],
     strengths: 1,
     footprint: Footprint::Own(&["stiffness", "damping", "motor_share"]),
@@ -70,6 +83,7 @@ impl<S: Scalar> Law<S> for DriveCompliance<S> {
             stiffness: self.stiffness,
             damping: self.damping,
             motor_share: self.motor_share,
+            encoder_on_motor: self.encoder.value() > 0.5,
             ..Drive::RIGID
         }
     }

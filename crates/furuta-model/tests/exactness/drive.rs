@@ -82,7 +82,7 @@ fn a_flexible_drive_without_damping_keeps_its_energy() {
     for rig in rigs() {
         for gap in [1e-9, 0.02] {
             let share = 0.4;
-            let spring = [stiffness(&rig, share, 40.0), 0.0, share];
+            let spring = [stiffness(&rig, share, 40.0), 0.0, share, 0.0];
             let effects: [(&str, &[f64]); 2] = [
                 ("drive.backlash", &[gap, share, 1.0]),
                 ("drive.compliance", &spring),
@@ -119,7 +119,7 @@ fn impacts_and_dampers_only_take() {
         let share = 0.4;
         let k = stiffness(&rig, share, 40.0);
         // some tenth of critical damping
-        let damped = [k, 0.1 * k / 40.0, share];
+        let damped = [k, 0.1 * k / 40.0, share, 0.0];
         let play: [(&str, &[f64]); 1] = [("drive.backlash", &[0.02, share, 1.0])];
         let spring: [(&str, &[f64]); 2] = [
             ("drive.backlash", &[1e-9, share, 1.0]),
