@@ -174,6 +174,7 @@ fn a_simulation_is_a_recording() {
         "chirp",
         "--hide",
         "arm.spring",
+        "--force",
         "-o",
         text,
     ]);

@@ -210,7 +210,7 @@ fn what_cannot_be_is_one_line() {
         &["arm.sprong", "arm.spring"],
     );
     fails(
-        &["emulate", "--hide", "arm.spring:stiffness=-1"],
+        &["emulate", "--hide", "arm.spring:stiffness=-1,rest=0"],
         &["stiffness", "-1"],
     );
     fails(&["emulate", "--rate", "1"], &["1000000 us", "100000"]);

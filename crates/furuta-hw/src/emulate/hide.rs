@@ -183,10 +183,10 @@ mod tests {
         assert_eq!(values("sensor.alpha.scale")[..], [1.02, 0.0]);
         assert_eq!(values("motor.asymmetry")[..], [1.1]);
         assert_eq!(values("motor.saturation")[..], [5.0]);
-        let error = hidden_effect("pendulum.spring:stiffness=1e-3", &params).expect_err("no rest");
+        let error = hidden_effect("arm.spring:stiffness=1e-3", &params).expect_err("no rest");
         assert_eq!(
             error.to_string(),
-            "pendulum.spring lacks rest (rad): give it a value"
+            "arm.spring lacks rest (rad): give it a value"
         );
         assert_eq!(values("disturbance.kick")[3], 0.0);
     }
