@@ -340,6 +340,9 @@ fn rollouts(
         let at = match all.iter().position(|(s, _)| s.id == id) {
             Some(at) => at,
             None => {
+                for name in given.keys() {
+                    place(spec, name)?;
+                }
                 // What is given is filled in below.
                 let values = spec.values(|name| given.contains_key(name).then_some(0.0));
                 all.push((spec, vec![values.map_err(error::rig)?.to_vec(); count]));

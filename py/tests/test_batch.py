@@ -145,7 +145,7 @@ def batch(**given):
         (furuta.RigError, lambda: batch(parameters={"pendulum.mass": "much"}), 'pendulum.mass = "much" must be a number'),
         (furuta.RigError, lambda: batch(effects={"arm.sprong": {}}), "`arm.sprong` is not in the catalogue"),
         (furuta.RigError, lambda: batch(effects={"arm.spring": {"stifness": 1.0}}), "has no parameter `stifness`"),
-        (furuta.RigError, lambda: batch(effects={"drive.backlash": {"encoder": "gear"}}), 'encoder = "gear" must be "arm" or "motor"'),
+        (furuta.RigError, lambda: batch(effects={"drive.backlash": {"gap": 0.1, "motor_share": 0.5, "encoder": "gear"}}), 'encoder = "gear" must be "arm" or "motor"'),
         (furuta.SimulationError, lambda: batch(effects={"arm.coulomb": {"torque": [0.0, 0.0, -1.0]}}), "rollout 2: arm.coulomb: torque = -1 is outside"),
         (furuta.SimulationError, lambda: batch(effects={"arm.cogging": {"amplitude": 0.1, "order": [1, 2, 2.5]}}), "rollout 2: .* order = 2.5 must be a whole"),
         (furuta.SimulationError, lambda: batch(effects={"motor.delay": {"delay": 0.5}}), "rollout 0: a delay of 0.5 s is longer"),

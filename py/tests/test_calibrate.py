@@ -30,7 +30,8 @@ def fine():
 
 
 def test_same_minimum_as_scipy():
-    """One window over the whole run: the cost's minimum over initial state and two parameters, found by SciPy with differences."""
+    """One window over the whole run: the cost's minimum over initial state, two parameters and the zero of alpha's encoder, which is known to 5 mrad
+    beforehand; found by SciPy with differences."""
     h, rng = 0.005, np.random.default_rng(1)
     rig, keys = fine(), ("arm.inertia", "motor.torque_constant")
     data = recorded(rig, sweep(3.0, h), h, rng)
@@ -41,12 +42,12 @@ def test_same_minimum_as_scipy():
     y = np.column_stack([data["theta"], data["alpha"]])
 
     def residual(p):
-        changed = rig.with_parameters({key: factor * rig.parameters[key] for key, factor in zip(keys, p[4:])})
+        changed = rig.with_parameters({key: factor * rig.parameters[key] for key, factor in zip(keys, p[4:6])})
         x = furuta.simulate(changed, p[:4], data["u"][:-1], h)
-        return ((x[1:, :2] - y[1:]) / noise).ravel()
+        return np.append(((x[1:, :2] - [0.0, p[6]] - y[1:]) / noise).ravel(), p[6] / 5e-3)
 
     x = furuta.simulate(rig, [0, np.pi, 0, 0], data["u"][:-1], h)[0]
-    answer = scipy.optimize.least_squares(residual, [*x, 1.0, 1.0], x_scale=[0.1, 0.1, 1, 1, 0.1, 0.1], xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    answer = scipy.optimize.least_squares(residual, [*x, 1.0, 1.0, 0.0], x_scale=[0.1, 0.1, 1, 1, 0.1, 0.1, 5e-3], xtol=1e-14, ftol=1e-14, gtol=1e-14)
     cost = found.chi**2 * (2 * (n - 1) - 4)
     # SciPy's slopes are differences; the minimum is flat, so the cost agrees to the square of their error.
     assert cost == pytest.approx(2 * answer.cost, rel=1e-5)

@@ -46,14 +46,17 @@ impl<'a> Explanation<'a> {
 
 /// By how much the Bayesian information criterion of `wrong` would be above that of `right`, both fitted to what the latter's rig would show.
 fn evidence(right: &Explanation<'_>, wrong: &Explanation<'_>, sheet: &Rig, data: &Data) -> f64 {
-    let nominal = Arc::new(Nominal::new(sheet, data, false));
+    // As in a diagnosis: the new recording's encoders have zeros of their own.
+    let own_zeros = right.fit.model.nominal.own_zeros;
+    let nominal = Arc::new(Nominal::new(sheet, data, own_zeros));
     let problem = Problem::new(data, data.windows(SEARCH, |_| true));
     let fitted = |e: &Explanation<'_>| {
         let h = Hypothesis {
             effects: e.fit.model.effects.clone(),
             nominal: Arc::clone(&nominal),
         };
-        let mut z = e.fit.z[..h.len()].to_vec();
+        let mut z = e.fit.z[..h.shared()].to_vec();
+        z.resize(h.len(), 0.0);
         // The simulated samples come on time.
         z[TIMING] = 0.0;
         let start = problem.settle(&h, &z, None);
