@@ -2,8 +2,9 @@
 #
 #   make demo       no hardware: an emulated rig hides an effect, is balanced, logged, diagnosed and repaired; writes a report
 #   make test       every test, Rust and Python
-#   make lint       formatting, clippy, the crates for the microcontroller, documentation: warnings are errors; licences and sources of all crates
-#   make fuzz       every fuzz target for SECONDS (60); needs the nightly toolchain and cargo-fuzz, and installs them
+#   make lint       formatting, clippy, the crates for the microcontroller, documentation: warnings are errors; licences
+#   and sources of all crates
+#   make fuzz       every fuzz target for SECONDS (60); needs cargo-fuzz, and installs it
 #   make py         the Python package `furuta`, into .venv
 #   make docs       the Rust documentation, target/doc/furuta_model/index.html, and the figures
 #   make figures    every figure in docs that a command of this program draws

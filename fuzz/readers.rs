@@ -1,10 +1,12 @@
-//! What must hold of the readers of files, whatever a file holds: no panic, and a mistake is told in one short line that a terminal can show.
+//! What must hold of the readers of files, whatever a file holds: no panic, and a mistake is told in one short line
+//! that a terminal can show.
 
 use furuta_ctrl::ControllerFile;
 use furuta_ident::recording::Recording;
 use furuta_model::Rig;
 
-/// Any bytes as a CSV recording; what was read is written and read again with the same samples. As a log in CSV form, too.
+/// Any bytes as a CSV recording; what was read is written and read again with the same samples. As a log in CSV form,
+/// too.
 pub(crate) fn csv(bytes: &[u8]) {
     match Recording::from_csv("run.csv", bytes) {
         Ok((recording, notices)) => {

@@ -1,6 +1,5 @@
 //! A whole diagnosis and its parts: two recordings of four seconds at 250 Hz, a spring hidden, the whole catalogue tried.
 
-use std::fmt::Write as _;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -10,20 +9,15 @@ use furuta_model::{Effect, Plant, Rig, State};
 
 fn recording(rig: &Rig, plant: &Plant<f64>, phase: f64) -> Recording {
     let mut state = plant.rest(State::hanging());
-    let mut csv = String::from("t,u,theta,alpha\n");
+    let mut samples = Vec::new();
     for k in 0..1000 {
         let t = f64::from(k) * 0.004;
         let u = 2.0 * (4.0 * t + 1.5 * t * t + phase).sin();
-        let counts: Vec<f64> = plant
-            .measure(&state)
-            .iter()
-            .zip(rig.sensors.resolution())
-            .map(|(y, q)| (y / q).round() * q)
-            .collect();
-        let _ = writeln!(csv, "{t},{u},{},{}", counts[0], counts[1]);
+        let [theta, alpha] = rig.sensors.quantised(plant.measure(&state));
+        samples.push([t, u, theta, alpha]);
         plant.step(&mut state, u, 0.004);
     }
-    Recording::from_csv("bench.csv", csv.as_bytes())
+    Recording::from_samples("bench", samples)
         .expect("a valid recording")
         .0
 }

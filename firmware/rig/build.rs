@@ -39,7 +39,8 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     )?;
     writeln!(
         source,
-        "/// Where its file stops a run.\npub const LIMITS: furuta_ctrl::Limits = furuta_ctrl::Limits {{ arm_angle: {}, arm_speed: {}, pendulum_speed: {} }};",
+        "/// Where its file stops a run.\npub const LIMITS: furuta_ctrl::Limits = furuta_ctrl::Limits {{ \
+         arm_angle: {}, arm_speed: {}, pendulum_speed: {} }};",
         option(rig.limits.arm_angle),
         option(rig.limits.arm_speed),
         option(rig.limits.pendulum_speed)

@@ -1,4 +1,5 @@
-//! Writes the built-in rigs' parameters as constants (rig files need std, the target has none), and tells the linker the board's memory.
+//! Writes the built-in rigs' parameters as constants (rig files need std, the target has none), and tells the linker
+//! the board's memory.
 
 use furuta_model::Rig;
 use std::fmt::Write as _;

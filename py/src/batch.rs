@@ -37,18 +37,19 @@ const SIDE_BY_SIDE: usize = 16;
 /// dt : float
 ///     Sample period in s, at most 1.
 /// parameters : dict, optional
-///     Parameters of the rig that differ between rollouts: a number or an array of shape (M,) by the key in the rig file,
-///     for example {"pendulum.mass": masses}.
+///     Parameters of the rig that differ between rollouts: a number or an array of shape (M,) by the key in the rig
+///     file, for example {"pendulum.mass": masses}.
 /// effects : dict, optional
-///     Effects that differ between rollouts, or come on top of the rig's: by id a dict of numbers, words or arrays of shape (M,) by parameter,
-///     for example {"arm.coulomb": {"torque": torques}}. Parameters not given have the rig's value or their default; of an effect that the rig has not, all others are given.
+///     Effects that differ between rollouts, or come on top of the rig's: by id a dict of numbers, words or arrays of
+///     shape (M,) by parameter, for example {"arm.coulomb": {"torque": torques}}. Parameters not given have the rig's
+///     value or their default; of an effect that the rig has not, all others are given.
 /// feedback : (gain, reference, limit), optional
-///     In place of u: u = -gain (x - reference) from the true state, within +-limit (V). gain and reference have shape (4,); angles are not
-///     wrapped.
+///     In place of u: u = -gain (x - reference) from the true state, within +-limit (V). gain and reference have shape
+///     (4,); angles are not wrapped.
 /// samples : int, optional
 ///     N, where there is `feedback`.
 /// every : int, optional
-///     Keep x0 and every so many samples after it; the last state alone if not given.
+///     Keep x0 and every n-th sample after it; the last state alone if not given.
 /// progress : callable, optional
 ///     Called with how many rollouts are done and how many there are, in the calling thread.
 ///
@@ -60,14 +61,15 @@ const SIDE_BY_SIDE: usize = 16;
 /// Raises
 /// ------
 /// SimulationError
-///     Shapes that do not fit, numbers that are not finite, a rollout whose parameters cannot be (it is named); before anything is run.
+///     Shapes that do not fit, numbers that are not finite, a rollout whose parameters cannot be (it is named); before
+///     anything is run.
 /// RigError
 ///     A parameter or an effect that does not exist.
 ///
 /// Notes
 /// -----
-/// Ctrl-C, and an exception from `progress`, end the call at once; the rollouts that are under way on other threads run to their end unseen, no
-/// others begin.
+/// Ctrl-C, and an exception from `progress`, end the call at once; the rollouts that are under way on other threads run
+/// to their end unseen, no others begin.
 ///
 /// Examples
 /// --------
@@ -83,7 +85,8 @@ const SIDE_BY_SIDE: usize = 16;
 #[pyfunction]
 #[pyo3(
     signature = (rig, x0, u, dt, *, parameters=None, effects=None, feedback=None, samples=None, every=None, progress=None),
-    text_signature = "(rig, x0, u, dt, *, parameters=None, effects=None, feedback=None, samples=None, every=None, progress=None)"
+    text_signature = "(rig, x0, u, dt, *, parameters=None, effects=None, feedback=None, samples=None, \
+        every=None, progress=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn simulate_batch<'py>(
@@ -117,9 +120,9 @@ pub(crate) fn simulate_batch<'py>(
         Some(n) => run.samples / n + 1,
         None => 1,
     };
-    let mut room: Vec<f64> = Vec::new();
+    let mut buffer: Vec<f64> = Vec::new();
     let fits = rows.checked_mul(4).and_then(|r| r.checked_mul(count));
-    if fits.is_none_or(|n| room.try_reserve_exact(n).is_err()) {
+    if fits.is_none_or(|n| buffer.try_reserve_exact(n).is_err()) {
         return Err(PyMemoryError::new_err(format!(
             "{count} rollouts with {rows} states each do not fit into memory: keep fewer (every)"
         )));
@@ -128,15 +131,16 @@ pub(crate) fn simulate_batch<'py>(
     let (send, receive) = channel::<usize>();
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
-    // Where the call ends early, the worker is left to stop by itself: it owns all it needs, and nobody waits for its answer.
+    // Where the call ends early, the worker is left to stop by itself: it owns all it needs, and its answer is not
+    // awaited.
     let worker = std::thread::spawn(move || {
-        // Nobody listens any more where the call has ended early.
+        // There is no reader any more where the call has ended early.
         let tell = |done| {
             let _ = send.send(done);
         };
         match &source {
-            Source::Commands(u) => in_parts(&rollouts, &OpenLoop(u), run, room, &stopped, &tell),
-            Source::Feedback { law, .. } => in_parts(&rollouts, law, run, room, &stopped, &tell),
+            Source::Commands(u) => in_parts(&rollouts, &OpenLoop(u), run, buffer, &stopped, &tell),
+            Source::Feedback { law, .. } => in_parts(&rollouts, law, run, buffer, &stopped, &tell),
         }
     });
     // The receiver sits in a Mutex only because a reference to it crosses `detach`.
@@ -180,7 +184,8 @@ pub(crate) fn simulate_batch<'py>(
     })
 }
 
-/// Runs the rollouts part by part, so that it can stop in between: their kept states, one after the other. What `stop` leaves out is missing.
+/// Runs the rollouts part by part, so that it can stop in between: their kept states, one after the other. What `stop`
+/// leaves out is missing.
 fn in_parts(
     rollouts: &[Rollout],
     policy: &impl Policy,

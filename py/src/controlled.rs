@@ -2,7 +2,6 @@
 
 use crate::controller::PyController;
 use crate::error;
-use crate::simulate::counted;
 use furuta_ctrl::controllers::Controller;
 use furuta_design::supervised::Supervised;
 use furuta_model::{Rig, State};
@@ -13,7 +12,7 @@ use pyo3::prelude::*;
 const STRIDE: usize = 1024;
 
 /// What is simulated.
-pub(crate) struct Asked {
+pub(crate) struct SimulationRequest {
     pub(crate) x0: State<f64>,
     /// Added to the command, V.
     pub(crate) added: Vec<f64>,
@@ -66,26 +65,26 @@ pub(crate) fn controlled<'py>(
     py: Python<'py>,
     rig: &Rig,
     controller: &PyController,
-    asked: &Asked,
+    request: &SimulationRequest,
 ) -> PyResult<Bound<'py, PyAny>> {
-    controller.check_period(asked.period)?;
-    if let Some(k) = asked.added.iter().position(|u| !u.is_finite()) {
-        let value = asked.added[k];
+    controller.check_period(request.period)?;
+    if let Some(k) = request.added.iter().position(|u| !u.is_finite()) {
+        let value = request.added[k];
         return Err(error::simulation(format!(
             "u[{k}] = {value} is not a finite number"
         )));
     }
-    let substeps = u32::try_from(asked.substeps)
+    let substeps = u32::try_from(request.substeps)
         .ok()
         .filter(|n| *n > 0)
         .ok_or_else(|| {
             error::simulation(format!(
                 "substeps = {}; at least 1 step of the integrator per sample is needed",
-                asked.substeps
+                request.substeps
             ))
         })?;
     let supervisor = &*controller.supervisor;
-    let bench = Supervised::new(supervisor, rig, asked.period)
+    let bench = Supervised::new(supervisor, rig, request.period)
         .and_then(|bench| bench.with_substeps(substeps))
         .map_err(error::simulation)?;
     let mut interrupt = None;
@@ -103,20 +102,20 @@ pub(crate) fn controlled<'py>(
             }
         };
         let mut course = Course::default();
-        let mut run = bench.start(asked.x0);
-        run.plant.run = asked.run;
+        let mut run = bench.start(request.x0);
+        run.plant.run = request.run;
         let mut memory = supervisor.balance.start();
-        for (k, (added, target)) in asked.added.iter().zip(&asked.reference).enumerate() {
+        for (k, (added, target)) in request.added.iter().zip(&request.reference).enumerate() {
             if !proceed(k) {
                 break;
             }
             course.see(rig, run.plant.x, bench.angles(&run));
-            let (held, mode) = if asked.ideal {
+            let (held, mode) = if request.ideal {
                 let reference = State::new(*target, 0.0, 0.0, 0.0);
                 let x = run.plant.x;
                 let u = supervisor
                     .balance
-                    .update(&mut memory, &x, &reference, asked.period);
+                    .update(&mut memory, &x, &reference, request.period);
                 (bench.advance(&mut run, u + added), "balance")
             } else {
                 let sample = bench.disturbed(&mut run, *target, *added);
@@ -131,13 +130,13 @@ pub(crate) fn controlled<'py>(
     if let Some(signal) = interrupt {
         return Err(signal);
     }
-    course.hand_out(py, asked.encoders)
+    course.hand_out(py, request.encoders)
 }
 
 impl Course {
     fn see(&mut self, rig: &Rig, x: State<f64>, angles: [f64; 2]) {
         self.states.extend(x.to_array());
-        self.readings.extend(counted(rig, angles));
+        self.readings.extend(rig.sensors.quantised(angles));
     }
 
     fn hand_out(self, py: Python<'_>, encoders: bool) -> PyResult<Bound<'_, PyAny>> {

@@ -11,10 +11,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 use std::path::PathBuf;
 
-/// A controller file, made for a rig and a sample period: what `furuta run`, `furuta simulate` and a microcontroller read alike.
+/// A controller file, made for a rig and a sample period: what `furuta run`, `furuta simulate` and a microcontroller
+/// read alike.
 ///
-/// `update` is the file's controller alone, from a state to a command, with a memory of its own that `start` clears. The whole control
-/// system, estimator, swing-up, limits and all, is at work in `furuta.simulate(..., controller=...)`.
+/// `update` is the file's controller alone, from a state to a command, with a memory of its own that `start` clears.
+/// The whole control system, estimator, swing-up, limits and all, is at work in `furuta.simulate(..., controller=...)`.
 ///
 /// Examples
 /// --------
@@ -215,8 +216,8 @@ impl PyController {
 /// Returns
 /// -------
 /// dict
-///     By section, by kind: `sentence` and `parameters`, which by name hold `unit`, `sentence`, `numbers` (how many), `words`, `min`, `max`
-///     and `default`; None where there is none.
+///     By section, by kind: `sentence` and `parameters`, which by name hold `unit`, `sentence`, `numbers` (how many),
+///     `words`, `min`, `max` and `default`; None where there is none.
 ///
 /// Examples
 /// --------

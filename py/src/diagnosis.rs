@@ -27,8 +27,9 @@ const PATIENCE: Duration = Duration::from_millis(50);
 /// effects : list of dict
 ///     The missing effects: id, name, parameters (value, std, unit by name), delta_bic, held_out_gain, confusable_with.
 /// custom : dict or None
-///     An empirical expression for what no effect explains (verdict "unexplained"): terms (id, expression, on, parameters), held_out_gain, and the
-///     RMS errors on held-out data without and with it (rad). Fitted, no law of physics; `repaired_rig` has it.
+///     An empirical expression for what no effect explains (verdict "unexplained"): terms (id, expression, on,
+///     parameters), held_out_gain, and the RMS errors on held-out data without and with it (rad). Fitted, no law of
+///     physics; `repaired_rig` has it.
 /// limits : list of dict
 ///     How large each effect that was not named could still be (95 %): id, parameter, at_most, std, typical, unit.
 /// parameters : dict
@@ -39,8 +40,8 @@ const PATIENCE: Duration = Duration::from_millis(50);
 ///     Where the gap sits: run, channel, condition, share_of_gap.
 /// next_experiment : str or None
 /// plan : list of dict
-///     Experiments that would tell confusable effects apart, where `plan=True` asked for them: excitation, arguments (for
-///     `furuta run --task`), seconds, volts, separates, expected_evidence, if_true.
+///     Experiments that would tell confusable effects apart, where `plan=True` asked for them: excitation, arguments
+///     (for `furuta run --task`), seconds, volts, separates, expected_evidence, if_true.
 /// verification : list of dict
 ///     Errors on the recordings given as `verify`: run, channel, nominal, recalibrated, repaired (rad).
 /// notices : list of str
@@ -48,7 +49,8 @@ const PATIENCE: Duration = Duration::from_millis(50);
 /// interrupted : bool
 ///     Whether Ctrl-C ended the search; then what is said holds for what was looked at.
 /// unfinished : list of str
-///     What was left undone then, or when the time limit was reached: "parameters", "search", "rivals", "expression", "long_horizons", "held_out", "limits".
+///     What was left undone then, or when the time limit was reached: "parameters", "search", "rivals", "expression",
+///     "long_horizons", "held_out", "limits".
 /// seconds : float
 /// repaired_rig : Rig
 ///     The rig with refitted parameters, the named effects and the expression.
@@ -83,12 +85,13 @@ impl PyDiagnosis {
     /// >>> theta, alpha = furuta.measure(real, x).T
     /// >>> found = furuta.diagnose({"t": t, "u": u, "theta": theta, "alpha": alpha}, rig)
     /// >>> print(found.summary().splitlines()[0])  # doctest: +ELLIPSIS
-    /// Missing from the model: spring (cable) on the arm; with it added, the prediction error of the ... falls from ... rad.
+    /// Missing from the model: spring (cable) on the arm; with it added, ... falls from ... rad.
     fn summary(&self) -> String {
         furuta_ident::report::text(&self.outcome.diagnosis, "RIG")
     }
 
-    /// Draws the diagnosis with matplotlib: measured against predicted, before and after, where the gap sits, what was tried.
+    /// Draws the diagnosis with matplotlib: measured against predicted, before and after, where the gap sits, what was
+    /// tried.
     ///
     /// Parameters
     /// ----------
@@ -116,8 +119,8 @@ impl PyDiagnosis {
             .call_method1("plot", (slf, run, seconds))
     }
 
-    /// What `plot` and the report draw: runs (name, t, u, measured, nominal, recalibrated, augmented, restarts; angles as
-    /// `[theta, alpha]`), bars (where the gap sits), evidence (of all candidates), verification.
+    /// What `plot` and the report draw: runs (name, t, u, measured, nominal, recalibrated, augmented, restarts; angles
+    /// as `[theta, alpha]`), bars (where the gap sits), evidence (of all candidates), verification.
     fn curves<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let json = py.detach(|| self.outcome.curves.to_json());
         parsed(py, &json)
@@ -311,8 +314,9 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// Parameters
 /// ----------
 /// recordings : path, dict, or list of these
-///     CSV files or MCAP logs by their paths, or dicts of arrays of equal length: t (s), u (V, held until the next row),
-///     theta and alpha (rad, alpha from upright). An array that is not evenly sampled or holds NaN is refused or mended as a file is.
+///     CSV files or MCAP logs by their paths, or dicts of arrays of equal length: t (s), u (V, held until the next
+///     row), theta and alpha (rad, alpha from upright). An array that is not evenly sampled or holds NaN is refused or
+///     mended as a file is.
 /// rig : Rig
 ///     As its data sheet describes it.
 /// verify : path, dict, or list of these, optional
@@ -322,17 +326,23 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// same_zero : bool, optional
 ///     All recordings count their angles from the same zeros: no encoder was switched off between them.
 /// time_limit : float or None, optional
-///     After this many seconds the search ends with what was found by then; `unfinished` says what was left undone, and what does not
-///     explain the data is then suspected, not named. None: no limit.
+///     After this many seconds the search ends with what was found by then; `unfinished` says what was left undone, and
+///     what was not judged on data kept apart and does not explain the data is then suspected, not named. None: no
+///     limit.
+/// thorough : bool, optional
+///     Follow every candidate from every start to the end, however little it promises: several times as slow, and to
+///     the same names where what saves time is sound.
 /// every : int, optional
-///     Use every so many-th sample of each recording. The command of a sample becomes the mean of those until the next one used: right where
-///     so many sample periods are short against the motion.
+///     Use every `every`-th sample of each recording. The command of a sample becomes the mean of those until the
+///     next one used: right where `every` sample periods are short against the motion.
 /// span : tuple of two floats, optional
 ///     Use this span of each recording, s from its first sample.
 /// accept_suspicious : bool, optional
-///     Diagnose recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign, another rig).
+///     Diagnose recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped
+///     sign, another rig).
 /// progress : callable, optional
-///     Called with the stage, the candidate just tried (str or None) and how much is done (per cent, an estimate), in the calling thread.
+///     Called with the stage, the candidate just tried (str or None) and how much is done (per cent, an estimate), in
+///     the calling thread.
 ///
 /// Returns
 /// -------
@@ -345,8 +355,9 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// DiagnoseError
 ///     Recordings too short, or in which nothing moves.
 /// Interrupted
-///     On Ctrl-C (it is a KeyboardInterrupt), a second or two later: the exception's attribute `diagnosis` holds what was found by
-///     then, its `interrupted` True. A second Ctrl-C is raised at once. In a notebook, `sys.last_value.diagnosis` after the cell.
+///     On Ctrl-C (it is a KeyboardInterrupt), a second or two later: the exception's attribute `diagnosis` holds what
+///     was found by then, its `interrupted` True. A second Ctrl-C is raised at once. In a notebook,
+///     `sys.last_value.diagnosis` after the cell.
 ///
 /// Examples
 /// --------
@@ -362,8 +373,12 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// ('missing_effects', ['arm.spring'])
 #[pyfunction]
 #[pyo3(
-    signature = (recordings, rig, *, verify=None, plan=false, same_zero=false, time_limit=60.0, every=1, span=None, accept_suspicious=false, progress=None),
-    text_signature = "(recordings, rig, *, verify=None, plan=False, same_zero=False, time_limit=60.0, every=1, span=None, accept_suspicious=False, progress=None)"
+    signature = (
+        recordings, rig, *, verify=None, plan=false, same_zero=false, time_limit=60.0, thorough=false, every=1,
+        span=None, accept_suspicious=false, progress=None
+    ),
+    text_signature = "(recordings, rig, *, verify=None, plan=False, same_zero=False, time_limit=60.0, \
+        thorough=False, every=1, span=None, accept_suspicious=False, progress=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn diagnose(
@@ -374,6 +389,7 @@ pub(crate) fn diagnose(
     plan: bool,
     same_zero: bool,
     time_limit: Option<f64>,
+    thorough: bool,
     every: usize,
     span: Option<(f64, f64)>,
     accept_suspicious: bool,
@@ -390,7 +406,7 @@ pub(crate) fn diagnose(
     let (send, receive) = channel::<Progress>();
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
-    // Where nobody waits for its answer any more, the worker ends by itself: it owns all it needs.
+    // Where its answer is not awaited any more, the worker ends by itself: it owns all it needs.
     let worker = std::thread::spawn(move || -> Result<Outcome, Insufficient> {
         let request = Request {
             recordings: &recordings,
@@ -402,6 +418,7 @@ pub(crate) fn diagnose(
             plan,
             same_zero,
             time_limit,
+            thorough,
         };
         let report = |p| drop(send.send(p));
         furuta_ident::diagnose::diagnose_with(&request, options, &report)
@@ -416,7 +433,8 @@ pub(crate) fn diagnose(
         });
         if let Err(raised) = py.check_signals() {
             stop.store(true, Ordering::Relaxed);
-            // The first Ctrl-C waits for what is known so far, a second one for nothing; nor does an error of somebody's signal handler.
+            // The first Ctrl-C waits for what is known so far, a second one for nothing; nor does an error of a signal
+            // handler.
             if interrupt.is_some() || !raised.is_instance_of::<PyKeyboardInterrupt>(py) {
                 return Err(raised);
             }

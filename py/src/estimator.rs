@@ -10,7 +10,8 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// What an estimate is to Python: states now and when a command given now begins to act, and the voltage beside the command.
+/// What an estimate is to Python: states now and when a command given now begins to act, and the voltage beside the
+/// command.
 type Said<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, f64);
 
 /// An estimator of the control core: angles in, states out. It has a memory, which `start` clears.

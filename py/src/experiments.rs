@@ -38,10 +38,11 @@ type Polynomials<'py> = (
     Bound<'py, PyArray2<f64>>,
 );
 
-/// The steady motion on which a pendulum follows alpha = w2, a sine: power series in (w1, w2), w1' = lambda_ w2, w2' = -lambda_ w1.
+/// The steady motion on which a pendulum follows alpha = w2, a sine: power series in (w1, w2), w1' = lambda_ w2, w2' =
+/// -lambda_ w1.
 ///
-/// The solution of the regulator equation (Francis, Byrnes, Isidori). Coefficients are laid out as `numpy.polynomial.polynomial.polyval2d(w1, w2, c)`
-/// expects them.
+/// The solution of the regulator equation (Francis, Byrnes, Isidori). Coefficients are laid out as
+/// `numpy.polynomial.polynomial.polyval2d(w1, w2, c)` expects them.
 ///
 /// Parameters
 /// ----------
@@ -94,7 +95,8 @@ pub(crate) fn steady_motion<'py>(
     ))
 }
 
-/// The largest sine of `lambda_` rad/s that a pendulum can follow while its arm moves periodically, friction of the hinge left out.
+/// The largest sine of `lambda_` rad/s that a pendulum can follow while its arm moves periodically, friction of the
+/// hinge left out.
 ///
 /// A fast arm pulls the pendulum outwards: beyond this amplitude no controller tracks.
 ///
@@ -156,9 +158,11 @@ fn run<'py>(py: Python<'py>, samples: &[Sample]) -> PyResult<Bound<'py, PyDict>>
 /// Parameters
 /// ----------
 /// task : {"step", "steps", "push"}
-///     The arm's reference steps by 0.1 rad after a second; it does so every second, there and back; the pendulum is pushed.
+///     The arm's reference steps by 0.1 rad after a second; it does so every second, there and back; the pendulum is
+///     pushed.
 /// on : {"linear", "nonlinear", "rig"}
-///     The paper's linear model, the nonlinear one, that with encoders and friction. The push acts in the nonlinear ones alone.
+///     The paper's linear model, the nonlinear one, that with encoders and friction. The push acts in the nonlinear
+///     ones alone.
 ///
 /// Returns
 /// -------
@@ -168,7 +172,7 @@ fn run<'py>(py: Python<'py>, samples: &[Sample]) -> PyResult<Bound<'py, PyDict>>
 /// Examples
 /// --------
 /// >>> import furuta
-/// >>> run = furuta.shahzad2022("step", "nonlinear")
+/// >>> run = furuta.papers.shahzad2022("step", "nonlinear")
 /// >>> float(abs(run["x"][:, 1]).max().round(4))
 /// 0.0032
 #[pyfunction]
@@ -197,10 +201,11 @@ pub(crate) fn shahzad2022<'py>(
     run(py, &samples)
 }
 
-/// A step of the arm under four controllers with the same weights, from rest on the nonlinear model: what knowing the limits is worth.
+/// A step of the arm under four controllers with the same weights, from rest on the nonlinear model: what knowing the
+/// limits is worth.
 ///
-/// LQR; sliding mode on its surface; model predictive control that lets the pendulum lean only so far, solved to the end in each sample
-/// (Clarabel) and by a fixed number of steps (ADMM, as on a microcontroller).
+/// LQR; sliding mode on its surface; model predictive control that lets the pendulum lean only so far, solved to the
+/// end in each sample (Clarabel) and by a fixed number of steps (ADMM, as on a microcontroller).
 ///
 /// Parameters
 /// ----------
@@ -224,9 +229,10 @@ pub(crate) fn shahzad2022<'py>(
 /// Returns
 /// -------
 /// dict
-///     pendulum_limit (rad), command_limit (V), and for each of "lqr", "sliding", "mpc_clarabel", "mpc_admm" a dict: t, u of shape (N,), x,
-///     reference of shape (N, 4); settle (s, None where it does not), overshoot (part of the step), alpha_max (rad), u_max (V), violations
-///     (samples beyond the pendulum's limit), saturated (samples at the command limit), effort (V**2 s), cost, up.
+///     pendulum_limit (rad), command_limit (V), and for each of "lqr", "sliding", "mpc_clarabel", "mpc_admm" a dict: t,
+///     u of shape (N,), x, reference of shape (N, 4); settle (s, None where it does not), overshoot (part of the step),
+///     alpha_max (rad), u_max (V), violations (samples beyond the pendulum's limit), saturated (samples at the command
+///     limit), effort (V**2 s), cost, up.
 ///
 /// Raises
 /// ------
@@ -331,12 +337,14 @@ fn contender(controller: &str) -> PyResult<Contender> {
     })
 }
 
-/// The experiment of Ramos-Velasco et al.: the pendulum follows a sine while arm length, pendulum length and mass are off from 2 to 10 s.
+/// The experiment of Ramos-Velasco et al.: the pendulum follows a sine while arm length, pendulum length and mass are
+/// off from 2 to 10 s.
 ///
 /// Parameters
 /// ----------
 /// controller : {"regulator", "regulator_lqr", "normal_form", "layer", "twisting"}
-///     Their sec. 4.1 with their gain; with that of an LQR; their sec. 4.2; sliding modes on the LQR's surface with a boundary layer, by super-twisting.
+///     Their sec. 4.1 with their gain; with that of an LQR; their sec. 4.2; sliding modes on the LQR's surface with a
+///     boundary layer, by super-twisting.
 /// on : {"planar", "full", "rig"}
 ///     Their planar model; the full one with a smaller sine; that at 500 Hz with encoders and friction.
 /// factors : (float, float, float), optional
@@ -359,7 +367,7 @@ fn contender(controller: &str) -> PyResult<Contender> {
 /// Examples
 /// --------
 /// >>> import furuta
-/// >>> run = furuta.ramos_velasco("normal_form", factors=(1.2, 1.2, 1.2))
+/// >>> run = furuta.papers.ramos_velasco("normal_form", factors=(1.2, 1.2, 1.2))
 /// >>> error = run["x"][4000:10000, 1] - run["reference"][4000:10000, 1]
 /// >>> bool(abs(error).max() < 0.03)
 /// True
@@ -393,13 +401,13 @@ pub(crate) fn ramos_velasco<'py>(
 /// Returns
 /// -------
 /// dict
-///     factors of shape (draws, 3); bound (rad, largest tracking error from 4 to 10 s, inf where the pendulum fell), rms (rad), chatter (V/s, total
-///     variation of the command a second) of shape (draws,).
+///     factors of shape (draws, 3); bound (rad, largest tracking error from 4 to 10 s, inf where the pendulum fell),
+///     rms (rad), chatter (V/s, total variation of the command a second) of shape (draws,).
 ///
 /// Examples
 /// --------
 /// >>> import furuta
-/// >>> bool(furuta.ramos_velasco_draws("layer", draws=8)["bound"].max() < 0.05)
+/// >>> bool(furuta.papers.ramos_velasco_draws("layer", draws=8)["bound"].max() < 0.05)
 /// True
 #[pyfunction]
 #[pyo3(signature = (controller = "normal_form", on = "planar", *, draws = 500, spread = 0.2, seed = 1, amplitude = None, order = None))]

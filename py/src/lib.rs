@@ -1,5 +1,5 @@
-//! The private extension module `furuta._furuta`. What users see, `furuta`, is `python/furuta/__init__.py`; types and docstrings for
-//! editors are in `_furuta.pyi`.
+//! The private extension module `furuta._furuta`. What users see, `furuta`, is `python/furuta/__init__.py`; types and
+//! docstrings for editors are in `_furuta.pyi`.
 //!
 //! Every function copies its numbers in, releases the interpreter for the work (where that takes longer than
 //! letting go), and copies the answer out: other Python threads run meanwhile.

@@ -1,7 +1,7 @@
 //! Recordings given from Python: paths of files, or columns as arrays.
 
 use crate::error;
-use furuta_ident::recording::{Notice, Recording, RecordingError, Selection};
+use furuta_ident::recording::{Excerpt, Notice, Recording, RecordingError};
 use furuta_ident::selection::{Read, SelectionError, read_unseen, select};
 use furuta_input::shown;
 use furuta_model::Rig;
@@ -26,7 +26,7 @@ pub(crate) fn choose(
     search: &Bound<'_, PyAny>,
     verify: Option<&Bound<'_, PyAny>>,
     rig: &Rig,
-    selection: &Selection,
+    selection: &Excerpt,
     accept_suspicious: bool,
 ) -> PyResult<Chosen> {
     let part = |(recording, notices): Read| Ok((recording.select(selection)?, notices));
@@ -54,8 +54,8 @@ pub(crate) fn choose(
 }
 
 /// What of each recording is used, as Python's keywords say it.
-pub(crate) fn selection(every: usize, span: Option<(f64, f64)>) -> Selection {
-    Selection {
+pub(crate) fn selection(every: usize, span: Option<(f64, f64)>) -> Excerpt {
+    Excerpt {
         every,
         span: span.map(|(from, to)| from..to),
     }
@@ -127,8 +127,8 @@ fn wrong_type(given: &Bound<'_, PyAny>) -> PyErr {
     ))
 }
 
-/// Columns as a CSV file's text, so that they meet the same checks and the same messages as a file. Rust prints the shortest
-/// decimal that reads back equal: nothing is lost.
+/// Columns as a CSV file's text, so that they meet the same checks and the same messages as a file. Rust prints the
+/// shortest decimal that reads back equal: nothing is lost.
 fn csv(name: &str, columns: &Bound<'_, PyDict>) -> PyResult<String> {
     let mut header = Vec::new();
     let mut values: Vec<Vec<f64>> = Vec::new();

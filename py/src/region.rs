@@ -14,10 +14,11 @@ type Map<'py> = (
     Bound<'py, PyArray2<bool>>,
 );
 
-/// From which angles and speeds of the pendulum, the arm at rest, a controller brings it upright: by simulation over a grid.
+/// From which angles and speeds of the pendulum, the arm at rest, a controller brings it upright: by simulation over a
+/// grid.
 ///
-/// The file's controller alone acts, on the true state and without delay, its voltage limited; a run settles if the pendulum ends upright without
-/// having lain down, and without the arm passing the controller's limit.
+/// The file's controller alone acts, on the true state and without delay, its voltage limited; a run settles if the
+/// pendulum ends upright without having lain down, and without the arm passing the controller's limit.
 ///
 /// Parameters
 /// ----------

@@ -28,8 +28,8 @@ use crate::rig::PyRig;
 /// equal : int
 ///     Commands that are equal, bit for bit.
 /// first : dict or None
-///     The first thing that is not as it should be: index, seq, says, and quantities (column, logged, replayed, ulps) where the pilot answers
-///     otherwise; column and value where no run of this rig can have given the record.
+///     The first thing that is not as it should be: index, seq, says, and quantities (column, logged, replayed, ulps)
+///     where the pilot answers otherwise; column and value where no run of this rig can have given the record.
 /// largest : dict or None
 ///     The largest difference between two commands: index, volts.
 /// missing : dict or None
@@ -56,8 +56,8 @@ impl PyReplay {
     /// Returns
     /// -------
     /// dict of str to ndarray or list of str
-    ///     `t` (s); `command` (V), `theta_dot`, `alpha_dot` (rad/s), `reference` (rad) and `mode` as logged; the same with
-    ///     `replayed_` before the name as replayed.
+    ///     `t` (s); `command` (V), `theta_dot`, `alpha_dot` (rad/s), `reference` (rad) and `mode` as logged; the same
+    ///     with `replayed_` before the name as replayed.
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let logged: &[Record] = &self.log.records;
         let logged = logged.get(..self.replay.samples.len()).unwrap_or(logged);
@@ -203,10 +203,12 @@ fn first<'py>(py: Python<'py>, finding: &Finding) -> PyResult<Bound<'py, PyDict>
     Ok(dict)
 }
 
-/// Runs a log of `furuta run` through the estimator and controller that made it and compares what they command with what is logged, bit for bit.
+/// Runs a log of `furuta run` through the estimator and controller that made it and compares what they command with
+/// what is logged, bit for bit.
 ///
-/// The pilot is rebuilt from what the log says of its run. With another controller or rig file: what they would have commanded at the same
-/// measurements, which is no simulation, since the logged motion does not follow the other commands.
+/// The pilot is rebuilt from what the log says of its run. With another controller or rig file: what they would have
+/// commanded at the same measurements, which is no simulation, since the logged motion does not follow the other
+/// commands.
 ///
 /// Parameters
 /// ----------

@@ -70,7 +70,8 @@ impl PyRig {
         &self.rig.source
     }
 
-    /// Physical parameters in SI units by their keys in the rig file, for example `"arm.inertia"`. A copy: see `with_parameters`.
+    /// Physical parameters in SI units by their keys in the rig file, for example `"arm.inertia"`. A copy: see
+    /// `with_parameters`.
     #[getter]
     fn parameters(&self) -> BTreeMap<&'static str, f64> {
         RANGES
@@ -101,7 +102,8 @@ impl PyRig {
         ])
     }
 
-    /// Effects beyond the rigid-body model: parameters (SI; words where there is a choice) by the effect's id. A copy: see `with_effect`.
+    /// Effects beyond the rigid-body model: parameters (SI; words where there is a choice) by the effect's id. A copy:
+    /// see `with_effect`.
     #[getter]
     fn effects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
@@ -269,9 +271,10 @@ pub(crate) fn place(spec: &Spec, name: &str) -> PyResult<usize> {
 /// Returns
 /// -------
 /// dict
-///     By id, in the catalogue's order: `name`, `law` (formula), `sentence` (what it is), `shows` (how it looks in data), `experiment` (what
-///     shows it apart from its look-alikes), `look_alikes` (ids), `parameters` (SI unit by name) and `details` (by name: `unit`, `kind`, which
-///     is "real", "whole" or "choice", `choices`, `min`, `max`, `off`, the value at which it does nothing, and `default`; None where there is none).
+///     By id, in the catalogue's order: `name`, `law` (formula), `sentence` (what it is), `shows` (how it looks in
+///     data), `experiment` (what shows it apart from its look-alikes), `look_alikes` (ids), `parameters` (SI unit by
+///     name) and `details` (by name: `unit`, `kind`, which is "real", "whole" or "choice", `choices`, `min`, `max`,
+///     `off`, the value at which it does nothing, and `default`; None where there is none).
 ///
 /// Examples
 /// --------

@@ -29,16 +29,17 @@ const RESTARTS: u32 = 8;
 /// dt : float
 ///     Sample period in s.
 /// **parameters
-///     What shapes the signal, by name; voltages in V, frequencies in Hz, times in s. Any kind takes `fade_in`, `fade_out` (ramps
-///     of half a cosine, 0) and `limit` (clips, none). The others, and what they are if not given:
+///     What shapes the signal, by name; voltages in V, frequencies in Hz, times in s. Any kind takes `fade_in`,
+///     `fade_out` (ramps of half a cosine, 0) and `limit` (clips, none). The others, and what they are if not given:
 ///
 ///     - zero: no command, free decay
 ///     - step: amplitude (1), start (0)
 ///     - steps: amplitude (1) of the largest, hold (0.5)
 ///     - ramp: begin (0), end (1), over the whole duration
 ///     - chirp: amplitude (1), f0 (0.1) at the start, f1 (8) at the end, sweep ("linear" or "logarithmic")
-///     - multisine: rms (1), fundamental (1 / duration), low (0.2), high (6), harmonics ("logarithmic", "all", "odd"), lines (12) of
-///       logarithmic harmonics, phases ("optimised" for a low peak, "schroeder", "random"), seed (0) of random phases
+///     - multisine: rms (1), fundamental (1 / duration), low (0.2), high (6), harmonics ("logarithmic", "all", "odd"),
+///       lines (12) of logarithmic harmonics, phases ("optimised" for a low peak, "schroeder", "random"), seed (0) of
+///       random phases
 ///     - prbs: amplitude (1), order (7) for 2^order - 1 bits, clock (0.05), seed (0)
 ///     - noise: rms (1), low (0.2), high (6), seed (0)
 ///

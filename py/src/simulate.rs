@@ -1,13 +1,13 @@
 //! Trajectories of the plant, one at a time.
 
-use crate::controlled::{Asked, controlled, targets};
+use crate::controlled::{SimulationRequest, controlled, targets};
 use crate::controller::PyController;
 use crate::error;
 use crate::matrix::{Matrix, Vector, state};
 use crate::rig::PyRig;
+use furuta_model::Plant;
 use furuta_model::effects::{Acts, Law};
 use furuta_model::simulate::{SimulationError, follow};
-use furuta_model::{Plant, Rig};
 use numpy::{AllowTypeChange, IntoPyArray, PyArray2, PyArrayLikeDyn, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -17,10 +17,11 @@ use pyo3::prelude::*;
 /// ----------
 /// rig : Rig
 /// x0 : array_like, shape (4,)
-///     Initial state [theta, alpha, theta_dot, alpha_dot] in rad and rad/s; alpha = 0 is upright, pi hanging. What effects remember (late
-///     commands, lagging voltage, bristles, play) starts as after a long rest there.
+///     Initial state [theta, alpha, theta_dot, alpha_dot] in rad and rad/s; alpha = 0 is upright, pi hanging. What
+///     effects remember (late commands, lagging voltage, bristles, backlash) starts as after a long rest there.
 /// u : array_like, shape (N,)
-///     Motor command in V; u[k] acts from row k to row k + 1. It is applied as given: the rig's command limit does not clip it.
+///     Motor command in V; u[k] acts from row k to row k + 1. It is applied as given: the rig's command limit does not
+///     clip it.
 /// dt : float
 ///     Sample period in s, at most 1.
 /// substeps : int, optional
@@ -30,12 +31,14 @@ use pyo3::prelude::*;
 /// encoders : bool, optional
 ///     True: return what the encoders read as well.
 /// controller : Controller, optional
-///     A control system: it swings up, catches and balances, on the encoders' readings, and its command acts one sample after it is decided, as
-///     on a real rig. `u` is then added to its command (zeros: nothing is), within the rig's command limit.
+///     A control system: it swings up, catches and balances, on the encoders' readings, and its command acts one sample
+///     after it is decided, as on a real rig. `u` is then added to its command (zeros: nothing is), within the rig's
+///     command limit.
 /// reference : array_like, shape () or (N,), optional
 ///     With a controller: where the arm is to be once the pendulum is up, rad; 0 if not given.
 /// ideal : bool, optional
-///     With a controller: the file's controller alone, on the true states and without delay; the pendulum must start near upright.
+///     With a controller: the file's controller alone, on the true states and without delay; the pendulum must start
+///     near upright.
 ///
 /// Returns
 /// -------
@@ -44,15 +47,16 @@ use pyo3::prelude::*;
 /// numpy.ndarray, shape (N,)
 ///     Only with `controller`: the command that acts from row k to row k + 1, V.
 /// list of str, N entries
-///     Only with `controller`: its mode: "swing-up", "balance", "braking" after a limit, or "fault", from which on the motor is off.
+///     Only with `controller`: its mode: "swing-up", "balance", "braking" after a limit, or "fault", from which on the
+///     motor is off.
 /// numpy.ndarray, shape (N + 1, 2)
 ///     Only with `encoders`: measured [theta, alpha] in rad, rounded to counts, effects of the sensors included.
 ///
 /// Raises
 /// ------
 /// SimulationError
-///     A number that is not finite, a period out of range (for a delay or a flexible coupling, too), or a state that grows beyond all
-///     numbers (dt too long).
+///     A number that is not finite, a period out of range (for a delay or a flexible coupling, too), or a state that
+///     grows beyond all numbers (dt too long).
 ///
 /// Examples
 /// --------
@@ -75,7 +79,8 @@ use pyo3::prelude::*;
 #[pyfunction]
 #[pyo3(
     signature = (rig, x0, u, dt, *, substeps=1, run=0, encoders=false, controller=None, reference=None, ideal=false),
-    text_signature = "(rig, x0, u, dt, *, substeps=1, run=0, encoders=False, controller=None, reference=None, ideal=False)"
+    text_signature = "(rig, x0, u, dt, *, substeps=1, run=0, encoders=False, controller=None, \
+        reference=None, ideal=False)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn simulate<'py>(
@@ -92,7 +97,7 @@ pub(crate) fn simulate<'py>(
     ideal: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
     if let Some(controller) = &controller {
-        let asked = Asked {
+        let request = SimulationRequest {
             x0: state("x0", &x0)?,
             added: u.as_array().iter().copied().collect(),
             reference: targets(reference.as_ref(), u.as_array().len())?,
@@ -102,7 +107,7 @@ pub(crate) fn simulate<'py>(
             encoders,
             ideal,
         };
-        return controlled(py, &rig.rig, controller, &asked);
+        return controlled(py, &rig.rig, controller, &request);
     }
     if reference.is_some() || ideal {
         return Err(error::simulation(
@@ -129,7 +134,7 @@ pub(crate) fn simulate<'py>(
         follow(&plant, start, &u, dt, substeps, proceed, |s| {
             states.extend(s.x.to_array());
             if encoders {
-                readings.extend(counted(rig, plant.measure(s)));
+                readings.extend(rig.sensors.quantised(plant.measure(s)));
             }
         })
     });
@@ -141,7 +146,8 @@ pub(crate) fn simulate<'py>(
             error::simulation(format!("u[{sample}] = {value} is not a finite number"))
         }
         SimulationError::Diverged { sample } => error::simulation(format!(
-            "the state is no longer finite at row {}: use a shorter dt or more substeps (dt = {dt} s, substeps = {substeps})",
+            "the state is no longer finite at row {}: use a shorter dt or more substeps (dt = {dt} s, \
+             substeps = {substeps})",
             sample + 1
         )),
         e => error::simulation(e),
@@ -170,8 +176,8 @@ pub(crate) fn simulate<'py>(
 /// Raises
 /// ------
 /// SimulationError
-///     States of another shape, or a rig whose readings do not follow from the state alone: encoders that are late ("sensor.delay"), an
-///     encoder on the motor behind play. `simulate(..., encoders=True)` knows them.
+///     States of another shape, or a rig whose readings do not follow from the state alone: encoders that are late
+///     ("sensor.delay"), an encoder on the motor behind backlash. `simulate(..., encoders=True)` knows them.
 ///
 /// Examples
 /// --------
@@ -201,15 +207,9 @@ pub(crate) fn measure<'py>(
     }
     let mut out = Vec::with_capacity(2 * rows);
     for row in x.rows() {
-        out.extend(counted(&rig.rig, plant.reading([row[0], row[1]])));
+        out.extend(rig.rig.sensors.quantised(plant.reading([row[0], row[1]])));
     }
     out.into_pyarray(py).reshape([rows, 2])
-}
-
-/// Angles rounded to the encoders' counts, rad.
-pub(crate) fn counted(rig: &Rig, angles: [f64; 2]) -> [f64; 2] {
-    let counts = rig.sensors.resolution();
-    std::array::from_fn(|i| (angles[i] / counts[i]).round() * counts[i])
 }
 
 /// The effect for which readings depend on more than the mechanical state.

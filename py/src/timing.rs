@@ -18,10 +18,11 @@ use crate::error;
 /// Returns
 /// -------
 /// dict
-///     ``wake_up``, ``round_trip``, ``compute``, ``total``: each a dict of ``count`` and of times in s, ``min``, ``mean``, ``p50``,
-///     ``p99``, ``p99.9``, ``max`` (None where nothing was counted), and ``buckets``, an (n, 3) array: a bucket's shortest and longest time in s and how
-///     many it holds. ``overruns``: samples answered later than ``period`` (s) after the promptest would have arrived. ``real_time``: what the system
-///     granted the loop or refused, by name.
+///     ``wake_up``, ``round_trip``, ``compute``, ``total``: each a dict of ``count`` and of times in s, ``min``,
+///     ``mean``, ``p50``, ``p99``, ``p99.9``, ``max`` (None where nothing was counted), and ``buckets``, an (n, 3)
+///     array: a bucket's shortest and longest time in s and how many it holds. ``overruns``: samples answered later
+///     than ``period`` (s) after the promptest would have arrived. ``real_time``: what the system granted the loop or
+///     refused, by name.
 ///
 /// Raises
 /// ------

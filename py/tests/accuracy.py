@@ -21,16 +21,20 @@ ROUNDING = 2e-11
 
 HEADER = """# Accuracy of fixed-step RK4
 
-Written by `python py/tests/accuracy.py > docs/accuracy.md`; `py/tests/test_accuracy.py` asserts the order and the bound at 1 ms.
+Written by `python py/tests/accuracy.py > docs/accuracy.md`; `py/tests/test_accuracy.py` asserts the order and the bound
+at 1 ms.
 
-Largest error over 10 s of each state of `furuta.simulate` (rad, rad/s), one RK4 step a sample, against SciPy's DOP853 at a relative tolerance of 1e-12 on
-equations that SymPy derives from the energies. Free motion without a command from two starts, [theta, alpha, theta_dot, alpha_dot]: falling from near
-the upright {falling}, and swinging about hanging {hanging}. The order is that of the largest of the four errors between this period
-and the one above; `-` where an error is rounding (below {rounding:.0e}).
+Largest error over 10 s of each state of `furuta.simulate` (rad, rad/s), one RK4 step a sample, against SciPy's DOP853
+at a relative tolerance of 1e-12 on equations that SymPy derives from the energies. Free motion without a command from
+two starts, [theta, alpha, theta_dot, alpha_dot]: falling from near the upright {falling},
+and swinging about hanging {hanging}. The order is that of the largest of the four errors between
+this period and the one above; `-` where an error is rounding (below {rounding:.0e}).
 
-A pendulum that falls multiplies every error: from this start by {growth} within the 10 s, as found by moving
-the start by 1e-6 rad. These motions are damped by the arm's motor and soon stay below the upright, so the factor is bounded; where a motion passes the
-upright again and again, under a strong command for instance, errors grow without end and no period is short enough for long.
+A pendulum that falls multiplies every error: from this start, within the 10 s, by
+{growth},
+measured by moving the start by 1e-6 rad. These motions are damped by the arm's motor and soon stay below the upright,
+so the factor is bounded. Where a motion passes the upright again and again, under a strong command for instance, errors
+grow without bound and no period is short enough for long.
 """
 
 

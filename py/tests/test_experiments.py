@@ -64,20 +64,20 @@ def test_largest_sine_is_the_closed_form_for_small_angles():
 
 
 def test_experiments():
-    run = furuta.shahzad2022("step", "linear")
+    run = furuta.papers.shahzad2022("step", "linear")
     assert run["x"].shape == run["reference"].shape == (10001, 4)
     assert run["u"][999] == 0 and run["reference"][1001, 0] == 0.1
-    nominal, off = (furuta.ramos_velasco("regulator", factors=f) for f in [(1, 1, 1), (0.8, 0.8, 0.8)])
+    nominal, off = (furuta.papers.ramos_velasco("regulator", factors=f) for f in [(1, 1, 1), (0.8, 0.8, 0.8)])
     error = [np.abs(r["x"][4000:10000, 1] - r["reference"][4000:10000, 1]).max() for r in (nominal, off)]
     assert error[0] < 0.012 < 0.02 < error[1]
     np.testing.assert_array_equal(nominal["x"][:2000], off["x"][:2000])
-    fallen = furuta.ramos_velasco("layer", "full", amplitude=0.1)
+    fallen = furuta.papers.ramos_velasco("layer", "full", amplitude=0.1)
     assert len(fallen["t"]) < 15001 and abs(fallen["x"][-1, 1]) > np.pi / 2
 
 
 def test_draws():
-    drawn = furuta.ramos_velasco_draws("twisting", draws=16, seed=3)
-    again = furuta.ramos_velasco_draws("layer", draws=16, seed=3)
+    drawn = furuta.papers.ramos_velasco_draws("twisting", draws=16, seed=3)
+    again = furuta.papers.ramos_velasco_draws("layer", draws=16, seed=3)
     np.testing.assert_array_equal(drawn["factors"], again["factors"])
     assert (np.abs(drawn["factors"] - 1) <= 0.2).all()
     assert (drawn["bound"] >= drawn["rms"]).all()
@@ -90,10 +90,10 @@ def test_draws():
         lambda: furuta.steady_motion(furuta.Rig.load("qube-servo-2"), 1.0, order=8),
         lambda: furuta.steady_motion(furuta.Rig.load("qube-servo-2"), -1.0),
         lambda: furuta.largest_sine(furuta.Rig.load("qube-servo-2"), float("nan")),
-        lambda: furuta.ramos_velasco("pid"),
-        lambda: furuta.ramos_velasco("layer", factors=(0, 1, 1)),
-        lambda: furuta.ramos_velasco_draws("layer", spread=2),
-        lambda: furuta.shahzad2022("jump"),
+        lambda: furuta.papers.ramos_velasco("pid"),
+        lambda: furuta.papers.ramos_velasco("layer", factors=(0, 1, 1)),
+        lambda: furuta.papers.ramos_velasco_draws("layer", spread=2),
+        lambda: furuta.papers.shahzad2022("jump"),
     ],
 )
 def test_mistakes_are_named(call):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+import operator
 import subprocess
 import sys
 
@@ -10,9 +11,16 @@ import furuta
 import pytest
 
 
-@pytest.mark.parametrize("name", ["furuta", *furuta.__all__])
+PUBLIC = [*furuta.__all__, *(f"papers.{name}" for name in furuta.papers.__all__)]
+
+
+def public(name):
+    return operator.attrgetter(name)(furuta)
+
+
+@pytest.mark.parametrize("name", ["furuta", *PUBLIC])
 def test_examples(name):
-    thing = furuta if name == "furuta" else getattr(furuta, name)
+    thing = furuta if name == "furuta" else public(name)
     # examples of a class are those of its methods, too
     found = doctest.DocTestFinder(exclude_empty=True).find(thing, name, globs={})
     runner = doctest.DocTestRunner()
@@ -21,11 +29,11 @@ def test_examples(name):
     assert runner.summarize(verbose=False).failed == 0
 
 
-@pytest.mark.parametrize("name", [n for n in furuta.__all__ if n != "__version__"])
+@pytest.mark.parametrize("name", [n for n in PUBLIC if n != "__version__"])
 def test_everything_is_documented(name):
-    text = getattr(furuta, name).__doc__
+    text = public(name).__doc__
     assert text and len(text.splitlines()[0]) > 10
-    if callable(thing := getattr(furuta, name)) and not isinstance(thing, type):
+    if callable(thing := public(name)) and not isinstance(thing, type):
         assert "Returns" in text and ">>> " in text
 
 

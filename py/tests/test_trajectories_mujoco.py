@@ -132,5 +132,21 @@ def test_a_hanging_pendulum_leaves_the_rotor_in_the_middle(effect):
     compare("bench-made", effect, "rest")
 
 
+SHAFT = ("arm.coulomb", "arm.stribeck", "arm.quadratic", "arm.presliding", "arm.cogging", "motor.ripple")
+
+
+@pytest.mark.parametrize("drive", ("drive.compliance", "drive.backlash"))
+@pytest.mark.parametrize("effect", SHAFT)
+def test_what_belongs_to_the_motor_acts_on_the_rotor(effect, drive):
+    """Two bodies: friction, drag, cogging and ripple turn with the rotor. From rest, where nothing twists the drive."""
+    rig, effects = hide(RIGS["bench-made"], (drive, effect), np.random.default_rng(8))
+    if effect == "arm.cogging":
+        effects[effect]["phase"] = -effects[effect]["order"] * START["rest"][0]
+    x, expected, _ = both(rig, effects, START["rest"])
+    worst = np.abs(x - expected)[:, :2].max()
+    print(f"{drive} {effect} {worst:.2e} rad")
+    assert worst < TOLERANCE.get(effect, SMOOTH) + TOLERANCE.get(drive, SMOOTH)
+
+
 def test_the_catalogue_holds_nothing_that_is_not_compared():
     assert set(furuta.catalogue()) <= set(EFFECTS)

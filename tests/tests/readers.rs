@@ -1,4 +1,5 @@
-//! The properties of the fuzz targets for files (fuzz/readers.rs), on the corpus, on each beginning of it and with single bytes changed.
+//! The properties of the fuzz targets for files (fuzz/readers.rs), on the corpus, on each beginning of it and with
+//! single bytes changed.
 
 #[path = "../../fuzz/readers.rs"]
 mod readers;

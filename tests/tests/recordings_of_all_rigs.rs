@@ -2,7 +2,6 @@
 //! refused, what is wrong is named.
 
 use std::f64::consts::{PI, TAU};
-use std::fmt::Write as _;
 
 use furuta_ctrl::supervisor::Supervisor;
 use furuta_ctrl::{Config, Site};
@@ -28,11 +27,6 @@ fn hertz(rig: &Rig) -> f64 {
     (c.weight / c.pendulum).sqrt() / TAU
 }
 
-fn rounded(rig: &Rig, y: [f64; 2]) -> [f64; 2] {
-    let q = rig.sensors.resolution();
-    [0, 1].map(|i| (y[i] / q[i]).round() * q[i])
-}
-
 /// Ten seconds from hanging at rest under `volts(t)`, in parts of the limit.
 fn driven(rig: &Rig, volts: impl Fn(f64) -> f64) -> Vec<Row> {
     let plant = rig.plant::<f64>();
@@ -42,7 +36,7 @@ fn driven(rig: &Rig, volts: impl Fn(f64) -> f64) -> Vec<Row> {
         .map(|k| {
             let t = f64::from(k) * PERIOD;
             let u = (limit * volts(t)).clamp(-limit, limit);
-            let [theta, alpha] = rounded(rig, plant.measure(&s));
+            let [theta, alpha] = rig.sensors.quantised(plant.measure(&s));
             plant.step(&mut s, u, PERIOD);
             [t, u, theta, alpha]
         })
@@ -156,11 +150,7 @@ fn suspicion(rows: &[Row], rig: &Rig) -> Option<NoticeKind> {
 
 /// The suspicion that a recording meets, or else what is noticed about its counts.
 fn noticed(rows: &[Row], rig: &Rig) -> Option<NoticeKind> {
-    let mut csv = String::from("t,u,theta,alpha\n");
-    for [t, u, theta, alpha] in rows {
-        let _ = writeln!(csv, "{t},{u},{theta},{alpha}");
-    }
-    let read = Recording::from_csv("made.csv", csv.as_bytes()).expect("a recording");
+    let read = Recording::from_samples("made", rows.iter().copied()).expect("a recording");
     match select(vec![read], Vec::new(), rig, false) {
         Ok(selected) => selected.notices.into_iter().map(|n| n.kind).find(|kind| {
             matches!(

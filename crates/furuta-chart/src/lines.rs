@@ -250,7 +250,8 @@ impl Panel {
                 continue;
             }
             let y = top - 7.0;
-            // 7 px a letter at 12 px: wide enough for any of these fonts; a narrower one leaves room before the next name.
+            // 7 px a letter at 12 px: wide enough for any of these fonts; a narrower one leaves room before the next
+            // name.
             x -= 7.0 * line.name.chars().count() as f64;
             let _ = write!(
                 svg,

@@ -1,4 +1,5 @@
-//! cyclictest of the rt-tests: the yardstick for wake-up jitter on Linux. Run as a program of its own, read by its JSON.
+//! cyclictest of the rt-tests: the yardstick for wake-up jitter on Linux. Run as a program of its own, read by its
+//! JSON.
 
 use std::collections::BTreeMap;
 use std::process::Command;
@@ -131,7 +132,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<Option<Report>, Failure> {
 mod tests {
     use super::*;
 
-    /// Written by cyclictest 2.40 with the command line in it (the host's name taken out); one latency was beyond the histogram.
+    /// Written by cyclictest 2.40 with the command line in it (the host's name taken out); one latency was beyond the
+    /// histogram.
     const REAL: &str = include_str!("../tests/data/cyclictest.json");
 
     #[test]
@@ -162,7 +164,8 @@ mod tests {
         for bad in [
             "",
             "{}",
-            "{\"rt_test_version:\": \"2\", \"thread\": {\"0\": {\"histogram\": {\"3\": 2}, \"cycles\": 1, \"max\": 3}}}",
+            "{\"rt_test_version:\": \"2\", \"thread\": {\"0\": {\"histogram\": {\"3\": 2}, \"cycles\": 1, \
+             \"max\": 3}}}",
         ] {
             let error = Report::parse(bad).expect_err(bad).to_string();
             assert!(

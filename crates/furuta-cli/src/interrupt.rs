@@ -1,5 +1,6 @@
-//! Ctrl-C, SIGTERM and SIGHUP end a run as its duration would (motor off, log ended), and a diagnosis with what is known so far. A file that may not become
-//! larger (SIGXFSZ) is an error as that of a full disk, and no end of the program.
+//! Ctrl-C, SIGTERM and SIGHUP end a run as its duration would (motor off, log ended), and a diagnosis with what is
+//! known so far. A file that may not become larger (SIGXFSZ) is an error as that of a full disk, and no end of the
+//! program.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, Once};
@@ -15,7 +16,8 @@ static NEXT_ENDS: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 /// Exit code of a program that Ctrl-C ended: 128 and the signal's number, as shells have it.
 pub(crate) const EXIT: u8 = 130;
 
-/// The signals that ask for an end. SIGHUP that was ignored from the start stays so: `nohup furuta run` outlives its terminal. A script's background job
+/// The signals that ask for an end. SIGHUP that was ignored from the start stays so: `nohup furuta run` outlives its
+/// terminal. A script's background job
 /// ignores SIGINT from the start, and a motor must be stopped all the same.
 fn ends() -> impl Iterator<Item = i32> {
     #[cfg(unix)]
@@ -35,8 +37,8 @@ fn ignored() -> u64 {
         .unwrap_or(0)
 }
 
-/// A flag that Ctrl-C, SIGTERM and SIGHUP set. Where the system allows no handler, they end the process; the rig's watchdog and the
-/// log's chunks are made for that.
+/// A flag that Ctrl-C, SIGTERM and SIGHUP set. Where the system allows no handler, they end the process; the rig's
+/// watchdog and the log's chunks are made for that.
 pub(crate) fn flag() -> &'static AtomicBool {
     static HANDLERS: Once = Once::new();
     HANDLERS.call_once(|| {
@@ -61,8 +63,8 @@ pub(crate) fn flag_then_exit() -> &'static AtomicBool {
     flag
 }
 
-/// From now on a write beyond the largest size that a file may have (`ulimit -f`) fails, as on a full disk. Without this the signal would end the
-/// process in the middle of a run.
+/// From now on a write beyond the largest size that a file may have (`ulimit -f`) fails, as on a full disk. Without
+/// this the signal would end the process in the middle of a run.
 pub(crate) fn survive_file_limits() {
     #[cfg(unix)]
     {

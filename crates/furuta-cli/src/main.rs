@@ -30,8 +30,9 @@ struct Cli {
     force: bool,
 }
 
-/// Exit code 0: done; 1: failed, with one line that says what and what to do; 2: not a valid command line; 130: a diagnosis that Ctrl-C
-/// (or SIGTERM, SIGHUP) interrupted, with what was found by then. A run, an emulated rig that such a signal ends is done: 0.
+/// Exit code 0: done; 1: failed, with one line that says what and what to do; 2: not a valid command line; 130: a
+/// diagnosis that Ctrl-C (or SIGTERM, SIGHUP) interrupted, with what was found by then. A run, an emulated rig that
+/// such a signal ends is done: 0.
 fn main() -> ExitCode {
     interrupt::survive_file_limits();
     let mut command = Cli::command();

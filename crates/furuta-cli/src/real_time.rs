@@ -6,8 +6,8 @@ use furuta_log::{Histogram, Quantiles, Timing};
 /// What the loop asks of the system.
 #[derive(clap::Args, Copy, Clone, Debug)]
 pub(crate) struct RealTimeArgs {
-    /// Run the loop under SCHED_FIFO with this priority, 1 to 99, its memory locked and processors kept from deep sleep. What the system refuses is said,
-    /// and the loop runs without it (docs/realtime.md).
+    /// Run the loop under SCHED_FIFO with this priority, 1 to 99, its memory locked and processors kept from deep
+    /// sleep. What the system refuses is said, and the loop runs without it (docs/realtime.md).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=99))]
     priority: Option<u8>,
     /// Keep the loop on this processor.

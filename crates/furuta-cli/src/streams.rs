@@ -1,8 +1,8 @@
 //! Standard output and standard error.
 //!
-//! Who reads may leave early (`furuta simulate | head`). That is no failure, and no reason to end what a command does beside its text: it may be
-//! bringing a rig to rest, or writing a file. So what nobody reads any more is thrown away. Where text cannot be written for another reason (a full
-//! disk), the command fails as with any other file.
+//! Who reads may leave early (`furuta simulate | head`). That is no failure, and no reason to end what a command does
+//! beside its text: it may be bringing a rig to rest, or writing a file. So what has no reader any more is thrown away.
+//! Where text cannot be written for another reason (a full disk), the command fails as with any other file.
 
 use std::fmt::Arguments;
 use std::io::{self, ErrorKind, StdoutLock, Write};

@@ -8,7 +8,7 @@ use std::process::Stdio;
 
 use common::{Folder, failure, furuta, swing};
 
-/// The writing end of a pipe that nobody reads.
+/// The writing end of a pipe that has no reader.
 fn unread() -> PipeWriter {
     let (reader, writer) = std::io::pipe().expect("a pipe");
     drop(reader);
@@ -33,9 +33,9 @@ fn simulate_to_head_ends_quietly() {
     assert!(output.stderr.is_empty(), "{output:?}");
 }
 
-/// Nobody reads from the first byte on.
+/// No reader from the first byte on.
 #[test]
-fn no_command_fails_because_nobody_reads() {
+fn no_command_fails_for_want_of_a_reader() {
     let folder = Folder::new("broken-pipe");
     let csv = folder.file("run.csv", swing());
     let (csv, mcap) = (csv.to_str().expect("UTF-8"), folder.path("run.mcap"));
@@ -85,7 +85,7 @@ fn no_command_fails_because_nobody_reads() {
 
 /// Neither text is read: the run goes to its end, and its log is whole.
 #[test]
-fn a_run_that_nobody_reads_is_logged() {
+fn a_run_without_a_reader_is_logged() {
     let folder = Folder::new("broken-pipe-run");
     let log = folder.path("run.mcap");
     let status = furuta(&["run", "--emulated", "shahzad2022-srv02"])

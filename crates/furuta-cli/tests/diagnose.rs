@@ -311,7 +311,7 @@ fn recorded(folder: &Folder, name: &str, hide: &str, input: &str) -> std::path::
     .output()
     .expect("the binary runs");
     assert!(output.status.success(), "{output:?}");
-    let count = std::f64::consts::TAU / 2048.0;
+    let rig = furuta_model::Rig::builtin("qube-servo-2").expect("built in");
     let mut text = String::from("t,u,theta,alpha\n");
     let written = String::from_utf8(output.stdout).expect("UTF-8");
     for line in written
@@ -322,7 +322,7 @@ fn recorded(folder: &Folder, name: &str, hide: &str, input: &str) -> std::path::
             .split(',')
             .map(|v| v.parse().expect("a number"))
             .collect();
-        let [theta, alpha] = [values[2], values[3]].map(|y| (y / count).round() * count);
+        let [theta, alpha] = rig.sensors.quantised([values[2], values[3]]);
         text += &format!("{},{},{theta},{alpha}\n", values[0], values[1]);
     }
     folder.file(name, text)

@@ -170,7 +170,8 @@ fn a_log_that_is_removed_while_it_is_written_is_told() {
     );
 }
 
-/// A controller that cannot hold the pendulum is said to be what is wrong, before anything moves; friction is not blamed for it.
+/// A controller that cannot hold the pendulum is said to be what is wrong, before anything moves; friction is not
+/// blamed for it.
 #[test]
 fn a_gain_that_holds_nothing_is_named() {
     let folder = Folder::new("ends-gain");

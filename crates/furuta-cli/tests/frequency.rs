@@ -22,7 +22,8 @@ fn numbers(line: &Value) -> Vec<f64> {
         .collect()
 }
 
-/// A voltage that the amplifier adds drives a free arm away; pulled to its middle it stays, and the joint input-output estimate does not see the pull.
+/// A voltage that the amplifier adds drives a free arm away; pulled to its middle it stays, and the joint input-output
+/// estimate does not see the pull.
 #[test]
 fn a_pulled_arm_stays_and_its_response_is_that_of_the_free_one() {
     let folder = Folder::new("centring");

@@ -454,8 +454,8 @@ fn a_failed_run_does_not_replace_an_older_log() {
     let emulated = ["--emulated", "shahzad2022-srv02"];
     let line = failure(&run(&emulated, &[]));
     assert!(line.contains("--log") && line.contains("--force"), "{line}");
-    let nobody = ["--port", "/dev/no-such-port", "--rig", "qube-servo-2"];
-    last_line(&run(&nobody, &["--force"]));
+    let no_rig = ["--port", "/dev/no-such-port", "--rig", "qube-servo-2"];
+    last_line(&run(&no_rig, &["--force"]));
     // The rig says that it is another.
     let rig = furuta_model::Rig::builtin("shahzad2022-srv02").expect("built in");
     let emulation = furuta_hw::Emulation::default();

@@ -85,7 +85,8 @@ fn without_gravity_the_rank_is_not_full() {
         rig_text("ramos-velasco", "gravity = 9.81", "gravity = 0.0"),
     );
     let path = path.to_str().expect("UTF-8");
-    // Without gravity and hinge friction alpha'' is a fixed multiple of theta'': what the two differ by, and its rate, no torque changes.
+    // Without gravity and hinge friction alpha'' is a fixed multiple of theta'': what the two differ by, and its rate,
+    // no torque changes.
     assert!(stdout(&["rigs", path]).contains("controllable  no, rank 2 of 4"));
     let shown = json(path);
     let c = &shown["linearisation"]["upright"]["controllability"];

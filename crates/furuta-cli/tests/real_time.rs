@@ -1,4 +1,5 @@
-//! `furuta run --priority` and `furuta latency`: what was granted is said, whatever it is; and how punctual the loop was.
+//! `furuta run --priority` and `furuta latency`: what was granted is said, whatever it is; and how punctual the loop
+//! was.
 
 mod common;
 
@@ -51,7 +52,8 @@ fn a_run_says_what_was_granted_and_how_late_it_was() {
     let told = timing.compute.max().expect("samples") as f64 / 1e9;
     assert!((told - longest).abs() < 1e-9, "{told} {longest}");
     assert_eq!(report["timing"]["compute"]["max"].as_f64(), Some(told));
-    // Asked once in 0.1 s, which is not at every sample; on a machine that does other work, a run of 1.5 s takes longer.
+    // Asked once in 0.1 s, which is not at every sample; on a machine that does other work, a run of 1.5 s takes
+    // longer.
     let (trips, samples) = (timing.round_trip.count(), timing.total.count());
     assert!(trips >= 5 && 10 * trips <= samples, "{trips} of {samples}");
 }

@@ -1,4 +1,5 @@
-//! Recordings through the built binary: what is sound is converted without loss, what is not gives one clear line and exit code 1.
+//! Recordings through the built binary: what is sound is converted without loss, what is not gives one clear line and
+//! exit code 1.
 
 mod common;
 
@@ -60,7 +61,7 @@ fn a_run_is_converted_there_and_back_bit_for_bit() {
     let [first, second] = [&log, &back].map(|path| furuta_log::read(path).expect("a log"));
     assert!(first.records.len() > 1400);
     assert_eq!(second, first);
-    // So much so that it can be replayed; and the CSV is a recording like any other.
+    // It can be replayed; and the CSV is a recording like any other.
     let replayed = furuta(&["replay"]).arg(&back).output().expect("runs");
     assert!(replayed.status.success(), "{replayed:?}");
     let recording = furuta_ident::recording::Recording::load(&csv).expect("a recording");

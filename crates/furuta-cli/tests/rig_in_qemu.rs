@@ -1,7 +1,8 @@
-//! `furuta run` against the firmware: the board mps2-an386 in QEMU, behind a pseudo-terminal, a model in the place of its mechanics.
+//! `furuta run` against the firmware: the board mps2-an386 in QEMU, behind a pseudo-terminal, a model in the place of
+//! its mechanics.
 //!
-//! Runs where FURUTA_FIRMWARE names the program (`make firmware-run` sets it), skipped otherwise. The board's emulated time stands still
-//! while this machine is busy, so that no test depends on how fast that is.
+//! Runs where FURUTA_FIRMWARE names the program (`make firmware-run` sets it), skipped otherwise. The board's emulated
+//! time stands still while this machine is busy, so that no test depends on how fast that is.
 
 mod common;
 
@@ -116,7 +117,8 @@ fn the_host_swings_the_boards_pendulum_up_and_balances_it() {
         last.iter()
             .all(|r| r.mode == Mode::Balance && upright(r.alpha) < 0.1)
     );
-    // The board held what it was told, one sample later; where this machine was too busy to answer in time, what it was told before.
+    // The board held what it was told, one sample later; where this machine was too busy to answer in time, what it was
+    // told before.
     let mut answered = 0;
     for (k, after) in log.records.iter().enumerate().skip(1) {
         if after.lost > 0 || after.status != 0 {
@@ -136,7 +138,8 @@ fn the_host_swings_the_boards_pendulum_up_and_balances_it() {
         );
     }
     assert!(answered > 3500, "{answered} of {}", log.records.len());
-    // What the board computes in f32 is what the host's model predicts in f64, over short times (an encoder count is 1.5e-3 rad).
+    // What the board computes in f32 is what the host's model predicts in f64, over short times (an encoder count is
+    // 1.5e-3 rad).
     let rig = furuta_model::Rig::builtin(RIG).expect("built in");
     let plant = rig.plant::<f64>();
     let count = rig.sensors.resolution()[1];

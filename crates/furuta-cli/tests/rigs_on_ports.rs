@@ -245,7 +245,8 @@ fn what_cannot_be_is_one_line() {
     assert_eq!(output.status.code(), Some(2));
 }
 
-/// A host that is killed says no goodbye: the rig's watchdog stops the motor, and what was logged up to the last 100 ms is there.
+/// A host that is killed says no goodbye: the rig's watchdog stops the motor, and what was logged up to the last 100 ms
+/// is there.
 #[cfg(unix)]
 #[test]
 fn a_killed_host_leaves_the_motor_off_and_a_log() {

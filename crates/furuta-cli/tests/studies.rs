@@ -147,7 +147,8 @@ fn a_simulation_is_drawn() {
     );
 }
 
-/// The whole way: friction is hidden in a rig, diagnosed from a recording, and what the repaired rig file names is made up for.
+/// The whole way: friction is hidden in a rig, diagnosed from a recording, and what the repaired rig file names is made
+/// up for.
 #[test]
 fn a_limit_cycle_goes_after_the_friction_is_diagnosed() {
     let folder = Folder::new("study-limit-cycle");

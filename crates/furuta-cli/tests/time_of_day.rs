@@ -1,4 +1,5 @@
-//! The host's time of day steps by an hour while a rig is balanced: a library loaded before libc answers every look at it so.
+//! The host's time of day steps by an hour while a rig is balanced: a library loaded before libc answers every look at
+//! it so.
 #![cfg(target_os = "linux")]
 
 mod common;

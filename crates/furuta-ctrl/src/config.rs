@@ -1,14 +1,15 @@
 //! A whole control system as settings: what a controller file holds, in fixed size.
 
-use crate::controllers;
-use crate::design::{DesignError, RegulatorError};
-use crate::settings::{Settings, SettingsError, Spec};
-use crate::{compensation, estimators, supervisor};
-use furuta_model::PlantError;
+pub use crate::error::ConfigError;
 
-/// What a controller file says: one [`Settings`] for each of its sections. Sections that it leaves out are standard ones.
+use crate::section::{Settings, Spec};
+use crate::{compensation, controllers, estimators, thresholds};
+
+/// What a controller file says: one [`Settings`] for each of its sections. Sections that it leaves out are standard
+/// ones.
 ///
-/// It can be sent to a microcontroller (it is serde's `Serialize` and `Deserialize`, without an allocation) and is checked there again.
+/// It can be sent to a microcontroller (it is serde's `Serialize` and `Deserialize`, without an allocation) and is
+/// checked there again.
 ///
 /// ```
 /// use furuta_ctrl::Config;
@@ -35,19 +36,26 @@ pub struct Config {
     pub compensate: Settings,
 }
 
-/// The sections of a controller file: name, and the kinds it can be of, the standard one first. A section of one kind needs no `kind`.
+/// The sections of a controller file: name, and the kinds it can be of, the standard one first. A section of one kind
+/// needs no `kind`.
 pub static SECTIONS: [(&str, &[&Spec]); 6] = [
     ("controller", controllers::CATALOGUE),
     ("estimator", estimators::CATALOGUE),
     ("swing_up", &[&controllers::SWING_UP]),
-    ("supervisor", &[&supervisor::SPEC]),
-    ("limits", &[&supervisor::LIMITS]),
+    ("supervisor", &[&thresholds::SPEC]),
+    ("limits", &[&thresholds::LIMITS]),
     ("compensate", &[&compensation::SPEC]),
 ];
 
 /// Every section of every kind.
 pub fn specs() -> impl Iterator<Item = &'static Spec> {
     SECTIONS.iter().flat_map(|(_, kinds)| kinds.iter().copied())
+}
+
+/// The section with this id, whatever it configures.
+#[must_use]
+pub fn find(id: &str) -> Option<&'static Spec> {
+    specs().find(|spec| spec.id == id)
 }
 
 impl Default for Config {
@@ -105,52 +113,4 @@ impl Config {
             &mut self.compensate,
         ]
     }
-}
-
-/// Why settings give no control system.
-#[derive(Copy, Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ConfigError {
-    /// A setting.
-    #[error("{0}")]
-    Settings(#[from] SettingsError),
-    /// A section that is none of those asked for.
-    #[error("`{found}` cannot be a {section}")]
-    WrongSection {
-        /// What was wanted.
-        section: &'static str,
-        /// What was given.
-        found: &'static str,
-    },
-    /// Settings that exclude each other.
-    #[error("{section}: {problem}")]
-    Contradiction {
-        /// The section.
-        section: &'static str,
-        /// What to do.
-        problem: &'static str,
-    },
-    /// The rig has no such controller.
-    #[error("{section} does not suit this rig: {problem}")]
-    Unsuitable {
-        /// The section.
-        section: &'static str,
-        /// Why not.
-        problem: &'static str,
-    },
-    /// A sample period that no loop has.
-    #[error("the sample period is {period} s, must be above 0 and at most 0.1 s")]
-    Period {
-        /// What was given, s.
-        period: f64,
-    },
-    /// The gains cannot be designed.
-    #[error("no gain can be designed: {0}")]
-    Design(#[from] DesignError),
-    /// There is no steady motion for the reference.
-    #[error("{0}")]
-    Regulator(#[from] RegulatorError),
-    /// The rig's model is not possible.
-    #[error("{0}")]
-    Plant(#[from] PlantError),
 }

@@ -1,8 +1,9 @@
-//! Control of the rotary inverted pendulum: the part that runs, unchanged, on a microcontroller, on a Linux board and in Python.
+//! Control of the rotary inverted pendulum: the part that runs, unchanged, on a microcontroller, on a Linux board and
+//! in Python.
 //!
-//! Nothing here allocates or needs an operating system. What is configured (gains, limits, models) is kept apart from what changes
-//! while it runs: a controller is an immutable value, its state a second one that the caller owns. A new gain is a new value; one
-//! controller serves any number of rollouts.
+//! Nothing here allocates or needs an operating system. What is configured (gains, limits, models) is kept apart from
+//! what changes while it runs: a controller is an immutable value, its state a second one that the caller owns. A new
+//! gain is a new value; one controller serves any number of rollouts.
 //!
 //! | Module | What it holds |
 //! |---|---|
@@ -22,16 +23,22 @@ pub mod compensation;
 pub mod config;
 pub mod controllers;
 pub mod design;
+mod error;
 pub mod estimators;
 #[cfg(feature = "std")]
 pub mod file;
+mod from_settings;
 pub mod plan;
 mod real;
+mod section;
+mod sent;
 pub mod settings;
 mod site;
 pub mod supervisor;
+mod thresholds;
 
-pub use config::{Config, ConfigError};
+pub use config::Config;
+pub use error::ConfigError;
 #[cfg(feature = "std")]
 pub use file::{ControllerFile, FileError};
 pub use plan::Plan;

@@ -1,6 +1,7 @@
 //! Everything a microcontroller needs to control a rig, in one value that can be sent or compiled in.
 
-use crate::config::{Config, ConfigError};
+use crate::config::Config;
+use crate::error::ConfigError;
 use crate::real::Real;
 use crate::site::{Limits, Site};
 use crate::supervisor::Supervisor;
@@ -9,7 +10,8 @@ use furuta_model::effects::MAX_PARAMETERS;
 use furuta_model::plant::MAX_EFFECTS;
 use furuta_model::{Effect, EffectError, Params};
 
-/// A controller file and what its controller is made for: plain numbers, no text, no allocation; serde's `Serialize` and `Deserialize`.
+/// A controller file and what its controller is made for: plain numbers, no text, no allocation; serde's `Serialize`
+/// and `Deserialize`.
 ///
 /// ```
 /// use furuta_ctrl::supervisor::Supervisor;

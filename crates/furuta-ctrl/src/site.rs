@@ -9,7 +9,8 @@ use nalgebra::{SMatrix, SVector};
 pub struct Site<'a> {
     /// The rig's parameters.
     pub params: &'a Params<f64>,
-    /// Effects that the rig file names. Designs of linear gains leave them out: friction and dead zones have no useful derivative at rest.
+    /// Effects that the rig file names. Designs of linear gains leave them out: friction and dead zones have no useful
+    /// derivative at rest.
     pub effects: &'a [Effect<f64>],
     /// Sample period, s.
     pub period: f64,
@@ -67,8 +68,8 @@ impl<'a> Site<'a> {
         }
     }
 
-    /// The upright linearisation, held over the sample period: `A` (4 x 4), `B` (4 x 1, per volt). Without effects on purpose: friction and dead zones
-    /// have no useful derivative at rest.
+    /// The upright linearisation, held over the sample period: `A` (4 x 4), `B` (4 x 1, per volt). Without effects on
+    /// purpose: friction and dead zones have no useful derivative at rest.
     ///
     /// # Errors
     /// Parameters that are not possible.

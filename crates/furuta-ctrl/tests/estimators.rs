@@ -32,7 +32,8 @@ impl Normal {
     }
 }
 
-/// Two ways to the same covariance: the extended filter's recursion, upright and at rest for long, and the Riccati equation.
+/// Two ways to the same covariance: the extended filter's recursion, upright and at rest for long, and the Riccati
+/// equation.
 #[test]
 fn the_extended_filter_settles_at_the_riccati_equation() {
     let (command, pendulum, reading) = (0.2, 3.0, [1e-3, 2e-3]);
@@ -63,13 +64,15 @@ fn the_extended_filter_settles_at_the_riccati_equation() {
         let gain = steady.filter_gain(&c, &noise).expect("regular");
         let expected = (SMatrix::identity() - gain * c) * steady.covariance;
         let found = SMatrix::<f64, 4, 4>::from_fn(|i, j| memory.covariance()[i][j]);
-        // The extended filter takes exp(A h), and what the noises do within a period, to second order: 2.3e-3 on the fastest rig.
+        // The extended filter takes exp(A h), and what the noises do within a period, to second order: 2.3e-3 on the
+        // fastest rig.
         let off = (found - expected).norm() / expected.norm();
         assert!(off < 5e-3, "{name}: {off:e}");
     }
 }
 
-/// The error that the extended filter makes, weighed with the covariance that it claims, is 4 on average: it has four states and knows itself.
+/// The error that the extended filter makes, weighed with the covariance that it claims, is 4 on average: it has four
+/// states and knows itself.
 #[test]
 fn the_extended_filter_knows_how_far_it_is_off() {
     let (command, reading) = (0.3, [1.5e-3, 1.5e-3]);
@@ -106,7 +109,8 @@ fn the_extended_filter_knows_how_far_it_is_off() {
             plant.step(&mut truth, held + command * random.draw(), PERIOD);
         }
     }
-    // 800 errors, correlated over some samples: the mean of chi-squared with 4 degrees of freedom is 4 with a standard deviation of about 0.2.
+    // 800 errors, correlated over some samples: the mean of chi-squared with 4 degrees of freedom is 4 with a standard
+    // deviation of about 0.2.
     let mean: f64 = sum / count;
     assert!((mean - 4.0).abs() < 0.8, "{mean}");
 }

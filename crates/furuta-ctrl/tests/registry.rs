@@ -1,4 +1,5 @@
-//! What every controller and every estimator of the catalogues must do, whichever there are: a new one is tested here by being listed.
+//! What every controller and every estimator of the catalogues must do, whichever there are: a new one is tested here
+//! by being listed.
 
 use furuta_ctrl::config::{self, SECTIONS};
 use furuta_ctrl::controllers::{self, AnyController, Controller, Design, SwingUp};
@@ -54,8 +55,8 @@ fn any_controller_settings() -> impl Strategy<Value = Settings> {
     prop::sample::select(controllers::CATALOGUE.to_vec()).prop_flat_map(any_settings)
 }
 
-/// Runs a controller over states and checks every command; what it remembers is replaced by a fresh start now and then, and once by that of
-/// a take-over.
+/// Runs a controller over states and checks every command; what it remembers is replaced by a fresh start now and then,
+/// and once by that of a take-over.
 fn check<T: Real, C: Controller<T>>(
     c: &C,
     states: &[([f64; 4], [f64; 4])],

@@ -15,7 +15,7 @@ struct Case {
     n: &'static [f64],
     x: &'static [f64],
     k: &'static [f64],
-    /// How far SciPy's X was from the polished one.
+    /// How far SciPy's X was from the refined one.
     scipy_error: f64,
 }
 
@@ -46,7 +46,8 @@ fn errors<const N: usize, const M: usize>(case: &Case) -> (f64, f64) {
 
 #[test]
 fn agrees_with_scipy() {
-    // Where a problem is so badly conditioned that SciPy's own error is above the tolerance, being better than SciPy is asked for.
+    // Where a problem is so badly conditioned that SciPy's own error is above the tolerance, being better than SciPy is
+    // asked for.
     const TOLERANCE: f64 = 1e-12;
     assert!(CASES.len() > 40);
     for case in CASES {

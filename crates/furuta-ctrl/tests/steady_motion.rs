@@ -67,8 +67,9 @@ fn single_precision_solves_it_too() {
 }
 
 proptest! {
-    /// Substituted into the equation, the series of order n leaves a term of degree n + 1 or n + 2 (only odd ones exist): for small
-    /// amplitudes half the amplitude leaves less than 2^-(n+1) of it (relative to the first term, which halves as well).
+    /// Substituted into the equation, the series of order n leaves a term of degree n + 1 or n + 2 (only odd ones
+    /// exist): for small amplitudes half the amplitude leaves less than 2^-(n+1) of it (relative to the first term,
+    /// which halves as well).
     #[test]
     fn the_residual_falls_with_its_order(
         which in 0..4_usize, lambda in 0.3_f64..8.0, order in 1..=7_usize,
@@ -76,7 +77,8 @@ proptest! {
         let rig = ["fong2014-emecs", "shahzad2022-srv02", "ramos-velasco", "qube-servo-2"][which];
         let c = coefficients(rig);
         let steady = SteadyMotion::solve(&c, lambda, order).expect("solvable");
-        // Well within the amplitude at which the centrifugal moment lets the arm's motion cease to exist: see largest_amplitude.
+        // Well within the amplitude at which the centrifugal moment lets the arm's motion cease to exist: see
+        // largest_amplitude.
         let small = 0.1 * lambda * core::f64::consts::FRAC_PI_2 * c.coupling
             / ((c.pendulum * lambda * lambda + c.weight) * c.swing).sqrt();
         let small = small.min(0.1);

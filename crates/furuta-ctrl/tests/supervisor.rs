@@ -24,7 +24,6 @@ fn run<T: Real>(rig: &Rig, start: State<f64>, h: f64, seconds: f64) -> Run {
     assert!(state.request(Request::Start));
     let plant = rig.plant::<f64>();
     let mut truth = plant.rest(start);
-    let resolution = rig.sensors.resolution();
     let mut result = Run {
         caught: None,
         arm: 0.0,
@@ -35,9 +34,8 @@ fn run<T: Real>(rig: &Rig, start: State<f64>, h: f64, seconds: f64) -> Run {
     let mut late = 0.0;
     let samples = (seconds / h) as usize;
     for k in 0..samples {
-        let measured = plant.measure(&truth);
-        let [theta, alpha] =
-            [0, 1].map(|i| T::from_f64((measured[i] / resolution[i]).round() * resolution[i]));
+        let read = rig.sensors.quantised(plant.measure(&truth));
+        let [theta, alpha] = read.map(T::from_f64);
         let measurement = Measurement::new(theta, alpha, T::from_f64(late));
         let out = supervisor.update(&mut state, &measurement, T::ZERO);
         let t = k as f64 * h;
@@ -64,9 +62,9 @@ fn run<T: Real>(rig: &Rig, start: State<f64>, h: f64, seconds: f64) -> Run {
 
 /// Rig, pendulum friction used (`None`: the file's), command limit used, seconds allowed for swing-up.
 ///
-/// The Qube cannot be swung up with the manual's pendulum friction (5e-4 N m s/rad) and 10 V: searching over all voltages, bang-bang ones
-/// included, no run with the arm within half a turn either way came nearer than 0.5 rad. So it is tried with more volts, and
-/// with less friction.
+/// The Qube cannot be swung up with the manual's pendulum friction (5e-4 N m s/rad) and 10 V: searching over all
+/// voltages, bang-bang ones included, no run with the arm within half a turn either way came nearer than 0.5 rad. So it
+/// is tried with more volts, and with less friction.
 const RIGS: [(&str, Option<f64>, Option<f64>, f64); 5] = [
     ("fong2014-emecs", None, None, 10.0),
     ("shahzad2022-srv02", None, None, 10.0),

@@ -1,4 +1,5 @@
-//! The table of transitions in docs/controllers.md is what the supervisor does: every mode, every event, tried and compared.
+//! The table of transitions in docs/controllers.md is what the supervisor does: every mode, every event, tried and
+//! compared.
 
 use furuta_ctrl::estimators::Measurement;
 use furuta_ctrl::supervisor::{Mode, Request, Supervisor, SupervisorState};

@@ -18,8 +18,8 @@ pub struct Experiment {
     pub rate: f64,
     /// s.
     pub duration: f64,
-    /// Diagonal of `Q` and `R` of all four; `None`: those of [`furuta_ctrl::design::balance_weights`] with the arm at half of the step in the place
-    /// of its own, which asks for more than there is.
+    /// Diagonal of `Q` and `R` of all four; `None`: those of [`furuta_ctrl::design::balance_weights`] with the arm at
+    /// half of the step in the place of its own, which asks for more than there is.
     pub weights: Option<([f64; 4], f64)>,
     /// How far the pendulum may lean, rad; `None`: half of what it leans under the LQR.
     pub pendulum: Option<f64>,
@@ -105,7 +105,8 @@ pub struct Figures {
     pub alpha: f64,
     /// Largest command given, V.
     pub command: f64,
-    /// Samples in which the pendulum leans by more than a hundredth above its limit: the nonlinear plant is not quite the model.
+    /// Samples in which the pendulum leans by more than a hundredth above its limit: the nonlinear plant is not quite
+    /// the model.
     pub violations: usize,
     /// Samples in which the command is at its limit.
     pub saturated: usize,

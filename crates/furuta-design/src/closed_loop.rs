@@ -4,7 +4,7 @@ use furuta_ctrl::controllers::Controller;
 use furuta_ctrl::estimators::{Derivative, DerivativeState};
 use furuta_ctrl::wrap;
 use furuta_model::discretize::zero_order_hold;
-use furuta_model::{Linear, Plant, PlantState, State};
+use furuta_model::{Linear, Plant, PlantState, Sensors, State};
 use nalgebra::{SMatrix, SVector};
 
 /// What the controller is connected to.
@@ -29,8 +29,8 @@ pub enum Sensing {
     Perfect,
     /// Encoders, and speeds as filtered difference quotients ([`Derivative`]).
     Encoders {
-        /// Angles of one count, `[theta, alpha]`, rad.
-        resolution: [f64; 2],
+        /// The encoders.
+        sensors: Sensors,
         /// Corner frequency of the speeds' filters, rad/s.
         cutoff: f64,
     },
@@ -70,9 +70,11 @@ pub struct Sample {
 pub const FALLEN: f64 = std::f64::consts::FRAC_PI_2;
 
 impl ClosedLoop {
-    /// The samples until the end, or until the pendulum has fallen: then the last one has `|alpha|` above [`FALLEN`] or is not finite.
+    /// The samples until the end, or until the pendulum has fallen: then the last one has `|alpha|` above [`FALLEN`] or
+    /// is not finite.
     ///
-    /// Between a plant and the next the state is continuous. A linear model knows no effects: what a plant before it remembers is lost.
+    /// Between a plant and the next the state is continuous. A linear model knows no effects: what a plant before it
+    /// remembers is lost.
     ///
     /// ```
     /// use furuta_ctrl::{controllers::StateFeedback, design::balance};
@@ -98,22 +100,22 @@ impl ClosedLoop {
         let samples = (self.duration / self.period).round() as usize;
         let mut out = Vec::with_capacity(samples + 1);
         let mut memory = controller.start();
-        let mut eyes = Eyes::open(self.sensing, self.period);
+        let mut sensors = SensorModel::new(self.sensing, self.period);
         let mut plants = self.plants.iter().peekable();
         let Some((_, first)) = plants.next() else {
             return out;
         };
-        let mut body = Body::at(first, self.start, self.step());
+        let mut plant = PlantModel::at(first, self.start, self.step());
         for k in 0..=samples {
             let t = k as f64 * self.period;
             // Half a period early: sums of periods miss round times by rounding.
             while let Some((_, model)) = plants.next_if(|(from, _)| *from <= t + 0.5 * self.period)
             {
-                body = body.handed_to(model, self.step());
+                plant = plant.handed_to(model, self.step());
             }
             let wanted = reference(t);
-            let x = body.state();
-            let u = controller.update(&mut memory, &eyes.see(&body), &wanted, self.period);
+            let x = plant.state();
+            let u = controller.update(&mut memory, &sensors.measure(&plant), &wanted, self.period);
             out.push(Sample {
                 t,
                 x,
@@ -123,7 +125,7 @@ impl ClosedLoop {
             if !(wrap(x.alpha).abs() <= FALLEN) {
                 break;
             }
-            body.advance(u, self.step(), self.substeps);
+            plant.advance(u, self.step(), self.substeps);
         }
         out
     }
@@ -134,7 +136,7 @@ impl ClosedLoop {
 }
 
 /// A plant in motion.
-enum Body<'a> {
+enum PlantModel<'a> {
     Rig(&'a Plant<f64>, Box<PlantState<f64>>),
     Linear {
         a: SMatrix<f64, 4, 4>,
@@ -143,7 +145,7 @@ enum Body<'a> {
     },
 }
 
-impl<'a> Body<'a> {
+impl<'a> PlantModel<'a> {
     fn at(model: &'a Model, x: State<f64>, step: f64) -> Self {
         match model {
             Model::Rig(plant) => Self::Rig(plant, Box::new(plant.rest(x))),
@@ -157,7 +159,7 @@ impl<'a> Body<'a> {
     fn handed_to(self, model: &'a Model, step: f64) -> Self {
         match (self, model) {
             (Self::Rig(_, state), Model::Rig(plant)) => Self::Rig(plant, state),
-            (body, model) => Self::at(model, body.state(), step),
+            (before, model) => Self::at(model, before.state(), step),
         }
     }
 
@@ -186,23 +188,23 @@ impl<'a> Body<'a> {
 }
 
 /// Sensors and what makes speeds of them.
-enum Eyes {
+enum SensorModel {
     Perfect,
     Encoders {
-        resolution: [f64; 2],
+        sensors: Sensors,
         speed: Derivative<f64>,
         memory: [DerivativeState<f64>; 2],
     },
 }
 
-impl Eyes {
-    fn open(sensing: Sensing, period: f64) -> Self {
+impl SensorModel {
+    fn new(sensing: Sensing, period: f64) -> Self {
         match sensing {
             Sensing::Perfect => Self::Perfect,
-            Sensing::Encoders { resolution, cutoff } => {
+            Sensing::Encoders { sensors, cutoff } => {
                 let speed = Derivative::new(cutoff, period);
                 Self::Encoders {
-                    resolution,
+                    sensors,
                     memory: [speed.start(), speed.start()],
                     speed,
                 }
@@ -210,17 +212,15 @@ impl Eyes {
         }
     }
 
-    fn see(&mut self, body: &Body<'_>) -> State<f64> {
+    fn measure(&mut self, plant: &PlantModel<'_>) -> State<f64> {
         match self {
-            Self::Perfect => body.state(),
+            Self::Perfect => plant.state(),
             Self::Encoders {
-                resolution,
+                sensors,
                 speed,
                 memory,
             } => {
-                let angles = body.angles();
-                let [theta, alpha] =
-                    [0, 1].map(|i| (angles[i] / resolution[i]).round() * resolution[i]);
+                let [theta, alpha] = sensors.quantised(plant.angles());
                 State::new(
                     theta,
                     alpha,

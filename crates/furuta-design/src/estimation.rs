@@ -29,8 +29,8 @@ const EVERY: f64 = 2.0;
 /// To this angle either way, rad.
 const STEP: f64 = 0.3;
 
-/// A run of a rig with `effects` under the standard control system, which knows them: balanced from near upright, the arm
-/// asked to be at 0.3 rad to one side and to the other.
+/// A run of a rig with `effects` under the standard control system, which knows them: balanced from near upright, the
+/// arm asked to be at 0.3 rad to one side and to the other.
 ///
 /// # Errors
 /// Where the rig has no such control system.

@@ -1,15 +1,16 @@
 //! The largest sine that a pendulum can follow while its arm moves periodically.
 //!
-//! A leaning pendulum is held by an accelerating arm, but an arm that has become fast pulls the pendulum outwards itself. Following
-//! `alpha = A sin(lambda t)`, the arm's speed obeys, for small angles and without friction of the hinge,
-//! `omega' = -alpha (a + b omega²)` with `a = (M22 lambda² + m g c) / m L_r c`, `b = k / m L_r c`. Its periodic solution is
-//! `omega = sqrt(a/b) tan(sqrt(a b) A cos(lambda t) / lambda)`, and that is finite only for
+//! A leaning pendulum is held by an accelerating arm, but an arm that has become fast pulls the pendulum outwards
+//! itself. Following `alpha = A sin(lambda t)`, the arm's speed obeys, for small angles and without friction of the
+//! hinge, `omega' = -alpha (a + b omega²)` with `a = (M22 lambda² + m g c) / m L_r c`, `b = k / m L_r c`. Its periodic
+//! solution is `omega = sqrt(a/b) tan(sqrt(a b) A cos(lambda t) / lambda)`, and that is finite only for
 //!
 //! ```text
 //! A < pi lambda / (2 sqrt(a b))
 //! ```
 //!
-//! Beyond, no controller tracks: the arm's speed escapes within a quarter of a turn. A planar model (`k = 0`) knows no such limit.
+//! Beyond, no controller tracks: the arm's speed escapes within a quarter of a turn. A planar model (`k = 0`) knows no
+//! such limit.
 
 use furuta_model::State;
 use furuta_model::params::Coefficients;
@@ -34,11 +35,11 @@ pub fn small_angles(c: &Coefficients<f64>, lambda: f64) -> f64 {
 /// Steps of the quarter turn.
 const STEPS: usize = 2000;
 
-/// The arm's speed (rad/s) in the moment in which the pendulum, following a sine of `amplitude` (rad) without friction in its hinge, passes
-/// upright; `None` where the motion does not exist.
+/// The arm's speed (rad/s) in the moment in which the pendulum, following a sine of `amplitude` (rad) without friction
+/// in its hinge, passes upright; `None` where the motion does not exist.
 ///
-/// Without friction the motion is the same backwards, so the arm stands still when the pendulum leans most; from there to upright is a
-/// quarter of a turn, integrated by RK4.
+/// Without friction the motion is the same backwards, so the arm stands still when the pendulum leans most; from there
+/// to upright is a quarter of a turn, integrated by RK4.
 #[must_use]
 pub fn speed_at_upright(c: &Coefficients<f64>, lambda: f64, amplitude: f64) -> Option<f64> {
     let free = Coefficients {

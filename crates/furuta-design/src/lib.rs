@@ -1,5 +1,5 @@
-//! What is done about controllers on a host and needs more than the control core: closed-loop experiments, studies over many draws of the
-//! parameters, the experiments of the source papers with their figures.
+//! What is done about controllers on a host and needs more than the control core: closed-loop experiments, studies over
+//! many draws of the parameters, the experiments of the source papers with their figures.
 //!
 //! | Module | What it holds |
 //! |---|---|

@@ -1,7 +1,7 @@
 //! How far a balanced rig wanders when its model lacks an effect, and when the control system knows it.
 //!
-//! Dry friction and dead zones keep a balanced pendulum from ever coming to rest: the arm sticks, the pendulum leans, the arm breaks loose. What
-//! `diagnose` names can be made up for; what nobody has named can be observed.
+//! Dry friction and dead zones keep a balanced pendulum from ever coming to rest: the arm sticks, the pendulum leans,
+//! the arm breaks loose. What `diagnose` names can be made up for; what no name explains can be observed.
 
 use furuta_ctrl::estimators;
 use furuta_ctrl::supervisor::{Mode, Supervisor};
@@ -52,8 +52,8 @@ pub struct Wandering {
     pub up: f64,
 }
 
-/// A rig with `effects` that its file `rig` does not name, balanced from near upright for `duration` seconds by a control system
-/// designed by `rig`, or by `known` where it is to know the effects.
+/// A rig with `effects` that its file `rig` does not name, balanced from near upright for `duration` seconds by a
+/// control system designed by `rig`, or by `known` where it is to know the effects.
 ///
 /// # Errors
 /// Where there is no such control system, or a rig that cannot be, or not be stepped with this period.

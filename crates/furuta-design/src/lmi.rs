@@ -1,12 +1,14 @@
-//! Linear matrix inequalities: minimise a convex `f(x)` so that every `F_k(x) = F_k0 + sum_i x_i F_ki` is positive definite.
+//! Linear matrix inequalities: minimise a convex `f(x)` so that every `F_k(x) = F_k0 + sum_i x_i F_ki` is positive
+//! definite.
 //!
-//! A barrier method (Nesterov and Nemirovskii; Boyd and Vandenberghe, *Convex Optimization*, chapter 11): Newton's method on
-//! `t f(x) - sum_k log det F_k(x)` for growing `t`. On the way, the matrices `Z_k = F_k^-1 / t` are feasible for the dual problem up to the Newton
-//! step that is left, so that the distance from the optimum is known: the sum of the sizes of the `F_k`, over `t`.
+//! A barrier method (Nesterov and Nemirovskii; Boyd and Vandenberghe, *Convex Optimization*, chapter 11): Newton's
+//! method on `t f(x) - sum_k log det F_k(x)` for growing `t`. On the way, the matrices `Z_k = F_k^-1 / t` are feasible
+//! for the dual problem up to the Newton step that is left, so that the distance from the optimum is known: the sum of
+//! the sizes of the `F_k`, over `t`.
 //!
-//! Why not a solver's semidefinite cone: those of the Rust crates need LAPACK, that is a Fortran compiler or a download when building. The
-//! problems here have a few dozen unknowns, for which dense algebra in Rust suffices. The tests compare with Clarabel, whose Python wheel
-//! brings its own.
+//! Why not a solver's semidefinite cone: those of the Rust crates need LAPACK, that is a Fortran compiler or a download
+//! when building. The problems here have a few dozen unknowns, for which dense algebra in Rust suffices. The tests
+//! compare with Clarabel, whose Python wheel brings its own.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -113,11 +115,12 @@ type Factor = Cholesky<f64, Dyn>;
 #[derive(Clone, Debug)]
 pub(crate) struct Minimum {
     pub(crate) x: DVector<f64>,
-    /// The optimum lies at most so much below `f(x)`.
+    /// The optimum lies at most this far below `f(x)`.
     pub(crate) gap: f64,
 }
 
-/// Minimises `f(x)` from a strictly feasible `x`, until the gap is below `tolerance` times the size of `f(x)`, or until `enough` says so.
+/// Minimises `f(x)` from a strictly feasible `x`, until the gap is below `tolerance` times the size of `f(x)`, or until
+/// `enough` says so.
 ///
 /// `None` where the start is not strictly feasible or the linear algebra breaks down before anything is reached.
 pub(crate) fn minimise(
@@ -216,8 +219,9 @@ fn centre(
             let all = factors(blocks, &next)?;
             Some(barrier(objective, &all, &next, weight))
         };
-        // Within 1 / (1 + decrement's root) a step is safe for a self-concordant barrier; the full one is tried first. Where it serves, longer
-        // ones are tried too: from far inside a corner a full step only doubles the distance from it.
+        // Within 1 / (1 + decrement's root) a step is safe for a self-concordant barrier; the full one is tried first.
+        // Where it serves, longer ones are tried too: from far inside a corner a full step only doubles the distance
+        // from it.
         let falls = |step: f64, value: Option<f64>| {
             value.is_some_and(|value| value <= now - 0.1 * step * decrement)
         };

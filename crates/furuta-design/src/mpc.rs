@@ -19,7 +19,8 @@ use furuta_model::State;
 /// use furuta_model::{Rig, State};
 /// let rig = Rig::builtin("qube-servo-2").ok_or("no such rig")?;
 /// let settings = controllers::settings("mpc").ok_or("no such controller")?;
-/// let mpc = Mpc::design(&settings.with("pendulum_angle", &[0.05])?.with("iterations", &[500.0])?, &Site::of(&rig, 0.002))?;
+/// let settings = settings.with("pendulum_angle", &[0.05])?.with("iterations", &[500.0])?;
+/// let mpc = Mpc::design(&settings, &Site::of(&rig, 0.002))?;
 /// let far = State::new(1.5, 0.0, 0.0, 0.0);
 /// let u = mpc.update(&mut mpc.start(), &far, &State::upright(), 0.002);
 /// let exact = InteriorPoint(mpc).update(&mut (), &far, &State::upright(), 0.002);
@@ -129,7 +130,7 @@ impl<const M: usize> Controller<f64> for InteriorPoint<M> {
         }
     }
 
-    fn stand_in(&self) -> Option<StateFeedback<f64>> {
+    fn surrogate(&self) -> Option<StateFeedback<f64>> {
         Some(self.0.feedback())
     }
 }

@@ -1,15 +1,16 @@
 //! The linear models of a rig whose parameters are known only within a range, enclosed in a polytope.
 //!
-//! Upright, `[A, B] = N(p) / d(p)` with the determinant `d` of the mass matrix, and both are polynomials of degree 1 or 2 in each
-//! parameter. On a box such a quotient is a rational Bezier surface: with Bernstein coefficients `N_i`, `d_i > 0`,
+//! Upright, `[A, B] = N(p) / d(p)` with the determinant `d` of the mass matrix, and both are polynomials of degree 1 or
+//! 2 in each parameter. On a box such a quotient is a rational Bezier surface: with Bernstein coefficients `N_i`,
+//! `d_i > 0`,
 //!
 //! ```text
 //! [A, B](p) = sum_i w_i(p) d_i (N_i / d_i) / sum_i w_i(p) d_i,    w_i(p) >= 0,
 //! ```
 //!
-//! a convex combination of its control points `N_i / d_i`. What holds for all control points (a Lyapunov inequality, which is convex in
-//! `[A, B]`) therefore holds for **every** rig within the range, not only for those at its corners. The corners are among the control
-//! points; the others belong to no rig.
+//! a convex combination of its control points `N_i / d_i`. What holds for all control points (a Lyapunov inequality,
+//! which is convex in `[A, B]`) therefore holds for **every** rig within the range, not only for those at its corners.
+//! The corners are among the control points; the others belong to no rig.
 
 use furuta_model::{Linear, Params};
 use nalgebra::{SMatrix, SVector};
@@ -41,7 +42,8 @@ const KEYS: [(&str, usize); 13] = [
     ("motor.amplifier_gain", 1),
 ];
 
-/// The parameters that the source paper of the experiment with wrong parameters takes to be off: arm length, pendulum length and mass.
+/// The parameters that the source paper of the experiment with wrong parameters takes to be off: arm length, pendulum
+/// length and mass.
 pub const LENGTHS_AND_MASS: [&str; 3] = ["arm.length", "pendulum.com", "pendulum.mass"];
 
 /// Control points at most: more would make the design slow and is hardly meant.
@@ -73,7 +75,8 @@ pub enum PolytopeError {
     },
     /// Too many parameters at once.
     #[error(
-        "{count} control points; at most {LARGEST} are handled: take fewer parameters (one of degree 2 triples them, another doubles)"
+        "{count} control points; at most {LARGEST} are handled: take fewer parameters (one of degree 2 \
+         triples them, another doubles)"
     )]
     TooMany {
         /// How many it would be.
@@ -106,7 +109,8 @@ pub fn key(name: &str) -> Result<&'static str, PolytopeError> {
 pub struct Polytope {
     /// Linear models upright whose convex hull holds those of all rigs within the range.
     pub control_points: Vec<Linear>,
-    /// Those of the rigs with every parameter at an end of its range, with their parameters; they are among the control points.
+    /// Those of the rigs with every parameter at an end of its range, with their parameters; they are among the control
+    /// points.
     pub corners: Vec<(Params<f64>, Linear)>,
 }
 
@@ -120,7 +124,8 @@ struct Fraction {
 impl Fraction {
     fn of(p: &Params<f64>) -> Self {
         let c = p.coefficients();
-        // adj(M) times the forces' derivatives, M = [arm, -coupling; -coupling, pendulum]: columns theta, alpha, theta', alpha', u.
+        // adj(M) times the forces' derivatives, M = [arm, -coupling; -coupling, pendulum]: columns theta, alpha,
+        // theta', alpha', u.
         let adjugate = SMatrix::<f64, 2, 2>::new(c.pendulum, c.coupling, c.coupling, c.arm);
         let forces = SMatrix::<f64, 2, 5>::new(
             0.0,
@@ -219,7 +224,8 @@ pub fn polytope(params: &Params<f64>, uncertain: &[Uncertain]) -> Result<Polytop
     if count > LARGEST {
         return Err(PolytopeError::TooMany { count });
     }
-    // Values on the grid (each parameter at the ends of its range, one of degree 2 in the middle too), the first parameter varying fastest.
+    // Values on the grid (each parameter at the ends of its range, one of degree 2 in the middle too), the first
+    // parameter varying fastest.
     let mut values: Vec<Fraction> = Vec::with_capacity(count);
     let mut corners = Vec::new();
     for i in 0..count {
@@ -324,8 +330,8 @@ mod tests {
             }
             rig.params = Params::from_array(p);
             let expected = linearize(&rig.nominal_plant(), State::upright(), 0.0);
-            // Bernstein weights times the control points' determinants, which polytope() does not give out: solve for the combination with
-            // the known weights by taking them from the quotient's two equal forms.
+            // Bernstein weights times the control points' determinants, which polytope() does not give out: solve for
+            // the combination with the known weights by taking them from the quotient's two equal forms.
             let bernstein = |degree: usize, k: usize, t: f64| match (degree, k) {
                 (1, 0) => 1.0 - t,
                 (1, _) => t,

@@ -1,9 +1,9 @@
-//! Ramos-Velasco, Ruiz-Leon, Celikovsky: the pendulum follows a sine, while arm length, pendulum length and mass are not what the controller
-//! believes.
+//! Ramos-Velasco, Ruiz-Leon, Celikovsky: the pendulum follows a sine, while arm length, pendulum length and mass are
+//! not what the controller believes.
 //!
-//! The paper's experiment starts at `beta = 0.5` rad (its `beta` is our `-alpha`), asks for `beta = 0.1 sin(t)`, and from 2 to 10 s the three
-//! parameters are off by 20 %. Its Fig. 5 shows the output regulator of sec. 4.1, Fig. 6 the sliding mode of sec. 4.2; two sliding modes on
-//! the surface of an LQR are put beside them.
+//! The paper's experiment starts at `beta = 0.5` rad (its `beta` is our `-alpha`), asks for `beta = 0.1 sin(t)`, and
+//! from 2 to 10 s the three parameters are off by 20 %. Its Fig. 5 shows the output regulator of sec. 4.1, Fig. 6 the
+//! sliding mode of sec. 4.2; two sliding modes on the surface of an LQR are put beside them.
 
 mod draws;
 
@@ -67,7 +67,8 @@ pub const NOMINAL: Factors = [1.0; 3];
 pub struct Experiment {
     /// What the controllers believe.
     pub rig: Rig,
-    /// The paper's planar model, without the `sin²(alpha)` inertia; the full one otherwise. Plant and controllers alike.
+    /// The paper's planar model, without the `sin²(alpha)` inertia; the full one otherwise. Plant and controllers
+    /// alike.
     pub planar: bool,
     /// Frequency of the reference, rad/s.
     pub lambda: f64,
@@ -96,7 +97,8 @@ pub struct Experiment {
 pub struct Tuning {
     /// Of (53) and (54).
     pub switching: Switching<f64>,
-    /// Diagonal of Q (theta, alpha, theta', alpha') and R of the LQR on the normal form, whose input is the pendulum's acceleration (rad/s²).
+    /// Diagonal of Q (theta, alpha, theta', alpha') and R of the LQR on the normal form, whose input is the pendulum's
+    /// acceleration (rad/s²).
     pub normal_form: ([f64; 4], f64),
     /// The same of the LQR behind the surfaces, whose input is the command (V).
     pub surface: ([f64; 4], f64),
@@ -142,7 +144,8 @@ pub enum Tracker {
 }
 
 impl Experiment {
-    /// The paper's: planar, 0.1 sin(t) from 0.5 rad, perfect states; 1 kHz and third order in the place of the paper's continuous time.
+    /// The paper's: planar, 0.1 sin(t) from 0.5 rad, perfect states; 1 kHz and third order in the place of the paper's
+    /// continuous time.
     #[must_use]
     pub fn paper(rig: &Rig) -> Self {
         Self {
@@ -299,7 +302,7 @@ impl Experiment {
             sensing: match self.encoders {
                 None => Sensing::Perfect,
                 Some(cutoff) => Sensing::Encoders {
-                    resolution: self.rig.sensors.resolution(),
+                    sensors: self.rig.sensors,
                     cutoff,
                 },
             },
@@ -312,7 +315,8 @@ impl Experiment {
         })
     }
 
-    /// What a run came to. The tracking error is looked at from 2 s after the parameters went off until they are right again.
+    /// What a run came to. The tracking error is looked at from 2 s after the parameters went off until they are right
+    /// again.
     #[must_use]
     pub fn outcome(&self, samples: &[Sample]) -> Outcome {
         let up = samples.iter().all(|s| s.x.alpha.abs() <= FALLEN);

@@ -5,11 +5,12 @@ use furuta_model::signals::random::normal;
 use furuta_model::{Plant, PlantError, Rig, State};
 use rayon::prelude::*;
 
-/// A search over voltages that are constant for a while each, by the cross-entropy method: draw many, keep the best, draw about these.
+/// A search over voltages that are constant for a while each, by the cross-entropy method: draw many, keep the best,
+/// draw about these.
 ///
-/// (R. Rubinstein, *The cross-entropy method for combinatorial and continuous optimization*, 1999.) It knows the model and the future and
-/// plays without encoders, delay or friction that was not told; a feedback that does better would be a surprise. What it does not
-/// find is not thereby proven to be impossible.
+/// (R. Rubinstein, *The cross-entropy method for combinatorial and continuous optimization*, 1999.) It knows the model
+/// and the future and plays without encoders, delay or friction that was not told; a feedback that does better would be
+/// a surprise. What it does not find is not thereby proven to be impossible.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Search {
     /// The arm may not leave this range either way, rad.
@@ -51,7 +52,7 @@ const UP: f64 = 0.02;
 const BEST: f64 = 0.07;
 /// How much of the last round's mean and spread is kept.
 const INERTIA: f64 = 0.3;
-/// A search ends after so many rounds that have not come nearer by [`NEARER`].
+/// A search ends after this many rounds that have not come nearer by [`NEARER`].
 const STUCK: u64 = 40;
 /// rad.
 const NEARER: f64 = 0.01;
@@ -72,7 +73,8 @@ impl Search {
         }
     }
 
-    /// Looks for the course of voltages within the command limit that comes nearest to upright. Effects of the rig file act.
+    /// Looks for the course of voltages within the command limit that comes nearest to upright. Effects of the rig file
+    /// act.
     ///
     /// # Errors
     /// A rig that cannot be.

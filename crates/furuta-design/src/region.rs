@@ -9,7 +9,8 @@ use nalgebra::SMatrix;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Starts: the arm at its reference and at rest, the pendulum's angle and speed on a grid symmetric about upright at rest.
+/// Starts: the arm at its reference and at rest, the pendulum's angle and speed on a grid symmetric about upright at
+/// rest.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Grid {
     /// Largest angle from upright, rad; at most a quarter of a turn counts as standing.
@@ -32,7 +33,7 @@ impl Default for Grid {
 
 /// A run settles if the pendulum is nearer to upright than this, rad, ...
 pub const SETTLED: f64 = 0.05;
-/// ... during the last so much of it; its whole length is [`LENGTH`].
+/// ... during this last share of it; its whole length is [`LENGTH`].
 const LAST: f64 = 0.1;
 /// Of a run, over the pendulum's small-angle frequency (rad/s).
 pub const LENGTH: f64 = 40.0;
@@ -60,8 +61,8 @@ pub struct Region {
 }
 
 impl Region {
-    /// Runs `controller` (perfect states, no delay; the voltage limited as on the rig) from every start. A start is inside if the pendulum settles without
-    /// having lain down and without the arm leaving `arm_range` (rad).
+    /// Runs `controller` (perfect states, no delay; the voltage limited as on the rig) from every start. A start is
+    /// inside if the pendulum settles without having lain down and without the arm leaving `arm_range` (rad).
     ///
     /// `progress` hears how many starts are done. Every run is alone: the same whatever the number of threads.
     ///
@@ -170,10 +171,12 @@ fn upright(rig: &Rig) -> Result<Linear, PlantError> {
     ))
 }
 
-/// What no controller can leave: the states from which a limited voltage can bring the upright linearisation back at all.
+/// What no controller can leave: the states from which a limited voltage can bring the upright linearisation back at
+/// all.
 ///
-/// With `w' A = lambda w'`, `lambda > 0`, the state's unstable part `z = w' x` obeys `z' = lambda z + w' B u`, so that it grows for ever from beyond
-/// `|w' B| u_max / lambda`, whatever the voltage (W. Schmitendorf, B. Barmish, *Null controllability of linear systems with constrained controls*, 1980).
+/// With `w' A = lambda w'`, `lambda > 0`, the state's unstable part `z = w' x` obeys `z' = lambda z + w' B u`, so that
+/// it grows for ever from beyond `|w' B| u_max / lambda`, whatever the voltage (W. Schmitendorf, B. Barmish, *Null
+/// controllability of linear systems with constrained controls*, 1980).
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Reach {
     /// `w`, in the order of [`State`].
@@ -183,7 +186,8 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Of a rig's upright linearisation, its effects left out, under its command limit. `None` where it is not unstable.
+    /// Of a rig's upright linearisation, its effects left out, under its command limit. `None` where it is not
+    /// unstable.
     ///
     /// # Errors
     /// A rig that cannot be.
@@ -234,8 +238,8 @@ impl Reach {
         z.abs() <= self.offset
     }
 
-    /// The speed (rad/s) up to which it holds at the angle `alpha` (rad), the arm at its reference and at rest; `sign` chooses the upper (1) or
-    /// the lower (-1) edge.
+    /// The speed (rad/s) up to which it holds at the angle `alpha` (rad), the arm at its reference and at rest; `sign`
+    /// chooses the upper (1) or the lower (-1) edge.
     #[must_use]
     pub fn edge(&self, alpha: f64, sign: f64) -> f64 {
         let [_, w_alpha, _, w_speed] = self.normal;

@@ -37,7 +37,8 @@ pub enum RobustRigError {
     Robust(RobustError),
     /// The range is too wide.
     #[error(
-        "no common Lyapunov function: no gain is guaranteed to stabilise every rig within {spread} of each value; the largest spread with one is {largest:.3}"
+        "no common Lyapunov function: no gain is guaranteed to stabilise every rig within {spread} of each \
+         value; the largest spread with one is {largest:.3}"
     )]
     NoCommonLyapunovFunction {
         /// What was asked for, as a share of each value.
@@ -47,8 +48,9 @@ pub enum RobustRigError {
     },
 }
 
-/// The robust regulator (continuous time) of a rig each of whose parameters `keys` is off by up to `spread` of its value, all of them at once and
-/// changing however fast; the mean guaranteed cost is over starts of equal variance in all states.
+/// The robust regulator (continuous time) of a rig each of whose parameters `keys` is off by up to `spread` of its
+/// value, all of them at once and changing however fast; the mean guaranteed cost is over starts of equal variance in
+/// all states.
 ///
 /// # Errors
 /// [`RobustRigError`]; for a range that is too wide it says how wide it may be.
@@ -107,14 +109,16 @@ pub fn robust_rig(
     }
 }
 
-/// The largest spread below `high` with a common Lyapunov function, by bisection: of nested ranges, the wider is the harder.
+/// The largest spread below `high` with a common Lyapunov function, by bisection: of nested ranges, the wider is the
+/// harder.
 fn largest(rig: &Rig, keys: &[&'static str], high: f64, weights: &Weights<f64, 4, 1>) -> f64 {
     let possible = |spread: f64| {
         let Ok(within) = enclosed(&rig.params, keys, spread) else {
             return false;
         };
         let all = vertices(&within);
-        // Near the end of what is possible a Lyapunov function may be found and its guarantee lost to rounding: that does not count.
+        // Near the end of what is possible a Lyapunov function may be found and its guarantee lost to rounding: that
+        // does not count.
         let exists = stabilisable(Time::Continuous, &all, weights);
         exists == Ok(true)
             && robust_lqr(Time::Continuous, &all, weights, &Matrix4::identity()).is_ok()
@@ -145,13 +149,15 @@ fn vertices(within: &Polytope) -> Vec<Vertex<4, 1>> {
 }
 
 impl RobustRig {
-    /// The slowest pole's real part under a gain, over the rigs at the corners of the range, 1/s: positive where one falls.
+    /// The slowest pole's real part under a gain, over the rigs at the corners of the range, 1/s: positive where one
+    /// falls.
     #[must_use]
     pub fn slowest(&self, gain: &RowVector4<f64>) -> f64 {
         self.over_corners(gain, |m| (m.a, m.b), |p| p.re)
     }
 
-    /// The largest pole's size at this sample period (s) under a gain, over the rigs at the corners: above 1 where one falls.
+    /// The largest pole's size at this sample period (s) under a gain, over the rigs at the corners: above 1 where one
+    /// falls.
     #[must_use]
     pub fn largest_sampled(&self, gain: &RowVector4<f64>, period: f64) -> f64 {
         self.over_corners(gain, |m| zero_order_hold(&m.a, &m.b, period), |p| p.norm())

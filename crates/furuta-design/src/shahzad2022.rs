@@ -1,8 +1,8 @@
 //! Shahzad, Munshi, Azam, Khan 2022: the arm of a balanced pendulum is stepped by 0.1 rad, and the pendulum is pushed.
 //!
-//! Their gain is the LQR of Q = I, R = 1. Fig. 3: one step, simulated. Fig. 5 and 6: steps in both directions, pendulum and arm, simulated and
-//! measured; a hand-pushed disturbance is rejected. What was measured is not printed as numbers; in its place stands the nonlinear model
-//! with what their rig had: encoders, a voltage limit, dry friction.
+//! Their gain is the LQR of Q = I, R = 1. Fig. 3: one step, simulated. Fig. 5 and 6: steps in both directions, pendulum
+//! and arm, simulated and measured; a hand-pushed disturbance is rejected. What was measured is not printed as numbers;
+//! in its place stands the nonlinear model with what their rig had: encoders, a voltage limit, dry friction.
 
 use crate::closed_loop::{ClosedLoop, FALLEN, Model, Sample, Sensing};
 use furuta_ctrl::controllers::StateFeedback;
@@ -80,7 +80,8 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// 1 kHz; 0.002 N m of friction, what 0.016 V of command overcomes; 100 rad/s; 0.06 N m, as 36 gram on the pendulum's mass.
+    /// 1 kHz; 0.002 N m of friction, what 0.016 V of command overcomes; 100 rad/s; 0.06 N m, as 36 gram on the
+    /// pendulum's mass.
     fn default() -> Self {
         Self {
             rate: 1000.0,
@@ -155,7 +156,7 @@ pub fn run(
         sensing: match on {
             On::Linear | On::Nonlinear => Sensing::Perfect,
             On::Rig => Sensing::Encoders {
-                resolution: rig.sensors.resolution(),
+                sensors: rig.sensors,
                 cutoff: settings.cutoff,
             },
         },
@@ -166,12 +167,14 @@ pub fn run(
 /// What the issue of a run was, in numbers.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Figures {
-    /// Time from the (last) step or push after which the arm stays within 2 % of the step of its reference (of its largest deflection, where the
-    /// reference does not step), s; `None` where it does not until the next step or the end.
+    /// Time from the (last) step or push after which the arm stays within 2 % of the step of its reference (of its
+    /// largest deflection, where the reference does not step), s; `None` where it does not until the next step or the
+    /// end.
     pub settle: Option<f64>,
     /// How far the arm goes beyond the reference, as a part of the step; 0 where the reference does not step.
     pub overshoot: f64,
-    /// How far the arm first goes the other way, as a part of the step: a pendulum must be tipped before it can be carried.
+    /// How far the arm first goes the other way, as a part of the step: a pendulum must be tipped before it can be
+    /// carried.
     pub undershoot: f64,
     /// Largest angle of the pendulum from upright, rad.
     pub alpha: f64,

@@ -2,7 +2,7 @@
 
 use furuta_ctrl::estimators::Measurement;
 use furuta_ctrl::supervisor::{Fault, Output, Request, Supervisor, SupervisorState};
-use furuta_model::{Plant, PlantError, PlantState, Rig, State};
+use furuta_model::{Plant, PlantError, PlantState, Rig, Sensors, State};
 
 /// Longest step of the integrator, s: RK4 then errs by less than an encoder count on all built-in rigs.
 const LONGEST_STEP: f64 = 1e-3;
@@ -12,7 +12,7 @@ const LONGEST_STEP: f64 = 1e-3;
 pub struct Supervised<'a> {
     supervisor: &'a Supervisor<f64>,
     plant: Plant<f64>,
-    resolution: [f64; 2],
+    sensors: Sensors,
     command_limit: f64,
     period: f64,
     substeps: u32,
@@ -62,17 +62,17 @@ impl<'a> Supervised<'a> {
         Ok(Self {
             supervisor,
             plant,
-            resolution: rig.sensors.resolution(),
+            sensors: rig.sensors,
             command_limit: rig.params.motor.command_limit,
             period,
             substeps,
         })
     }
 
-    /// The same with at least so many steps of the integrator per sample.
+    /// The same with at least this many steps of the integrator per sample.
     ///
     /// # Errors
-    /// So many that a step is shorter than the model can take.
+    /// Steps so short that one is shorter than the model can take.
     pub fn with_substeps(mut self, substeps: u32) -> Result<Self, PlantError> {
         self.substeps = self.substeps.max(substeps);
         self.plant
@@ -119,8 +119,7 @@ impl<'a> Supervised<'a> {
 
     /// The same with `added` (V) on top of the command decided, within the rig's limit: a test signal in closed loop.
     pub fn disturbed(&self, run: &mut Run, target: f64, added: f64) -> Sample {
-        let angles = self.plant.measure(&run.plant);
-        let reading = [0, 1].map(|i| (angles[i] / self.resolution[i]).round() * self.resolution[i]);
+        let reading = self.sensors.quantised(self.plant.measure(&run.plant));
         let measurement = Measurement::new(reading[0], reading[1], run.held);
         let output = self
             .supervisor
@@ -138,7 +137,8 @@ impl<'a> Supervised<'a> {
         sample
     }
 
-    /// Moves the rig on by a sample under the command `u` (V), no supervisor asked; what of it the rig's limit lets through.
+    /// Moves the rig on by a sample under the command `u` (V), no supervisor asked; what of it the rig's limit lets
+    /// through.
     pub fn advance(&self, run: &mut Run, u: f64) -> f64 {
         let u = u.clamp(-self.command_limit, self.command_limit);
         let h = self.period / f64::from(self.substeps);

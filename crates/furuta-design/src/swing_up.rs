@@ -22,7 +22,7 @@ pub struct Study {
     pub draws: usize,
     /// Other draws for another seed.
     pub seed: u64,
-    /// Each physical parameter is uniform within so much of its value either way.
+    /// Each physical parameter is uniform within this share of its value either way.
     pub spread: f64,
     /// Largest dry friction of the arm, of the torque that the command limit gives; uniform from 0.
     pub arm_friction: f64,
@@ -36,7 +36,8 @@ pub struct Study {
 pub const SETTLED: f64 = 3.0;
 /// Furthest from upright at the end of that, rad.
 pub const UPRIGHT: f64 = 0.2;
-/// The push, once it is up: a jump of the pendulum's speed, in units of its small-angle frequency. Left alone it would fall at once.
+/// The push, once it is up: a jump of the pendulum's speed, in units of its small-angle frequency. Left alone it would
+/// fall at once.
 pub const PUSH: f64 = 1.0;
 
 /// One attempt.
@@ -72,7 +73,8 @@ pub enum StudyError {
 }
 
 impl Study {
-    /// 500 Hz, 10 % of every parameter, arm friction up to 5 % of the motor's torque, hinge friction up to 1 % of the weight's moment, 30 s.
+    /// 500 Hz, 10 % of every parameter, arm friction up to 5 % of the motor's torque, hinge friction up to 1 % of the
+    /// weight's moment, 30 s.
     #[must_use]
     pub fn new(rig: Rig, draws: usize) -> Self {
         Self {
@@ -222,7 +224,8 @@ pub struct Outcome {
     pub time_again: [f64; 3],
     /// Catches that did not hold, per attempt.
     pub dropped: f64,
-    /// Largest jump of the command at an attempt's catches, of twice the command limit: median and largest of all attempts.
+    /// Largest jump of the command at an attempt's catches, of twice the command limit: median and largest of all
+    /// attempts.
     pub jump: [f64; 2],
     /// Largest arm angle in all attempts, rad.
     pub arm: f64,

@@ -6,10 +6,12 @@ use furuta_model::discretize::zero_order_hold;
 use furuta_model::{Params, Plant, State, linearize};
 use nalgebra::{RowVector4, SMatrix};
 
-/// The fastest growth (1/s) in the closed loop of a rig and a controller near upright: the largest real part of its poles, as those of continuous time; below
-/// 0 where it is stable. `None` where the controller has no gain near upright, or the parameters have no linear model.
+/// The fastest growth (1/s) in the closed loop of a rig and a controller near upright: the largest real part of its
+/// poles, as those of continuous time; below 0 where it is stable. `None` where the controller has no gain near
+/// upright, or the parameters have no linear model.
 ///
-/// The rig's model without its effects, held over the sample period; the integral of the one controller that has one counts.
+/// The rig's model without its effects, held over the sample period; the integral of the one controller that has one
+/// counts.
 ///
 /// ```
 /// use furuta_ctrl::controllers::{AnyController, StateFeedback};
@@ -27,7 +29,7 @@ pub fn growth(balance: &AnyController<f64>, params: &Params<f64>, period: f64) -
         AnyController::Lqi(lqi) => Some(lqi.integral_gain),
         _ => None,
     };
-    growth_of(balance.stand_in()?.gain, integral_gain, params, period)
+    growth_of(balance.surrogate()?.gain, integral_gain, params, period)
 }
 
 /// [`growth`] with every gain of the opposite sign: stable where the sign is what is wrong.
@@ -41,7 +43,7 @@ pub fn growth_turned(
         AnyController::Lqi(lqi) => Some(-lqi.integral_gain),
         _ => None,
     };
-    let gain = balance.stand_in()?.gain.map(|k| -k);
+    let gain = balance.surrogate()?.gain.map(|k| -k);
     growth_of(gain, integral_gain, params, period)
 }
 

@@ -83,7 +83,8 @@ fn friction_need_not_be_known_exactly() {
     }
 }
 
-/// With the friction in the rig file, every estimator with a model knows the arm's speed better than without, and better than the derivative does.
+/// With the friction in the rig file, every estimator with a model knows the arm's speed better than without, and
+/// better than the derivative does.
 #[test]
 fn estimators_profit_from_friction_that_is_named() {
     for name in ["shahzad2022-srv02", "qube-servo-2"] {

@@ -28,7 +28,8 @@ fn run(
     .run(&control, |_| State::new(target, 0.0, 0.0, 0.0))
 }
 
-/// An amplifier that is off by a twentieth of its largest voltage moves the arm under an LQR for good, and for a while under an LQI.
+/// An amplifier that is off by a twentieth of its largest voltage moves the arm under an LQR for good, and for a while
+/// under an LQI.
 #[test]
 fn a_constant_pull_leaves_no_error() {
     for name in Rig::BUILTIN {
@@ -52,7 +53,8 @@ fn a_constant_pull_leaves_no_error() {
     }
 }
 
-/// What is integrated never asks for more than the full command, and not at all for more where the motor is at its limit.
+/// What is integrated never asks for more than the full command, and not at all for more where the motor is at its
+/// limit.
 #[test]
 fn the_integral_does_not_wind_up() {
     let rig = Rig::builtin("qube-servo-2").expect("built in");

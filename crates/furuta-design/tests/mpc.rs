@@ -1,5 +1,5 @@
-//! Model predictive control: its fixed number of steps against an interior-point method, its problem against the textbook's, its limits
-//! on the nonlinear plant.
+//! Model predictive control: its fixed number of steps against an interior-point method, its problem against the
+//! textbook's, its limits on the nonlinear plant.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
@@ -39,7 +39,7 @@ impl Draws {
     }
 }
 
-/// Standard weights with little room; an eager regulator with very little.
+/// Standard weights with a narrow range; an eager regulator with very little.
 fn tasks(rig: &Rig, iterations: f64) -> [Mpc<f64>; 2] {
     let site = Site::of(rig, PERIOD);
     let u = site.command_limit;
@@ -56,8 +56,8 @@ fn tasks(rig: &Rig, iterations: f64) -> [Mpc<f64>; 2] {
     [calm, eager].map(|settings| Mpc::design(&settings, &site).expect("suits any rig"))
 }
 
-/// Cold, from 200 states in which limits are active: 400 steps give Clarabel's command to a thousandth of the command limit (1.4e-4 is the
-/// worst seen), the standard 30 do in nine states of ten, and in single precision as in double.
+/// Cold, from 200 states in which limits are active: 400 steps give Clarabel's command to a thousandth of the command
+/// limit (1.4e-4 is the worst seen), the standard 30 do in nine states of ten, and in single precision as in double.
 #[test]
 fn steps_lead_to_the_solution() {
     let mut draws = Draws(1);
@@ -101,8 +101,8 @@ fn steps_lead_to_the_solution() {
     assert!(ninth < 1e-3, "{ninth}");
 }
 
-/// The textbook's problem with every state and command of every sample a variable, their costs as the LQR has them and its cost matrix at the end:
-/// nothing of [`Prediction`] but which samples move together.
+/// The textbook's problem with every state and command of every sample a variable, their costs as the LQR has them and
+/// its cost matrix at the end: nothing of [`Prediction`] but which samples move together.
 fn textbook(
     rig: &Rig,
     weights: &Weights<f64, 4, 1>,
@@ -257,7 +257,8 @@ fn without_limits_it_is_the_regulator() {
     }
 }
 
-/// A pendulum that starts where its limit can be kept keeps it on the nonlinear plant, and the arm stops before its own limit.
+/// A pendulum that starts where its limit can be kept keeps it on the nonlinear plant, and the arm stops before its own
+/// limit.
 #[test]
 fn limits_are_kept() {
     for name in Rig::BUILTIN {

@@ -37,7 +37,8 @@ fn arm_steps_are_scipys() {
     }
 }
 
-/// At 0.1 rad the nonlinear model is the linear one to a thousandth; with encoders and friction it stays up, and settles nowhere exactly.
+/// At 0.1 rad the nonlinear model is the linear one to a thousandth; with encoders and friction it stays up, and
+/// settles nowhere exactly.
 #[test]
 fn the_models_agree_as_far_as_they_should() {
     let (linear, nonlinear) = (
@@ -79,8 +80,9 @@ fn the_papers_task_is_done_by_every_contender() {
     }
 }
 
-/// What the paper concludes: off by 20 %, the regulator with its gain loses accuracy, the sliding mode keeps a bound. And what it does not say:
-/// a regulator with another gain does as well, since the wrong `pi(w)` is not a disturbance that any feedback of theirs cancels.
+/// What the paper concludes: off by 20 %, the regulator with its gain loses accuracy, the sliding mode keeps a bound.
+/// And what it does not say: a regulator with another gain does as well, since the wrong `pi(w)` is not a disturbance
+/// that any feedback of theirs cancels.
 #[test]
 fn wrong_parameters_have_their_price() {
     let e = Experiment::paper(&ramos());
@@ -149,7 +151,8 @@ fn the_papers_sine_is_too_large_for_the_full_model() {
     }
 }
 
-/// Chatter: the hard switch moves the command most, the layer least; the super-twisting lies between. The paper's filter calms (53).
+/// Chatter: the hard switch moves the command most, the layer least; the super-twisting lies between. The paper's
+/// filter calms (53).
 #[test]
 fn chatter_is_measured() {
     let e = Experiment::full(&ramos());

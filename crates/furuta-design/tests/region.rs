@@ -1,4 +1,5 @@
-//! Regions of attraction against what is known without simulating: the linear plant's null-controllable set, and symmetry.
+//! Regions of attraction against what is known without simulating: the linear plant's null-controllable set, and
+//! symmetry.
 
 use furuta_ctrl::controllers::{self, AnyController, StateFeedback};
 use furuta_ctrl::settings::Settings;
@@ -59,7 +60,8 @@ fn nothing_leaves_what_the_voltage_can_hold() {
     }
 }
 
-/// Full voltage against the unstable part, and nothing else, holds all that can be held: so the limit is no looser than it must be.
+/// Full voltage against the unstable part, and nothing else, holds all that can be held: so the limit is no looser than
+/// it must be.
 #[test]
 fn the_limit_is_reached() {
     for name in ["fong2014-emecs", "shahzad2022-srv02"] {

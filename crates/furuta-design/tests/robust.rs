@@ -1,4 +1,5 @@
-//! Robust regulators: against the LQR where both must agree, and against what they promise for every rig within the range.
+//! Robust regulators: against the LQR where both must agree, and against what they promise for every rig within the
+//! range.
 
 use furuta_ctrl::design::{Weights, balance_weights, dlqr, is_hurwitz, lqr, lyapunov, poles};
 use furuta_design::polytope::{LENGTHS_AND_MASS, Uncertain, polytope};
@@ -113,7 +114,8 @@ fn what_cannot_be_stabilised_is_refused() {
         );
         assert!(robust_lqr(time, &vertices(0.1), &weights, &one).is_ok());
     }
-    // Each can be stabilised with the nominal gain, and the discrete condition asks for |1.9 - b k| < 1 at once: b k in (0.9, 2.9).
+    // Each can be stabilised with the nominal gain, and the discrete condition asks for |1.9 - b k| < 1 at once: b k in
+    // (0.9, 2.9).
     let fast = Matrix1::new(1.9);
     let span = |low: f64, high: f64| [(fast, Matrix1::new(low)), (fast, Matrix1::new(high))];
     assert!(robust_lqr(Time::Discrete, &span(1.0, 3.1), &weights, &one).is_ok());
@@ -205,7 +207,7 @@ fn the_worst_corner_of_each_rig() {
     }
 }
 
-/// The largest range that a refusal names can be had, on the rig with the least room.
+/// The largest range that a refusal names can be had, on the rig with the smallest range.
 #[test]
 fn a_refusal_names_what_is_possible() {
     let rig = Rig::builtin("ramos-velasco").expect("built in");

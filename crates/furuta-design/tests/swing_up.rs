@@ -6,7 +6,8 @@ use furuta_design::supervised::Supervised;
 use furuta_design::swing_up::{Outcome, Study};
 use furuta_model::{Effect, Rig, State};
 
-/// The QUBE of the courseware has so much friction in its hinge that 10 V do not bring it up (`furuta study reach`); this one has a fifth.
+/// The QUBE of the courseware has more friction in its hinge than 10 V overcome (`furuta study reach`); this one has a
+/// fifth.
 fn smooth_qube() -> Rig {
     let mut rig = Rig::builtin("qube-servo-2").expect("built in");
     rig.params.pendulum.viscous = 1e-4;
@@ -45,7 +46,8 @@ fn draws_are_reproducible() {
     assert_ne!(draw.expect("possible").0, another.expect("possible").0);
 }
 
-/// The effect `disturbance.kick` knocks over a balanced pendulum; it comes up again, and the arm stays within its limit.
+/// The effect `disturbance.kick` knocks over a balanced pendulum; it comes up again, and the arm stays within its
+/// limit.
 #[test]
 fn a_kick_is_recovered_from() {
     let known = builtin("shahzad2022-srv02");

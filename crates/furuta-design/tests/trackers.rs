@@ -60,7 +60,8 @@ fn every_tracker_balances_every_rig() {
                 |_| target,
             );
             let last = samples.last().expect("samples").x;
-            // 25 s are ten times the slowest closed-loop pole's time of these rigs; the super-twisting's ripple remains.
+            // 25 s are ten times the slowest closed-loop pole's time of these rigs; the super-twisting's ripple
+            // remains.
             assert!(
                 last.alpha.abs() < 2e-3 && (last.theta - 0.3).abs() < 0.02,
                 "{name} {}: {last:?}",
@@ -70,7 +71,8 @@ fn every_tracker_balances_every_rig() {
     }
 }
 
-/// A sine of a third of what the pendulum can follow at all: the error is that of the series and of holding the command over a sample.
+/// A sine of a third of what the pendulum can follow at all: the error is that of the series and of holding the command
+/// over a sample.
 #[test]
 fn every_tracker_follows_a_sine_on_every_rig() {
     let lambda = 2.0;

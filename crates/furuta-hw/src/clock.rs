@@ -1,99 +1,40 @@
-//! Whether the rig's time is time: what is news, and whether the rig's clock, its period and the host's clock agree. No clock of its own: every time is an
-//! argument.
+//! Whether the rig's time is time: what is news, and whether the rig's clock, its period and the host's clock agree. No
+//! clock of its own: every time is an argument.
 //!
-//! Three times pass in a run. The rig's time stamps (`t_us`), its numbers of samples times `period_us` of the hello, and the host's monotonic clock at
-//! which samples arrive. Any two may differ by `Bounds::rate` and by `Bounds::slack` on top, over windows of `WINDOW` seconds:
+//! Three times pass in a run. The rig's time stamps (`t_us`), its numbers of samples times `period_us` of the hello,
+//! and the host's monotonic clock at which samples arrive. Any two may differ by `Tolerance::rate` and by
+//! `Tolerance::slack` on top, over windows of `WINDOW` seconds:
 //!
 //! | | rate | slack, s | held for, s | why |
 //! |---|---|---|---|---|
 //! | stamps and numbers | 0.1 | 0.25 | 0 | one crystal makes both: a timer that cannot make the period exactly is 1e-3 off, a loop that sleeps between its ticks some 5e-2; ticks are late where the rig's processor is busy |
 //! | stamps and host | 0.25 | 0.5 | 0.25 | a crystal is 1e-4 off, a microcontroller's RC oscillator up to 0.1, the smallest wrong factor of a timer 1.5; a host that was busy reads what waited for it within milliseconds, so lateness that stays is the clock's |
 //!
-//! So a factor of 1.5 and more either way does not pass, nor a clock that stands still: found after 0.3 s (stamps and numbers, a factor of ten) to 6 s (all of the
-//! rig at half its speed).
+//! So a factor of 1.5 and more either way does not pass, nor a clock that stands still: found after 0.3 s (stamps and
+//! numbers, a factor of ten) to 6 s (all of the rig at half its speed).
 
 use std::time::Duration;
 
 use furuta_wire::Sample;
 
-use crate::control_loop::RunError;
+use crate::run_error::RunError;
+
+pub use crate::rig_time::{Against, OldSample, RigClock};
 
 /// How long a comparison looks back, at least; twice that at most (s).
 const WINDOW: f64 = 4.0;
-/// A rig's clock may differ from the number of samples by so much from one sample to the next (s): ticks come late where a processor is busy.
+/// A rig's clock may differ from the number of samples by this from one sample to the next (s): ticks come late where a
+/// processor is busy.
 const CLOCK_STEP: f64 = 0.25;
-/// A rig that was reset counts from 0. What the host hears first is a sample within so long of it (s): the rig is heard again before the host gives up on it.
+/// A rig that was reset counts from 0. What the host hears first is a sample within so long of it (s): the rig is heard
+/// again before the host gives up on it.
 const RESTARTED_WITHIN: f64 = 1.0;
-/// So many samples in a row, each newer than the one before, make a restart of what could be one old sample.
+/// This number of samples in a row, each newer than the one before, makes a restart of what could be one old sample.
 const RESTART_EVIDENCE: u32 = 4;
-
-/// Whose time the rig's clock shows.
-#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
-pub enum RigClock {
-    /// Everybody's: it is compared with the host's.
-    #[default]
-    Real,
-    /// That of an emulated rig, which stands still while its host or its machine is busy, or runs as fast as both can: only its time stamps and its numbers
-    /// of samples are compared.
-    Emulated,
-}
-
-impl RigClock {
-    /// How long a run of `duration` may last on the host's clock. For a real rig half as much again and 2 s: more than its clock may be slow by before that
-    /// is found (a third, 0.7 s, and the longest silence). For an emulated one ten times as long and a minute.
-    #[must_use]
-    pub fn longest(self, duration: Duration) -> Duration {
-        let (factor, seconds) = match self {
-            Self::Real => (1.5, 2.0),
-            Self::Emulated => (10.0, 60.0),
-        };
-        let seconds = duration.as_secs_f64() * factor + seconds;
-        Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
-    }
-}
-
-/// What the time stamps are measured against.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub enum Against {
-    /// The host's monotonic clock.
-    Host,
-    /// The rig's own numbers of samples, a period each.
-    Period,
-}
-
-impl std::fmt::Display for Against {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Host => "the host's clock",
-            Self::Period => "its own samples' period",
-        })
-    }
-}
-
-/// What time stamps at this rate (1: microseconds) look like.
-pub(crate) fn looks(rate: f64, against: Against) -> String {
-    const UNITS: [(&str, &str, f64); 3] = [
-        ("milliseconds", "ms", 1e-3),
-        ("seconds", "s", 1e-6),
-        ("nanoseconds", "ns", 1e3),
-    ];
-    let unit = UNITS
-        .into_iter()
-        .find(|(.., of)| (rate / of - 1.0).abs() < 0.25);
-    match unit {
-        Some((name, short, of)) => format!(
-            "look like {name} ({:.3} of them per {short} of {against}; the protocol counts microseconds)",
-            rate / of
-        ),
-        None if rate.abs() < 1e-9 => "stand still".to_owned(),
-        None if rate < 0.0 => format!("run backwards ({rate:.3} us per us of {against})"),
-        None => format!("run {rate:.3} times as fast as {against}"),
-    }
-}
 
 /// By how much two times may differ.
 #[derive(Copy, Clone, Debug)]
-struct Bounds {
+struct Tolerance {
     /// As a part of the time that has passed.
     rate: f64,
     /// In any case, s.
@@ -102,12 +43,12 @@ struct Bounds {
     hold: f64,
 }
 
-const STAMPS_AND_NUMBERS: Bounds = Bounds {
+const STAMPS_AND_NUMBERS: Tolerance = Tolerance {
     rate: 0.1,
     slack: 0.25,
     hold: 0.0,
 };
-const STAMPS_AND_HOST: Bounds = Bounds {
+const STAMPS_AND_HOST: Tolerance = Tolerance {
     rate: 0.25,
     slack: 0.5,
     hold: 0.25,
@@ -123,7 +64,7 @@ struct Moment {
 /// The time stamps against another time.
 #[derive(Copy, Clone, Debug)]
 struct Comparison {
-    bounds: Bounds,
+    tolerance: Tolerance,
     base: Moment,
     /// The promptest of the window under way: the base of the next.
     next: Moment,
@@ -132,13 +73,13 @@ struct Comparison {
 }
 
 impl Comparison {
-    fn new(bounds: Bounds) -> Self {
+    fn new(tolerance: Tolerance) -> Self {
         let zero = Moment {
             at: 0.0,
             behind: 0.0,
         };
         Self {
-            bounds,
+            tolerance,
             base: zero,
             next: zero,
             window_from: 0.0,
@@ -154,10 +95,10 @@ impl Comparison {
         };
         let passed = at - self.base.at;
         let behind = now.behind - self.base.behind;
-        let allowed = self.bounds.slack + self.bounds.rate * passed.max(0.0);
+        let allowed = self.tolerance.slack + self.tolerance.rate * passed.max(0.0);
         if behind > allowed {
             let since = *self.slow_since.get_or_insert(at);
-            if at - since >= self.bounds.hold {
+            if at - since >= self.tolerance.hold {
                 return Some(self.rate(at, stamps));
             }
         } else {
@@ -185,57 +126,13 @@ impl Comparison {
 /// What a sample is.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub(crate) enum News {
-    /// News: so many periods after the last that was.
+    /// News: `periods` after the last that was.
     Fresh {
         /// 1 where none was lost.
         periods: u32,
     },
     /// Repeated or old: to be left alone.
     Old,
-}
-
-/// Why the samples that come are no news.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub enum OldSample {
-    /// The last one again.
-    Repeated {
-        /// Its number.
-        seq: u32,
-    },
-    /// One of before.
-    Number {
-        /// Its number.
-        seq: u32,
-        /// That of the last that was news.
-        last: u32,
-    },
-    /// A new number, and a time that is not newer.
-    Time {
-        /// Its time (us).
-        t_us: u64,
-        /// That of the last that was news.
-        last_us: u64,
-    },
-}
-
-impl std::fmt::Display for OldSample {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match *self {
-            Self::Repeated { seq } => write!(f, "sample {seq} comes again and again"),
-            Self::Number { seq, last } => {
-                write!(f, "sample {seq} comes after sample {last}")
-            }
-            Self::Time { t_us, last_us } if t_us == last_us => {
-                write!(f, "the rig's time stamps stand still at {t_us} us")
-            }
-            Self::Time { t_us, last_us } => {
-                write!(
-                    f,
-                    "the rig's time stamps went back from {last_us} to {t_us} us"
-                )
-            }
-        }
-    }
 }
 
 /// Number and time stamp of a sample.
@@ -406,7 +303,8 @@ impl ClockWatch {
                 RigClock::Real if per_host.is_finite() => (per_host, Against::Host),
                 _ => (per_period, Against::Period),
             };
-            // By the host's clock the stamps are right, or nearer to it than the numbers: so the period announced is not.
+            // By the host's clock the stamps are right, or nearer to it than the numbers: so the period announced is
+            // not.
             let numbers_per_host = per_host / per_period;
             if against == Against::Host && (rate - 1.0).abs() < (numbers_per_host - 1.0).abs() {
                 let period_us = self.period * 1e6;

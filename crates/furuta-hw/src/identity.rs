@@ -1,11 +1,13 @@
-//! Whether the rig on the port is the one that the rig file describes. A controller designed for another rig may do harm.
+//! Whether the rig on the port is the one that the rig file describes. A controller designed for another rig may do
+//! harm.
 
 use std::fmt::Write as _;
 
 use furuta_model::Rig;
 use furuta_wire::Hello;
 
-/// A name as it can be shown: control characters and what cannot be seen are escaped, or a rig could move the cursor of a terminal.
+/// A name as it can be shown: control characters and what cannot be seen are escaped, or a rig could move the cursor of
+/// a terminal.
 ///
 /// ```
 /// use furuta_hw::identity::printable;
@@ -77,7 +79,8 @@ pub struct Mismatch {
 /// The rig on the port is not the one of the rig file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the rig on this port is not the one of the rig file: {}; give the file of this rig, or --any-rig to run it all the same",
+    "the rig on this port is not the one of the rig file: {}; give the file of this rig, or --any-rig to \
+     run it all the same",
     listed(.mismatches)
 )]
 pub struct WrongRig {
@@ -96,16 +99,18 @@ pub(crate) fn listed(items: &[impl std::fmt::Display]) -> String {
 
 /// Where the rig and the rig file disagree.
 ///
-/// What tells one rig from another is compared: the name (a rig file's may go on, as that of a repaired one does, since a rig has 32 bytes for
-/// it), the counts of both encoders, and the largest voltage. The limits of angle and speed are not: each side keeps its own, and whichever
-/// is reached first switches the motor off.
+/// What tells one rig from another is compared: the name (a rig file's may go on, as that of a repaired one does, since
+/// a rig has 32 bytes for it), the counts of both encoders, and the largest voltage. The limits of angle and speed are
+/// not: each side keeps its own, and whichever is reached first switches the motor off.
 ///
 /// ```
 /// use furuta_hw::{EmulatedRig, Emulation, identity::mismatches};
-/// let [one, other] = ["qube-servo-2", "fong2014-emecs"].map(|name| furuta_model::Rig::builtin(name).expect("built in"));
+/// let named = |name| furuta_model::Rig::builtin(name).expect("built in");
+/// let [one, other] = ["qube-servo-2", "fong2014-emecs"].map(named);
 /// let hello = *EmulatedRig::new(&one, &Emulation::default())?.settings();
 /// assert_eq!(mismatches(&hello, &one), []);
-/// assert_eq!(mismatches(&hello, &other)[0].to_string(), "the rig says name = qube-servo-2, its rig file fong2014-emecs");
+/// let first = mismatches(&hello, &other)[0].to_string();
+/// assert_eq!(first, "the rig says name = qube-servo-2, its rig file fong2014-emecs");
 /// # Ok::<(), furuta_hw::EmulationError>(())
 /// ```
 #[must_use]

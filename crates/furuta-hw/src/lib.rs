@@ -21,28 +21,35 @@ mod delay;
 pub mod emulate;
 pub mod identity;
 pub mod link;
+mod loop_settings;
 pub mod pilot;
 pub mod provenance;
 pub mod real_time;
 pub mod recorder;
 pub mod replay;
+mod rig_time;
+mod run_error;
+mod safety;
 pub mod session;
+mod summary;
 pub mod transport;
-mod verdict;
 
-pub use clock::{Against, OldSample, RigClock};
-pub use control_loop::{End, LoopSettings, ModeChange, RunError, Summary, run};
+pub use control_loop::run;
 pub use emulate::{EmulatedRig, Emulation, EmulationError, Pace, PtyError, PtyRig};
 pub use furuta_model::signals::Excitation;
 pub use identity::{Mismatch, WrongRig};
 pub use link::{Link, LinkError};
+pub use loop_settings::LoopSettings;
 pub use pilot::{
     Decision, Measurement, OpenLoop, Pilot, Reference, SwingUpBalance, Task, rehearse,
 };
 pub use real_time::{Granted, Held, Measure, Metronome, RealTime, WakeUp, measure_wake_up};
 pub use recorder::{RecordSender, Recorded, Recorder};
 pub use replay::{Replay, ReplayError, ReplayOptions, replay};
+pub use rig_time::{Against, OldSample, RigClock};
+pub use run_error::RunError;
 pub use session::{Session, SessionError};
+pub use summary::{End, ModeChange, Summary};
 pub use transport::{
     EmulatedTransport, FaultRates, FaultyTransport, SerialTransport, Transport, TransportError,
 };

@@ -70,7 +70,7 @@ pub struct Link<T> {
 }
 
 impl<T: Transport> Link<T> {
-    /// A link on which nobody has been asked yet who is at the other end.
+    /// A link whose other end has not been asked yet who it is.
     #[must_use]
     pub fn new(transport: T) -> Self {
         Self {
@@ -133,7 +133,8 @@ impl<T: Transport> Link<T> {
         })
     }
 
-    /// Next message, or `None` at the deadline ([`Self::now`]), however much comes that is none. Bad frames are counted and skipped.
+    /// Next message, or `None` at the deadline ([`Self::now`]), however much comes that is none. Bad frames are counted
+    /// and skipped.
     ///
     /// # Errors
     /// [`TransportError`].
@@ -177,8 +178,8 @@ impl<T: Transport> Link<T> {
         }))
     }
 
-    /// How long a query and its answer take, there and back; `None` where none comes within `timeout`. Samples that come meanwhile are
-    /// thrown away: not for use while something moves.
+    /// How long a query and its answer take, there and back; `None` where none comes within `timeout`. Samples that
+    /// come meanwhile are thrown away: not for use while something moves.
     ///
     /// # Errors
     /// [`TransportError`].

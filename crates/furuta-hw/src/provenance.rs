@@ -37,7 +37,8 @@ pub const FORMAT_VERSION: &str = "2";
 /// Program and version, as logs name them.
 pub const SOFTWARE: &str = concat!("furuta ", env!("CARGO_PKG_VERSION"));
 
-/// What the log of a run shall say; `words` is the pilot's own description. The controller file is that of a [`Task::Balance`].
+/// What the log of a run shall say; `words` is the pilot's own description. The controller file is that of a
+/// [`Task::Balance`].
 #[must_use]
 pub fn metadata(
     rig: &Rig,

@@ -53,8 +53,8 @@ impl RecordSender {
         }
     }
 
-    /// Records lost because the writer did not keep up, or has given up. What was in the ring when it gave up is lost as well:
-    /// [`Recorded::records`] has the last word.
+    /// Records lost because the writer did not keep up, or has given up. What was in the ring when it gave up is lost
+    /// as well: [`Recorded::records`] has the last word.
     #[must_use]
     pub fn lost(&self) -> u64 {
         self.lost
@@ -134,7 +134,7 @@ fn write_all<W: Write + Seek>(
     mut log: LogWriter<W>,
 ) -> Recorded {
     let written = write_until_the_end(&mut ring, notes, &mut log);
-    // The sender notices nothing of an error but that nobody listens: the loop must go on without a log.
+    // The sender notices nothing of an error but that no reader is left: the loop must go on without a log.
     let (records, kept) = (log.written(), log.kept());
     match written.and_then(|()| log.finish().map(drop)) {
         Ok(()) => Recorded {
@@ -198,17 +198,17 @@ mod tests {
 
     use super::*;
 
-    /// A disk that takes its time, and no more than `room` bytes.
+    /// A disk that takes its time, and no more than `capacity` bytes.
     struct BadDisk {
         bytes: Cursor<Vec<u8>>,
-        room: usize,
+        capacity: usize,
         stall: Duration,
     }
 
     impl Write for BadDisk {
         fn write(&mut self, buf: &[u8]) -> io::Result<usize> {
             std::thread::sleep(self.stall);
-            if self.bytes.get_ref().len() + buf.len() > self.room {
+            if self.bytes.get_ref().len() + buf.len() > self.capacity {
                 return Err(io::ErrorKind::StorageFull.into());
             }
             self.bytes.write(buf)
@@ -246,7 +246,7 @@ mod tests {
         let stall = Duration::from_millis(5); // the log takes several hundred writes: more than a second
         let disk = BadDisk {
             bytes: Cursor::default(),
-            room: usize::MAX,
+            capacity: usize::MAX,
             stall,
         };
         let (took, lost, recorded) = record_to(disk, 2000);
@@ -281,7 +281,7 @@ mod tests {
     fn a_full_disk_is_told_at_the_end() {
         let disk = BadDisk {
             bytes: Cursor::default(),
-            room: 20_000,
+            capacity: 20_000,
             stall: Duration::ZERO,
         };
         let (_, _, recorded) = record_to(disk, 5000);

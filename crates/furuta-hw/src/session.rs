@@ -10,11 +10,13 @@ use furuta_log::{LogError, LogWriter, Metadata, WatchedFile};
 use furuta_model::Rig;
 use furuta_wire::Hello;
 
-use crate::control_loop::{LoopSettings, Summary, run};
+use crate::control_loop::run;
 use crate::identity::{self, Change, Mismatch, WrongRig, listed, mismatches};
 use crate::link::{Link, LinkError};
+use crate::loop_settings::LoopSettings;
 use crate::pilot::Pilot;
 use crate::recorder::{RecordSender, Recorded, Recorder};
+use crate::summary::Summary;
 use crate::transport::{SerialTransport, Transport, TransportError};
 
 /// How long a rig may take to say who it is: boards that restart when their port is opened need two seconds.
@@ -99,9 +101,9 @@ impl<T: Transport> Session<T> {
         identity::check(&self.hello, rig)
     }
 
-    /// Runs the loop, in a thread of its own with what [`LoopSettings::real_time`] asks for, and, if a path is given, logs it there. However the
-    /// run ends, the log is ended properly. An older log at the path is replaced when the run is over,
-    /// by one that has records; see [`GrowingFile`].
+    /// Runs the loop, in a thread of its own with what [`LoopSettings::real_time`] asks for, and, if a path is given,
+    /// logs it there. However the run ends, the log is ended properly. An older log at the path is replaced when the
+    /// run is over, by one that has records; see [`GrowingFile`].
     ///
     /// # Errors
     /// [`SessionError`], before the run begins: the rig no longer answers, or the log cannot be written. What goes
@@ -141,7 +143,8 @@ impl<T: Transport> Session<T> {
         Ok((summary, recorded))
     }
 
-    /// The loop in a thread of its own: priority and processor end with it, and no other thread inherits them. Ends the log.
+    /// The loop in a thread of its own: priority and processor end with it, and no other thread inherits them. Ends the
+    /// log.
     fn in_a_thread<P: Pilot + Sync>(
         &mut self,
         pilot: &P,
@@ -189,7 +192,8 @@ fn begin(
     Recorder::start(log).map_err(SessionError::Thread)
 }
 
-/// A log with records takes its place; of one without, nothing stays, and an older log is as it was. What a failure left of a log that replaces none stays
+/// A log with records takes its place; of one without, nothing stays, and an older log is as it was. What a failure
+/// left of a log that replaces none stays
 /// where it is: it may be readable as far as it goes.
 fn put(mut recorded: Recorded, log: GrowingFile) -> Recorded {
     let is_empty = recorded.records == 0;

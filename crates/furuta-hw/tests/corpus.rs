@@ -1,4 +1,5 @@
-//! The properties of the fuzz targets `rig` and `host` (fuzz/), on the corpus that the fuzzer left and on its beginnings.
+//! The properties of the fuzz targets `rig` and `host` (fuzz/), on the corpus that the fuzzer left and on its
+//! beginnings.
 
 #[path = "../../../fuzz/both_ends.rs"]
 mod both_ends;

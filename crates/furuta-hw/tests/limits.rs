@@ -1,4 +1,5 @@
-//! A limit hit at speed: the arm is braked, for a quarter of a second at most, and then the motor is off. On every built-in rig, found by the host, by the rig itself, or by both.
+//! A limit hit at speed: the arm is braked, for a quarter of a second at most, and then the motor is off. On every
+//! built-in rig, found by the host, by the rig itself, or by both.
 
 mod common;
 
@@ -29,7 +30,7 @@ fn limits() -> Limits {
     }
 }
 
-/// A rig on which an eye is kept.
+/// A rig that is watched.
 struct Watched {
     line: EmulatedTransport,
     /// True states and voltages held, tick by tick.
@@ -198,7 +199,8 @@ fn a_limit_hit_at_speed_is_a_ramped_stop() {
     }
 }
 
-/// The swing-up drives the arm to where its own limits are wider than the host's: the supervisor's fault, and the loop's.
+/// The swing-up drives the arm to where its own limits are wider than the host's: the supervisor's fault, and the
+/// loop's.
 #[test]
 fn a_swing_up_into_a_limit_ends_with_the_motor_off() {
     let rig = Rig::builtin("shahzad2022-srv02").expect("built in");

@@ -1,4 +1,4 @@
-//! A minute of the loop, log included: it allocates nothing, waits for nobody, and does not notice what becomes of its log.
+//! A minute of the loop, log included: it allocates nothing, never waits, and does not notice what becomes of its log.
 
 mod common;
 
@@ -83,11 +83,11 @@ fn a_logged_run_over_a_terminal_allocates_nothing() {
     assert_eq!(log.timing.as_deref(), Some(&summary.timing));
 }
 
-/// A thread that takes a lock that another holds, or waits for anything else, gives its processor away of its own accord, which Linux counts. On a line
-/// that never makes it wait the loop has no other reason to.
+/// A thread that takes a lock that another holds, or waits for anything else, gives its processor away of its own
+/// accord, which Linux counts. On a line that never makes it wait the loop has no other reason to.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_minute_of_the_loop_waits_for_nobody() {
+fn a_minute_of_the_loop_never_waits() {
     let waits = || {
         let status = std::fs::read_to_string("/proc/thread-self/status").expect("Linux");
         let count = status
@@ -109,7 +109,8 @@ fn a_minute_of_the_loop_waits_for_nobody() {
         (summary.samples, recorder.finish().error.is_none()),
         (SAMPLES, true)
     );
-    // The writer took records out of the ring all the while. A page fault may wait for the process's memory map: a few at the start.
+    // The writer took records out of the ring all the while. A page fault may wait for the process's memory map: a few
+    // at the start.
     assert!(
         waited < 20,
         "the loop waited {waited} times in {SAMPLES} samples"

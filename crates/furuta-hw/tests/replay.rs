@@ -1,4 +1,5 @@
-//! Runs on the emulated rig, replayed: the very commands, bit for bit; and what was changed afterwards, found at its sample.
+//! Runs on the emulated rig, replayed: the very commands, bit for bit; and what was changed afterwards, found at its
+//! sample.
 
 mod common;
 
@@ -83,7 +84,7 @@ fn balance(
     (end, log.read())
 }
 
-/// An emulated rig whose pendulum somebody pushes over, after 4 and after 6 seconds.
+/// An emulated rig whose pendulum is pushed over, after 4 and after 6 seconds.
 struct Pushed {
     transport: EmulatedTransport,
     reads: u32,
@@ -389,7 +390,7 @@ fn a_log_that_cannot_be_replayed_is_refused_in_words() {
 }
 
 /// One of the numbers of a record that the pilot gave, or that it was given.
-#[derive(Copy, Clone, Debug)]
+#[derive(Copy, Clone, Debug, PartialEq)]
 enum Column {
     Theta,
     Alpha,
@@ -403,7 +404,8 @@ enum Column {
 
 use Column::{Alpha, AlphaDot, Command, Reference as Asked, T, Theta, ThetaDot, U};
 
-/// Any single bit of any measurement, time, voltage, command or estimate: found at its sample. (Whether the very last tick came late, nothing after it tells.)
+/// Any single bit of any measurement, time, voltage, command or estimate: found at its sample. (Whether the very last
+/// tick came late, nothing after it tells.)
 #[test]
 fn a_flipped_bit_is_found_at_its_sample() {
     let (_, log) = balance(&srv02(), "", STEPS, false, "bits");
@@ -433,7 +435,12 @@ fn a_flipped_bit_is_found_at_its_sample() {
             AlphaDot => &mut record.alpha_dot,
             Asked => &mut record.reference,
         };
-        *number = f64::from_bits(number.to_bits() ^ (1 << bit));
+        let was = *number;
+        *number = f64::from_bits(was.to_bits() ^ (1 << bit));
+        // A tick that came early or late by a part of its period is one that a run can have: 2 ms made 0.5 ms.
+        let microseconds = *number * 1e6;
+        let possible = (*number - was).abs() < 0.002 && (microseconds - microseconds.round()).abs() < 1e-9;
+        prop_assume!(!(column == T && possible));
         let replayed = again(&log);
         prop_assert!(!replayed.is_identical());
         let first = replayed.first.as_ref().map(Finding::index);

@@ -1,4 +1,5 @@
-//! Experiments that could be made: a family of test signals, each as strong as a rig bears, and what the encoders would then read.
+//! Experiments that could be made: a family of test signals, each as strong as a rig bears, and what the encoders would
+//! then read.
 
 use core::f64::consts::PI;
 
@@ -16,13 +17,13 @@ use crate::shooting::Data;
 pub(crate) const SECONDS: f64 = 10.0;
 /// Where the rig names no limit, the arm stays within this angle, rad: half a turn less a margin for the cable.
 const ARM_WITHIN: f64 = 2.5;
-/// A signal that is too strong for the rig is halved, so many times at most.
+/// A signal that is too strong for the rig is halved at most this many times.
 pub(crate) const HALVED: usize = 8;
 /// Signals are tried as strong as the rig bears, and at this part of that: friction shows at low speed.
 pub(crate) const LEVELS: [f64; 2] = [1.0, 0.25];
 /// A pendulum that is lifted and let go starts so far from hanging, rad.
 const LIFTED: f64 = 1.5;
-/// The phases of a multisine are improved from so many starts, as `furuta run` does it.
+/// The phases of a multisine are improved from this many starts, as `furuta run` does it.
 const RESTARTS: u32 = 8;
 /// A test signal but for its size.
 #[derive(Clone, Copy, Debug)]
@@ -112,7 +113,8 @@ impl Shape {
         Excitation::new(signal, SECONDS)?.limited(limit)
     }
 
-    /// The largest amplitude, in command limits: a sum of sines has its root mean square as amplitude, and peaks of twice that.
+    /// The largest amplitude, in command limits: a sum of sines has its root mean square as amplitude, and peaks of
+    /// twice that.
     pub(crate) fn most(self) -> f64 {
         match self {
             Self::Multisine { .. } => 0.45,
@@ -147,8 +149,8 @@ impl Shape {
     }
 }
 
-/// What the encoders would read of a rig under a test signal, a sample every `h` (s), with `noise` (rad, rounding included); nothing where the motion would
-/// leave what can be predicted as a whole.
+/// What the encoders would read of a rig under a test signal, a sample every `h` (s), with `noise` (rad, rounding
+/// included); nothing where the motion would leave what can be predicted as a whole.
 pub(crate) fn record(
     rig: &Rig,
     shape: Shape,
@@ -173,9 +175,9 @@ pub(crate) fn record(
         if y.iter().any(|y| !y.is_finite()) || y[0].abs() > within {
             return None;
         }
-        for (c, angle) in angles.iter_mut().enumerate() {
-            let noisy = y[c] + extra[c] * normal(c as u64, k as u64);
-            angle.push((noisy / resolution[c]).round() * resolution[c]);
+        let noisy = std::array::from_fn(|c| y[c] + extra[c] * normal(c as u64, k as u64));
+        for (angle, read) in angles.iter_mut().zip(rig.sensors.quantised(noisy)) {
+            angle.push(read);
         }
         let volts = excitation.volts(k as f64 * h);
         t.push(k as f64 * h);

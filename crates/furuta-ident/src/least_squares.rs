@@ -1,7 +1,8 @@
 //! Levenberg and Marquardt's method, for every nonlinear least-squares problem of this crate.
 //!
-//! A problem says what a place costs, how it looks when it is linearised there, and where a step leads. The method decides how far to trust the
-//! linear model: a step that lowers the cost is taken and the damping eased, one that does not is repeated with more damping.
+//! A problem says what a place costs, how it looks when it is linearised there, and where a step leads. The method
+//! decides how far to trust the linear model: a step that lowers the cost is taken and the damping eased, one that does
+//! not is repeated with more damping.
 
 /// What the method minimises, over places: parameters, with what was computed there.
 pub(crate) trait LeastSquares<Place> {
@@ -24,7 +25,7 @@ pub(crate) trait LeastSquares<Place> {
     fn trial(&self, place: &Place, linear: &Self::Linear, step: &Self::Step, last: bool) -> Place;
 
     /// Whether to try a step that is predicted to lower the cost by `predicted`, after `iteration` others.
-    fn promises(&self, place: &Place, predicted: f64, iteration: usize) -> bool {
+    fn is_worth_a_step(&self, place: &Place, predicted: f64, iteration: usize) -> bool {
         let _ = (place, predicted, iteration);
         true
     }
@@ -46,8 +47,8 @@ pub(crate) struct Rules {
     pub(crate) stiffen: (f64, f64),
     /// Beyond this damping no step helps.
     pub(crate) most: f64,
-    /// A refused step that promised less than this share of the cost ends the method.
-    pub(crate) hopeless: f64,
+    /// A refused step that was predicted to gain less than this share of the cost ends the method.
+    pub(crate) abandoned: f64,
 }
 
 /// The best place found from `start`, and the problem linearised there, unless the steps ran out.
@@ -63,7 +64,7 @@ pub(crate) fn minimise<Place, P: LeastSquares<Place>>(
         let Some((step, predicted)) = problem.step(&here, &linear, damping) else {
             break;
         };
-        if !problem.promises(&here, predicted, iteration) {
+        if !problem.is_worth_a_step(&here, predicted, iteration) {
             break;
         }
         let last = iteration + 1 == rules.iterations;
@@ -82,7 +83,7 @@ pub(crate) fn minimise<Place, P: LeastSquares<Place>>(
                 break;
             }
         } else {
-            if predicted.abs() < rules.hopeless * before {
+            if predicted.abs() < rules.abandoned * before {
                 break;
             }
             damping = (damping * rules.stiffen.0).max(rules.stiffen.1);

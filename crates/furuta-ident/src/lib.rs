@@ -1,5 +1,5 @@
-//! Recordings of a rotary inverted pendulum, and what they say about its model: reading and checking them, fitting a rig's parameters, finding the effect
-//! that the model lacks, and showing it.
+//! Recordings of a rotary inverted pendulum, and what they say about its model: reading and checking them, fitting a
+//! rig's parameters, finding the effect that the model lacks, and showing it.
 
 mod answer;
 pub mod calibrate;

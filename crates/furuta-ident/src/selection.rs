@@ -60,17 +60,17 @@ pub enum SelectionError {
 /// let plant: Plant<f64> = Plant::new(&rig.params, &[]).expect("no effects");
 /// let recorded = |name: &str, sign: f64| {
 ///     let mut x = plant.rest(State::hanging());
-///     let mut csv = String::from("t,u,theta,alpha\n");
+///     let mut samples = Vec::new();
 ///     for k in 0..2000 {
 ///         let t = 0.002 * f64::from(k);
 ///         let u = 1.5 * (3.0 * t * (1.0 + t)).sin();
 ///         let [theta, alpha] = plant.measure(&x);
-///         csv += &format!("{t},{},{theta},{alpha}\n", sign * u);
+///         samples.push([t, sign * u, theta, alpha]);
 ///         plant.step(&mut x, u, 0.002);
 ///     }
-///     Recording::from_csv(name, csv.as_bytes())
+///     Recording::from_samples(name, samples)
 /// };
-/// let selection = select(vec![recorded("a.csv", 1.0)?, recorded("b.csv", -1.0)?], Vec::new(), &rig, false)?;
+/// let selection = select(vec![recorded("a", 1.0)?, recorded("b", -1.0)?], Vec::new(), &rig, false)?;
 /// assert_eq!(selection.recordings.len(), 1);
 /// assert!(matches!(selection.notices[0].kind, NoticeKind::LeftOut { .. }));
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -12,8 +12,10 @@ pub enum Task {
 }
 
 impl Task {
-    /// Roughly how long it takes for so many samples, s. All three simulate every sample again and again, so the time grows with the
-    /// samples. Measured on two cores, on chirps of 10,000 and 30,000 samples with one effect; effects that are hard to tell apart take
+    /// Roughly how long it takes for this number of samples, s. All three simulate every sample again and again, so the
+    /// time grows with the
+    /// samples. Measured on two cores, on chirps of 10,000 and 30,000 samples with one effect; effects that are hard to
+    /// tell apart take
     /// several times as long.
     ///
     /// ```

@@ -1,4 +1,5 @@
-//! What breaks a convention is named for what it is, on every recording of the development cases and of the real rig; what is sound is not accused.
+//! What breaks a convention is named for what it is, on every recording of the development cases and of the real rig;
+//! what is sound is not accused.
 
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -34,7 +35,8 @@ fn shared() -> Vec<(PathBuf, Vec<PathBuf>)> {
         .collect()
 }
 
-/// The folders in which a pendulum swings: one that is balanced in all recordings shows neither where its angle is counted from nor that an encoder
+/// The folders in which a pendulum swings: one that is balanced in all recordings shows neither where its angle is
+/// counted from nor that an encoder
 /// clips, since its motion is a few counts.
 fn swinging() -> Vec<(PathBuf, Vec<PathBuf>)> {
     let swings = |file: &PathBuf| {
@@ -158,8 +160,9 @@ const CORRUPTIONS: [Corruption; 11] = [
     ),
 ];
 
-/// Table of every way on every recording (`--nocapture` prints it). A single recording need not show a mistake (one in which the arm hardly moves
-/// cannot tell its sign), so a share of them must, and of the runs of one rig together, which is what a diagnosis is given, at least one.
+/// Table of every way on every recording (`--nocapture` prints it). A single recording need not show a mistake (one in
+/// which the arm hardly moves cannot tell its sign), so a share of them must, and of the runs of one rig together,
+/// which is what a diagnosis is given, at least one.
 #[test]
 fn every_mistake_is_named_on_shared_recordings() {
     let mut found = [0; CORRUPTIONS.len()];

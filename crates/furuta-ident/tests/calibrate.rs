@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Run, qube, record, sweep};
+use common::{RunSetup, qube, record, sweep};
 use furuta_ident::calibrate::result::Why;
 use furuta_ident::calibrate::{CalibrateError, Calibration, Options, calibrate};
 use furuta_ident::recording::Recording;
@@ -43,13 +43,13 @@ fn a_sheet_that_is_twice_off_is_mended() {
         ],
     );
     let recordings = [
-        record("a.csv", &real, Run::default(), sweep(3.0, 0.0)),
+        record("a.csv", &real, RunSetup::default(), sweep(3.0, 0.0)),
         record(
             "b.csv",
             &real,
-            Run {
+            RunSetup {
                 seed: 1,
-                ..Run::default()
+                ..RunSetup::default()
             },
             sweep(2.0, 1.5),
         ),
@@ -80,7 +80,7 @@ fn a_sheet_that_is_twice_off_is_mended() {
 #[test]
 fn what_shows_only_together_is_said() {
     let real = qube();
-    let recordings = [record("a.csv", &real, Run::default(), sweep(3.0, 0.0))];
+    let recordings = [record("a.csv", &real, RunSetup::default(), sweep(3.0, 0.0))];
     let c = calibrate(&recordings, &real, &Options::default())
         .expect("a good recording")
         .calibration;
@@ -126,19 +126,19 @@ fn recordings_of_different_rates_hanging_and_upright() {
         let u: f64 = (0..4).map(|i| -gain[i] * x[i]).sum();
         (u + 3.0 * wish).clamp(-10.0, 10.0)
     };
-    let upright = Run {
+    let upright = RunSetup {
         rate: 1000.0,
         seconds: 6.0,
         start: State::new(0.0, 0.02, 0.0, 0.0),
-        ..Run::default()
+        ..RunSetup::default()
     };
     let recordings = [
         record(
             "hanging.csv",
             &real,
-            Run {
+            RunSetup {
                 rate: 250.0,
-                ..Run::default()
+                ..RunSetup::default()
             },
             sweep(2.0, 0.0),
         ),
@@ -189,13 +189,13 @@ fn effects_of_the_rig_file_can_be_calibrated() {
         Effect::new("motor.delay", &[0.002]).expect("valid"),
     ];
     let recordings = [
-        record("a.csv", &real, Run::default(), sweep(2.0, 0.0)),
+        record("a.csv", &real, RunSetup::default(), sweep(2.0, 0.0)),
         record(
             "b.csv",
             &real,
-            Run {
+            RunSetup {
                 seed: 1,
-                ..Run::default()
+                ..RunSetup::default()
             },
             |t, _| 1.2 * (3.0 * t).sin(),
         ),
@@ -220,11 +220,12 @@ fn effects_of_the_rig_file_can_be_calibrated() {
 
 #[test]
 fn the_rig_stays_physical() {
-    // The sheet's centre of mass is too far out: no inertia about it is small enough for a pendulum that swings so fast.
+    // The sheet's centre of mass is too far out: no inertia about it is small enough for a pendulum that swings so
+    // fast.
     let real = qube();
     let mut sheet = real.clone();
     sheet.params.pendulum.com *= 1.5;
-    let recordings = [record("a.csv", &real, Run::default(), sweep(3.0, 0.0))];
+    let recordings = [record("a.csv", &real, RunSetup::default(), sweep(3.0, 0.0))];
     let options = Options {
         free: vec![
             "motor.torque_constant".into(),
@@ -271,10 +272,10 @@ fn the_rig_stays_physical() {
 #[test]
 fn a_profile_agrees_with_the_standard_deviation_where_the_model_is_nearly_linear() {
     let real = qube();
-    let run = Run {
+    let run = RunSetup {
         seconds: 4.0,
         noise: 2e-3,
-        ..Run::default()
+        ..RunSetup::default()
     };
     let recordings = [record("a.csv", &real, run, sweep(2.0, 0.0))];
     let options = Options {
@@ -311,14 +312,14 @@ fn bad_input_is_named() {
     let short = record(
         "short.csv",
         &real,
-        Run {
+        RunSetup {
             seconds: 1.0,
-            ..Run::default()
+            ..RunSetup::default()
         },
         sweep(2.0, 0.0),
     );
-    let still = record("still.csv", &real, Run::default(), |_, _| 0.0);
-    let good = record("good.csv", &real, Run::default(), sweep(2.0, 0.0));
+    let still = record("still.csv", &real, RunSetup::default(), |_, _| 0.0);
+    let good = record("good.csv", &real, RunSetup::default(), sweep(2.0, 0.0));
     let message = |recordings: &[Recording], options: Options| {
         calibrate(recordings, &real, &options)
             .expect_err("bad input")
@@ -351,9 +352,9 @@ fn bad_input_is_named() {
     let constant = record(
         "constant.csv",
         &circling,
-        Run {
+        RunSetup {
             seconds: 5.0,
-            ..Run::default()
+            ..RunSetup::default()
         },
         |_, _| 0.0,
     );

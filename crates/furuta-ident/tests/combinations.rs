@@ -1,5 +1,5 @@
-//! Effects that a search which takes the best one after the other does not come by: neither of a pair is the best alone, or the form of one is far from
-//! what a bearing has.
+//! Effects that a search which takes the best one after the other does not come by: neither of a pair is the best
+//! alone, or the form of one is far from what a bearing has.
 
 use furuta_ident::diagnose::{Request, Verdict, diagnose};
 use furuta_ident::recording::Recording;
@@ -28,11 +28,7 @@ fn record(rig: &Rig, effects: &[Effect<f64>], command: impl Fn(f64) -> f64) -> R
     for k in 0..(SECONDS / H) as usize {
         let t = k as f64 * H;
         let u = command(t);
-        let read = plant.measure(&state);
-        let [theta, alpha] = std::array::from_fn(|i| {
-            let q = rig.sensors.resolution()[i];
-            (read[i] / q).round() * q
-        });
+        let [theta, alpha] = rig.sensors.quantised(plant.measure(&state));
         writeln!(csv, "{t:.6},{u},{theta:.7},{alpha:.7}").expect("a string takes everything");
         plant.step(&mut state, u, H);
     }
@@ -73,7 +69,8 @@ fn a_ripple_of_the_motor_and_cogging_are_told_apart() {
     }
 }
 
-/// Under both, the arm hangs in the teeth most of the time. Friction alone explains most, and Stribeck friction a little more: beside that, cogging is not found.
+/// Under both, the arm hangs in the teeth most of the time. Friction alone explains most, and Stribeck friction a
+/// little more: beside that, cogging is not found.
 #[test]
 fn friction_and_cogging_are_named_though_stribeck_friction_is_the_best_alone() {
     let hidden = [
@@ -87,7 +84,8 @@ fn friction_and_cogging_are_named_though_stribeck_friction_is_the_best_alone() {
     assert_eq!(verdict, Verdict::MissingEffects);
 }
 
-/// What a real QUBE's chirps show: a cable that stiffens, and rubs and bends over a quarter of a radian, where a bearing's bristles do over milliradians.
+/// What a real QUBE's chirps show: a cable that stiffens, and rubs and bends over a quarter of a radian, where a
+/// bearing's bristles do over milliradians.
 #[test]
 fn a_cable_that_rubs_is_named_beside_its_spring() {
     let hidden = [

@@ -1,5 +1,5 @@
-//! Diagnosis of recordings in which an effect is hidden. The plant here is the project's own (quick, and every truth is known to the last digit);
-//! the Python tests do the same with recordings made by MuJoCo.
+//! Diagnosis of recordings in which an effect is hidden. The plant here is the project's own (quick, and every truth is
+//! known to the last digit); the Python tests do the same with recordings made by MuJoCo.
 
 use std::fmt::Write as _;
 
@@ -26,14 +26,8 @@ fn record(rig: &Rig, plant: &Plant<f64>, name: &str, seconds: f64, phase: f64) -
             -0.4
         };
         let u = volts * ((4.0 * t + 0.9 * t * t + phase).sin() + step - 0.2 * state.x.theta);
-        let counts: Vec<f64> = plant
-            .measure(&state)
-            .iter()
-            .zip(rig.sensors.resolution())
-            .map(|(y, q)| (y / q).round() * q)
-            .collect();
-        writeln!(csv, "{t:.6},{u:.6},{:.7},{:.7}", counts[0], counts[1])
-            .expect("a string takes everything");
+        let [theta, alpha] = rig.sensors.quantised(plant.measure(&state));
+        writeln!(csv, "{t:.6},{u:.6},{theta:.7},{alpha:.7}").expect("a string takes everything");
         plant.step(&mut state, format!("{u:.6}").parse().expect("a number"), H);
     }
     Recording::from_csv(name, csv.as_bytes())
@@ -94,8 +88,8 @@ fn typical(spec: &Spec, rig: &Rig) -> Vec<f64> {
         .collect()
 }
 
-/// Each effect at the size that its catalogue entry calls typical is named, alone, with its parameters; and the repaired rig predicts a whole
-/// recording that was kept apart.
+/// Each effect at the size that its catalogue entry calls typical is named, alone, with its parameters; and the
+/// repaired rig predicts a whole recording that was kept apart.
 #[test]
 fn every_effect_is_named() {
     let rig = qube();
@@ -116,7 +110,8 @@ fn named_wrongly(spec: &Spec, rig: &Rig) -> Option<String> {
     }
     for (p, truth) in spec.parameters.iter().zip(&values) {
         let estimate = &diagnosis.effects[0].parameters[p.name];
-        // 5 % where friction hides behind the encoder's counts; most are within 0.5 %. What the data hardly show may be off by two of its deviations.
+        // 5 % where friction hides behind the encoder's counts; most are within 0.5 %. What the data hardly show may be
+        // off by two of its deviations.
         if (estimate.value - truth).abs() > (0.05 * truth.abs()).max(2.0 * estimate.std) {
             return Some(format!(
                 "{} {}: {} ± {}, truth {truth}",
@@ -124,7 +119,8 @@ fn named_wrongly(spec: &Spec, rig: &Rig) -> Option<String> {
             ));
         }
     }
-    // six seconds open loop from a state known to about a count (0.003 rad), where the model as given is off by a radian
+    // six seconds open loop from a state known to about a count (0.003 rad), where the model as given is off by a
+    // radian
     let far = diagnosis.verification.iter().find(|r| r.repaired >= 0.03);
     far.map(|row| format!("{}: {row:?}", spec.id))
 }
@@ -142,7 +138,8 @@ fn a_rig_without_hidden_effect_is_not_accused() {
     );
 }
 
-/// Effects too weak to be named, or just strong enough: each is named, or no larger than the limit that is stated for it.
+/// Effects too weak to be named, or just strong enough: each is named, or no larger than the limit that is stated for
+/// it.
 #[test]
 fn what_is_not_named_is_within_its_limit() {
     let rig = qube();
@@ -359,10 +356,10 @@ fn experiments(hidden: &[Effect<f64>]) -> Vec<Diagnosis> {
         .collect()
 }
 
-/// Other experiments on one rig, nothing hidden: however noise and rounding fall, nobody is accused. 25 data sets; the tool promises one false alarm in
-/// some hundreds.
+/// Other experiments on one rig, nothing hidden: however noise and rounding fall, no effect is named. 25 data sets; the
+/// tool states one false alarm in some hundreds.
 #[test]
-fn noise_alone_names_nobody() {
+fn noise_alone_names_nothing() {
     let accused: Vec<_> = experiments(&[])
         .into_iter()
         .enumerate()
@@ -372,8 +369,9 @@ fn noise_alone_names_nobody() {
     assert!(accused.is_empty(), "{}", accused.join("\n"));
 }
 
-/// The 95 % intervals of fitted values hold the truth about as often as they say: of 75 (three parameters, 25 experiments) at least 66. With the right
-/// deviations fewer come four times in a thousand (binomial), with deviations too small by a third nine times in ten.
+/// The 95 % intervals of fitted values hold the truth about as often as they say: of 75 (three parameters, 25
+/// experiments) at least 66. With the right deviations fewer come four times in a thousand (binomial), with deviations
+/// too small by a third nine times in ten.
 #[test]
 fn intervals_hold_the_truth() {
     let (stiffness, rest) = (5e-4, 0.2);
@@ -394,8 +392,9 @@ fn intervals_hold_the_truth() {
     assert!(held >= 66, "{held} of 75");
 }
 
-/// The torque that the refitted model lacks, told without any candidate: on the axis, against the state, with the sign and about the size that were
-/// hidden; with the effect added, nothing is left. The fit of damping takes a part of a friction and leaves the opposite behind: hence a quarter.
+/// The torque that the refitted model lacks, told without any candidate: on the axis, against the state, with the sign
+/// and about the size that were hidden; with the effect added, nothing is left. The fit of damping takes a part of a
+/// friction and leaves the opposite behind: hence a quarter.
 #[test]
 fn the_missing_torque_is_what_was_hidden() {
     let rig = qube();
@@ -432,7 +431,8 @@ fn the_missing_torque_is_what_was_hidden() {
         let size = -told.size / value;
         assert!((size - 1.0).abs() < 0.25, "{id}: {size} times");
         assert!(told.share_of_gap > 0.5, "{id}: {}", told.share_of_gap);
-        // Of so many normal numbers the mean square is 1 ± 0.2. Deviations that the windows' differences give make what was hidden look smaller than it is.
+        // Of this many normal numbers the mean square is 1 ± 0.2. Deviations that the windows' differences give make
+        // what was hidden look smaller than it is.
         let (mut before, mut after) = (Vec::new(), Vec::new());
         for t in &outcome.curves.torque_by_state {
             let square = |(v, s): (&f64, &f64)| (v / s).powi(2);

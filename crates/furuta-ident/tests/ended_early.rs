@@ -1,11 +1,12 @@
-//! A diagnosis that is ended early, by a person or by its time limit, names nothing that it would not have named at its end.
+//! A diagnosis that is ended early, by a person or by its time limit, names nothing that it would not have named at its
+//! end.
 
 mod common;
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
-use common::{Run, qube, record, sweep};
+use common::{RunSetup, names, qube, record, sweep};
 use furuta_ident::diagnose::result::Diagnosis;
 use furuta_ident::diagnose::{Options, Request, Verdict, diagnose_with};
 use furuta_ident::recording::Recording;
@@ -20,7 +21,7 @@ fn recordings(hidden: &[(&str, &[f64])]) -> Vec<Recording> {
     let rig = Rig { effects, ..qube() };
     [(1.5, 0.0), (2.5, 1.0)]
         .iter()
-        .map(|&(volts, phase)| record("run.csv", &rig, Run::default(), sweep(volts, phase)))
+        .map(|&(volts, phase)| record("run.csv", &rig, RunSetup::default(), sweep(volts, phase)))
         .collect()
 }
 
@@ -42,10 +43,6 @@ fn ended_after(last: usize, recordings: &[Recording]) -> Diagnosis {
         }
     });
     outcome.expect("good recordings").diagnosis
-}
-
-fn names(diagnosis: &Diagnosis) -> Vec<&str> {
-    diagnosis.effects.iter().map(|e| e.id.as_str()).collect()
 }
 
 #[test]

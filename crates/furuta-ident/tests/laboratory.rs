@@ -2,43 +2,29 @@
 
 mod common;
 
-use common::{Run, qube, record, sweep};
-use furuta_ident::diagnose::{Diagnosis, Request, Verdict, diagnose};
+use common::{RunSetup, diagnosis, names, qube, record, sweep};
+use furuta_ident::diagnose::Verdict;
 use furuta_ident::recording::Recording;
 use furuta_model::{Effect, Rig};
-
-fn diagnosis(recordings: &[Recording], sheet: &Rig) -> Diagnosis {
-    let request = Request {
-        recordings,
-        rig: sheet,
-        verify: &[],
-    };
-    diagnose(&request, &|_| ())
-        .expect("good recordings")
-        .diagnosis
-}
-
-fn names(diagnosis: &Diagnosis) -> Vec<&str> {
-    diagnosis.effects.iter().map(|e| e.id.as_str()).collect()
-}
 
 /// Two sweeps, the second by an encoder that was zeroed `offset` (rad) elsewhere.
 fn sweeps(rig: &Rig, offset: f64) -> [Recording; 2] {
     let run = |name, amplitude, phase| {
         let sweep = sweep(amplitude, phase);
-        record(name, rig, Run::default(), |t, x| {
+        record(name, rig, RunSetup::default(), |t, x| {
             sweep(t, x) - 0.2 * x.theta
         })
     };
     let (first, mut second) = (run("a.csv", 2.0, 0.0), run("b.csv", 3.0, 2.0));
-    let count = rig.sensors.resolution()[0];
+    let [offset, _] = rig.sensors.quantised([offset, 0.0]);
     for theta in &mut second.theta {
-        *theta += (offset / count).round() * count;
+        *theta += offset;
     }
     [first, second]
 }
 
-/// An arm that is 2 % too long in the sheet was taken for a spring on the pendulum, or for the scale of the arm's encoder.
+/// An arm that is 2 % too long in the sheet was taken for a spring on the pendulum, or for the scale of the arm's
+/// encoder.
 #[test]
 fn a_ruler_accuses_no_rig() {
     let rig = qube();
@@ -54,7 +40,8 @@ fn a_ruler_accuses_no_rig() {
     );
 }
 
-/// A spring that pulls to one angle, of which each recording counts from elsewhere, was taken for presliding friction and an offset of the voltage.
+/// A spring that pulls to one angle, of which each recording counts from elsewhere, was taken for presliding friction
+/// and an offset of the voltage.
 #[test]
 fn a_spring_is_named_though_each_recording_has_a_zero_of_its_own() {
     let mut rig = qube();

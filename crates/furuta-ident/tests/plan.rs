@@ -1,4 +1,5 @@
-//! Planned experiments keep their promise: simulated and calibrated, they give the standard deviations that were predicted.
+//! Planned experiments do what was predicted: simulated and calibrated, they give the standard deviations that were
+//! predicted.
 
 mod common;
 
@@ -11,10 +12,10 @@ use furuta_model::signals::{Excitation, Prbs, Signal, Steps};
 /// A recording of a test signal at 200 Hz, read by the encoders.
 fn made(rig: &Rig, signal: Signal) -> Recording {
     let excitation = Excitation::new(signal, 10.0).expect("ten seconds");
-    let run = common::Run {
+    let run = common::RunSetup {
         rate: 200.0,
         seed: 7,
-        ..common::Run::default()
+        ..common::RunSetup::default()
     };
     common::record("planned.csv", rig, run, |t, _| excitation.volts(t))
 }
@@ -41,7 +42,8 @@ fn a_plan_keeps_its_promise() {
     assert!(plan.experiments.len() > 15);
     assert!((plan.experiments[0].efficiency - 1.0).abs() < 1e-12);
 
-    // A telling experiment and the worst that still tells everything, really made: what calibration then says of its own errors is what was predicted.
+    // A telling experiment and the worst that still tells everything, really made: what calibration then says of its
+    // own errors is what was predicted.
     let signal = |words: &str, volts: f64| -> Option<Signal> {
         let switching = |hold| Prbs::new(volts, 7, hold, 0).expect("a signal").into();
         let stepping = |hold| Steps::new(volts, hold).expect("a signal").into();
@@ -91,7 +93,8 @@ fn a_plan_keeps_its_promise() {
             let error = (p.fitted - p.nominal).abs();
             assert!(error < 4.0 * p.std, "{key}: {error} with {}", p.std);
             let ratio = p.std / p.fitted.abs() / predicted;
-            // Scores of ten seconds know a standard deviation to some ten per cent, and rounding that repeats itself widens it.
+            // Scores of ten seconds know a standard deviation to some ten per cent, and rounding that repeats itself
+            // widens it.
             assert!((0.4..2.5).contains(&ratio), "{key}: {ratio}");
             ratios.push(Some(ratio));
             compared += 1;

@@ -3,14 +3,19 @@
 use std::f64::consts::{PI, TAU};
 
 use furuta_ident::recording::{NoticeKind, Recording, RecordingError, Values};
+use furuta_model::Sensors;
 use proptest::prelude::*;
 
 const PERIOD: f64 = 0.004;
 const SAMPLES: usize = 1000;
 
-/// A pendulum hanging and swinging, on an arm that turns: the equation of motion, integrated by small steps, and rounded to encoder counts.
+/// A pendulum hanging and swinging, on an arm that turns: the equation of motion, integrated by small steps, and
+/// rounded to encoder counts.
 fn swing() -> Vec<[f64; 4]> {
-    let count = TAU / 2048.0;
+    let sensors = Sensors {
+        arm_counts_per_rev: 2048.0,
+        pendulum_counts_per_rev: 2048.0,
+    };
     let (mut alpha, mut alpha_dot) = (PI + 0.4, 0.0);
     let steps = 20;
     let step = PERIOD / f64::from(steps);
@@ -19,12 +24,8 @@ fn swing() -> Vec<[f64; 4]> {
         let t = k as f64 * PERIOD;
         let theta = |t: f64| 0.5 * (7.0 * t).sin() + 0.2 * (17.0 * t).sin();
         let theta_ddot = |t: f64| -0.5 * 49.0 * (7.0 * t).sin() - 0.2 * 289.0 * (17.0 * t).sin();
-        rows.push([
-            t,
-            (7.0 * t).cos(),
-            (theta(t) / count).round() * count,
-            (alpha / count).round() * count,
-        ]);
+        let [arm, pendulum] = sensors.quantised([theta(t), alpha]);
+        rows.push([t, (7.0 * t).cos(), arm, pendulum]);
         for i in 0..steps {
             let now = t + f64::from(i) * step;
             alpha_dot += step
@@ -381,7 +382,8 @@ fn a_jump_that_is_no_turn_is_reported_and_left() {
     assert!((recording.theta[600] - rows[600][2]).abs() < 1e-6);
 }
 
-/// A balanced pendulum's small limit cycle is faster than any pendulum of a bench swings; what swings about 0 as slowly as one is counted from hanging.
+/// A balanced pendulum's small limit cycle is faster than any pendulum of a bench swings; what swings about 0 as slowly
+/// as one is counted from hanging.
 #[test]
 fn a_limit_cycle_about_upright_is_not_taken_for_a_hanging_pendulum() {
     let swinging = |speed: f64| {
@@ -634,7 +636,8 @@ fn a_log_of_a_run_is_read_with_all_its_fields() {
     assert!(salvaged.len() > 300 && salvaged.alpha == recording.alpha[..salvaged.len()]);
 }
 
-/// A run that ends because an estimate is no number has that estimate in its last sample. Angles, time and command are what a diagnosis reads.
+/// A run that ends because an estimate is no number has that estimate in its last sample. Angles, time and command are
+/// what a diagnosis reads.
 #[test]
 fn speeds_that_are_not_known_are_no_mistake() {
     let n = 100;

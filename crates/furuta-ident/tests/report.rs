@@ -1,4 +1,5 @@
-//! The report of a made-up diagnosis: what it must show, and that it stands alone. The page is left in the target folder's `tmp`, to look at.
+//! The report of a made-up diagnosis: what it must show, and that it stands alone. The page is left in the target
+//! folder's `tmp`, to look at.
 
 use std::collections::BTreeMap;
 
@@ -241,24 +242,22 @@ fn missing_spring() -> (Diagnosis, Curves) {
         ),
     ];
     let mut evidence: Vec<_> = [
-        ("arm.coulomb", 2210.0, 0.31),
-        ("motor.bias", 890.0, 0.12),
-        ("motor.delay", 150.0, 0.02),
-        ("arm.quadratic", 12.0, -0.01),
-        ("pendulum.coulomb", -7.0, f64::NAN),
-        ("sensor.alpha.offset", f64::NAN, f64::NAN),
+        ("arm.coulomb", 2210.0),
+        ("motor.bias", 890.0),
+        ("motor.delay", 150.0),
+        ("arm.quadratic", 12.0),
+        ("pendulum.coulomb", -7.0),
+        ("sensor.alpha.offset", f64::NAN),
     ]
-    .map(|(id, delta_bic, held_out_gain)| CandidateEvidence {
+    .map(|(id, delta_bic)| CandidateEvidence {
         id: id.into(),
         delta_bic,
-        held_out_gain,
         named: false,
     })
     .into();
     evidence.push(CandidateEvidence {
         id: "arm.spring".into(),
         delta_bic: 8124.0,
-        held_out_gain: 0.93,
         named: true,
     });
     diagnosis.missing_torque.push(MissingTorque {

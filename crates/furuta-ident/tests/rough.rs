@@ -2,28 +2,13 @@
 
 mod common;
 
-use common::{Run, qube, record, sweep};
-use furuta_ident::diagnose::{Diagnosis, Request, Verdict, diagnose};
+use common::{RunSetup, diagnosis, names, qube, record, sweep};
+use furuta_ident::diagnose::Verdict;
 use furuta_ident::recording::Recording;
-use furuta_model::{Effect, Rig, State};
+use furuta_model::{Effect, State};
 
-fn diagnosis(recordings: &[Recording], sheet: &Rig) -> Diagnosis {
-    let request = Request {
-        recordings,
-        rig: sheet,
-        verify: &[],
-    };
-    diagnose(&request, &|_| ())
-        .expect("good recordings")
-        .diagnosis
-}
-
-fn names(diagnosis: &Diagnosis) -> Vec<&str> {
-    diagnosis.effects.iter().map(|e| e.id.as_str()).collect()
-}
-
-/// A level rig shows `m c` only, so a sheet may be wrong about `c` and all fits; on a tilted one the weight pulls the arm by `m L_r`, and what the sheet
-/// has wrong there is no cogging.
+/// A level rig shows `m c` only, so a sheet may be wrong about `c` and all fits; on a tilted one the weight pulls the
+/// arm by `m L_r`, and what the sheet has wrong there is no cogging.
 #[test]
 fn a_tilt_is_named_alone_though_the_sheet_has_the_centre_of_mass_wrong() {
     let mut rig = qube();
@@ -32,7 +17,7 @@ fn a_tilt_is_named_alone_though_the_sheet_has_the_centre_of_mass_wrong() {
     sheet.params.pendulum.com *= 0.85;
     let run = |name, amplitude, phase| {
         let sweep = sweep(amplitude, phase);
-        record(name, &rig, Run::default(), |t, x| {
+        record(name, &rig, RunSetup::default(), |t, x| {
             sweep(t, x) - 0.2 * x.theta
         })
     };
@@ -45,7 +30,8 @@ fn a_tilt_is_named_alone_though_the_sheet_has_the_centre_of_mass_wrong() {
     assert!((tilt["unbalance"].value + 0.15).abs() < 0.02, "{tilt:?}");
 }
 
-/// An arm that rests again and again on bent bristles, read by encoders that flicker: how far they are bent follows from the way before, not from the flicker.
+/// An arm that rests again and again on bent bristles, read by encoders that flicker: how far they are bent follows
+/// from the way before, not from the flicker.
 #[test]
 fn presliding_friction_is_named_alone_though_the_encoders_flicker() {
     let mut sheet = qube();
@@ -67,10 +53,10 @@ fn presliding_friction_is_named_alone_though_the_encoders_flicker() {
         }
     };
     let run = |seed, rest| {
-        let run = Run {
+        let run = RunSetup {
             noise,
             seed,
-            ..Run::default()
+            ..RunSetup::default()
         };
         record("pushes.csv", &rig, run, |t, _| pushes(t + rest))
     };
@@ -79,14 +65,15 @@ fn presliding_friction_is_named_alone_though_the_encoders_flicker() {
     assert_eq!(found.verdict, Verdict::MissingEffects);
 }
 
-/// An arm that stands half a turn away while its pendulum is balanced, both where a pendulum that hangs in the wrong column would be.
+/// An arm that stands half a turn away while its pendulum is balanced, both where a pendulum that hangs in the wrong
+/// column would be.
 #[test]
 fn an_arm_that_stands_half_a_turn_away_is_not_taken_for_a_pendulum() {
     let gain = [-2.5, 41.4, -1.636, 2.421];
     let away = -3.2;
-    let run = Run {
+    let run = RunSetup {
         start: State::new(away, 0.02, 0.0, 0.0),
-        ..Run::default()
+        ..RunSetup::default()
     };
     let balanced = record("away.csv", &qube(), run, |t, x| {
         let wish = 0.1 * (2.0 * t).sin() + 0.1 * (9.0 * t).sin();
@@ -95,12 +82,9 @@ fn an_arm_that_stands_half_a_turn_away_is_not_taken_for_a_pendulum() {
         (u + 3.0 * wish).clamp(-10.0, 10.0)
     });
     assert!(balanced.alpha.iter().all(|a| a.abs() < 0.5), "it balances");
-    let mut csv = String::from("t,u,theta,alpha\n");
-    for (k, t) in balanced.t.iter().enumerate() {
-        let (u, theta, alpha) = (balanced.u[k], balanced.theta[k], balanced.alpha[k]);
-        csv += &format!("{t},{u},{theta},{alpha}\n");
-    }
-    let (_, notices) = Recording::from_csv("away.csv", csv.as_bytes()).expect("valid");
+    let samples = balanced.t.iter().enumerate();
+    let samples = samples.map(|(k, t)| [*t, balanced.u[k], balanced.theta[k], balanced.alpha[k]]);
+    let (_, notices) = Recording::from_samples("away", samples).expect("valid");
     assert!(
         notices.iter().all(|n| !n.kind.is_suspicion()),
         "{notices:?}"

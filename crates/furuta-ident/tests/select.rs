@@ -1,6 +1,6 @@
 //! Parts of recordings: every N-th sample, a span of time.
 
-use furuta_ident::recording::{Recording, Selection};
+use furuta_ident::recording::{Excerpt, Recording};
 
 fn recording(gap: bool) -> Recording {
     let mut text = "t,u,theta,alpha,theta_dot,lamp\n".to_owned();
@@ -59,7 +59,7 @@ fn a_span_is_counted_from_the_first_sample() {
     assert!((part.t[0] - 0.9).abs() < 2e-3 && (part.t[part.len() - 1] - 2.5).abs() < 2e-3);
     assert_eq!(part.segments.len(), 2);
     assert_eq!(part.segments[1].start, part.segments[0].end);
-    let both = Selection {
+    let both = Excerpt {
         every: 2,
         span: Some(0.0..0.5),
     };

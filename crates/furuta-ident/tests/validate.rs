@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Run, qube, record, sweep};
+use common::{RunSetup, qube, record, sweep};
 use furuta_ident::Insufficient;
 use furuta_ident::validate::{Validated, Validation, validate};
 use furuta_model::State;
@@ -11,9 +11,9 @@ use furuta_model::State;
 fn the_right_model_passes_and_a_wrong_one_does_not() {
     let real = qube();
     // Noise above the count, so that rounding is white.
-    let run = Run {
+    let run = RunSetup {
         noise: 3e-3,
-        ..Run::default()
+        ..RunSetup::default()
     };
     let recording = record("a.csv", &real, run, sweep(2.0, 0.0));
     let right = validate(std::slice::from_ref(&recording), &real).expect("a good recording");
@@ -43,7 +43,7 @@ fn the_right_model_passes_and_a_wrong_one_does_not() {
             bad.fit_percent
         );
         assert!(bad.whiteness.outside == 25 && bad.whiteness.p_value < 1e-6);
-        // After a few samples nobody knows; after half a second the wrong inertia shows.
+        // A few samples do not tell; after half a second the wrong inertia shows.
         let after = |v: &Validated, i: usize| v.steps[i].rms;
         assert!(after(bad, 3) > 2.0 * after(good, 3));
     }
@@ -56,10 +56,10 @@ fn the_right_model_passes_and_a_wrong_one_does_not() {
 fn upright_is_predicted_in_pieces() {
     let real = qube();
     let gain = [-2.5, 41.4, -1.636, 2.421];
-    let run = Run {
+    let run = RunSetup {
         seconds: 5.0,
         start: State::new(0.0, 0.02, 0.0, 0.0),
-        ..Run::default()
+        ..RunSetup::default()
     };
     let recording = record("up.csv", &real, run, |t, x| {
         let x = x.to_array();
@@ -74,7 +74,7 @@ fn upright_is_predicted_in_pieces() {
 #[test]
 fn what_cannot_be_judged_is_named() {
     let real = qube();
-    let still = record("still.csv", &real, Run::default(), |_, _| 0.0);
+    let still = record("still.csv", &real, RunSetup::default(), |_, _| 0.0);
     assert!(matches!(
         validate(&[], &real),
         Err(Insufficient::NoRecordings)

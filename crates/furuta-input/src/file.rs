@@ -64,7 +64,8 @@ pub enum InputError {
     },
     /// The file begins with zeros: it was created, and its content never written.
     #[error(
-        "{} is {kind}, not {wanted}: its content was never written (a full disk, a machine switched off, a copy that failed); copy it or make it again",
+        "{} is {kind}, not {wanted}: its content was never written (a full disk, a machine switched off, a \
+         copy that failed); copy it or make it again",
         shown(path)
     )]
     Zeros {
@@ -135,7 +136,8 @@ pub struct Input {
 }
 
 impl Input {
-    /// Opens a file of which at most `limit` bytes are read; `wanted` says what it should be, for messages (`a recording`).
+    /// Opens a file of which at most `limit` bytes are read; `wanted` says what it should be, for messages (`a
+    /// recording`).
     ///
     /// # Errors
     /// [`InputError`]: not there, no regular file, begins with zeros, too large.

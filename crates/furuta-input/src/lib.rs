@@ -1,4 +1,5 @@
-//! What a person gives the program to read: files, opened in one place and read within limits ([`Input`]), and their text in messages, which
+//! What a person gives the program to read: files, opened in one place and read within limits ([`Input`]), and their
+//! text in messages, which
 //! is cut and never reaches a terminal as anything but printable characters ([`quoted`], [`number`]).
 //!
 //! ```

@@ -6,7 +6,8 @@ use core::fmt;
 #[derive(Copy, Clone, Debug)]
 pub struct Number(f64);
 
-/// A number for a message, with all its digits, in scientific notation where it would be long otherwise: `1e300` is not followed by 300 zeros.
+/// A number for a message, with all its digits, in scientific notation where it would be long otherwise: `1e300` is not
+/// followed by 300 zeros.
 #[must_use]
 pub const fn number(value: f64) -> Number {
     Number(value)

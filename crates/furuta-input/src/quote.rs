@@ -2,16 +2,18 @@
 
 use core::fmt::{self, Write as _};
 
-/// At most so many characters of a file are quoted in one place.
+/// The most characters of a file that are quoted in one place.
 pub const QUOTED: usize = 80;
-/// At most so many characters are taken from a parser's words, which may hold several quotations and lists of what is known.
+/// The most characters that are taken from a parser's words, which may hold several quotations and lists of what is
+/// known.
 const FOREIGN: usize = 1200;
 
 /// Text of a file for a message: see [`quoted`].
 #[derive(Copy, Clone, Debug)]
 pub struct Quoted<'a>(&'a str);
 
-/// At most [`QUOTED`] printable characters of a text, `...` where it goes on. What is not printable (line ends, the escape sequences of a terminal,
+/// At most [`QUOTED`] printable characters of a text, `...` where it goes on. What is not printable (line ends, the
+/// escape sequences of a terminal,
 /// marks that turn the direction of writing) is written as an escape of Rust's.
 #[must_use]
 pub const fn quoted(text: &str) -> Quoted<'_> {
@@ -29,7 +31,8 @@ impl fmt::Display for Quoted<'_> {
 #[derive(Copy, Clone, Debug)]
 pub struct Foreign<'a>(&'a str);
 
-/// What a parser says of a text, in one line: each part between quotation marks, which may be the text's, is [`quoted`].
+/// What a parser says of a text, in one line: each part between quotation marks, which may be the text's, is
+/// [`quoted`].
 #[must_use]
 pub const fn foreign(message: &str) -> Foreign<'_> {
     Foreign(message)
@@ -82,7 +85,8 @@ fn piece(text: &str, most: usize, f: &mut fmt::Formatter<'_>) -> Result<usize, f
 #[derive(Copy, Clone, Debug)]
 pub struct Plain<'a>(&'a str);
 
-/// A whole text with its lines, what else is not printable as an escape of Rust's: for what is about to reach a terminal.
+/// A whole text with its lines, what else is not printable as an escape of Rust's: for what is about to reach a
+/// terminal.
 #[must_use]
 pub const fn plain(text: &str) -> Plain<'_> {
     Plain(text)

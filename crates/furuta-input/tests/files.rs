@@ -67,7 +67,7 @@ fn what_is_no_regular_file_is_refused_by_its_kind() {
     );
 }
 
-/// To open a pipe would wait for somebody who writes to it.
+/// To open a pipe would wait for its writer.
 #[cfg(unix)]
 #[test]
 fn pipes_sockets_and_devices_are_refused_at_once() {

@@ -1,4 +1,5 @@
-//! The attachments of an MCAP file: skipped by who reads the log, copied by who wants one. They may be as large as they like.
+//! The attachments of an MCAP file: skipped by who reads the log, copied by who wants one. They may be as large as they
+//! like.
 
 use std::io::{self, Read, Write};
 
@@ -76,7 +77,8 @@ impl<R: Read> Read for WithoutAttachments<R> {
     }
 }
 
-/// Copies the attachment of this name. Whether there is one, whole and undamaged, is known only at its end: `false` says that what was
+/// Copies the attachment of this name. Whether there is one, whole and undamaged, is known only at its end: `false`
+/// says that what was
 /// copied is of no use.
 ///
 /// # Errors

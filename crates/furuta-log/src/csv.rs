@@ -1,5 +1,5 @@
-//! A log as CSV, and back, without loss: what the log says of its run in comments, one row per sample, each number with as many digits as it
-//! takes to read the same bits again. Other programs read it as any CSV file.
+//! A log as CSV, and back, without loss: what the log says of its run in comments, one row per sample, each number with
+//! as many digits as it takes to read the same bits again. Other programs read it as any CSV file.
 //!
 //! ```text
 //! # furuta log 1
@@ -11,8 +11,8 @@
 //! 0,0,0,3.141592653589793,0,0,0,1.5,swing-up,211,3,0,0,0.000011
 //! ```
 //!
-//! A value of one line is `key: value`, a text of lines `key| line` for each (`rig|` is the rig file), anything else `key: "..."`, a string of JSON.
-//! NaN is an empty field, infinities are `inf` and `-inf`.
+//! A value of one line is `key: value`, a text of lines `key| line` for each (`rig|` is the rig file), anything else
+//! `key: "..."`, a string of JSON. NaN is an empty field, infinities are `inf` and `-inf`.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, Read as _, Write};

@@ -9,9 +9,9 @@ const SUB: usize = 1 << SUB_BITS;
 const TOP_BIT: u32 = 40;
 const BUCKETS: usize = (TOP_BIT - SUB_BITS + 1) as usize * SUB;
 
-/// A histogram of times with buckets that grow with the time (as those of HDR histograms do): every time from 0 to
-/// 18 minutes lands in a bucket at most 1/32 of its value wide, below 64 ns in one of its own. Extremes and mean are exact.
-/// Recording takes a few instructions and no memory.
+/// A histogram of times with buckets that grow with the time (as those of HDR histograms do): every time from 0 to 18
+/// minutes lands in a bucket at most 1/32 of its value wide, below 64 ns in one of its own. Extremes and mean are
+/// exact. Recording takes a few instructions and no memory.
 ///
 /// ```
 /// use furuta_log::Histogram;
@@ -35,7 +35,7 @@ pub struct Histogram {
     sum: u64,
 }
 
-/// In short: a thousand zeros tell nobody anything.
+/// In short: a thousand zeros tell nothing.
 impl std::fmt::Debug for Histogram {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Histogram")
@@ -72,7 +72,7 @@ impl Histogram {
         self.record_times(ns, 1);
     }
 
-    /// Counts a time (ns) so many times.
+    /// Counts a time (ns) `times` times.
     pub fn record_times(&mut self, ns: u64, times: u64) {
         if times == 0 {
             return;
@@ -115,8 +115,9 @@ impl Histogram {
         (self.count > 0).then(|| self.sum as f64 / self.count as f64)
     }
 
-    /// The time (ns) that the share `q` (0 to 1) of the times do not exceed, by nearest rank; the upper end of its bucket, so up to 1/32 more than
-    /// the time itself, and never more than the longest. `None` where nothing was counted or `q` is outside 0 to 1.
+    /// The time (ns) that the share `q` (0 to 1) of the times do not exceed, by nearest rank; the upper end of its
+    /// bucket, so up to 1/32 more than the time itself, and never more than the longest. `None` where nothing was
+    /// counted or `q` is outside 0 to 1.
     #[must_use]
     pub fn quantile(&self, q: f64) -> Option<u64> {
         if self.count == 0 || !(0.0..=1.0).contains(&q) {
@@ -184,7 +185,8 @@ pub struct Bucket {
 fn index(ns: u64) -> usize {
     let ns = ns.min((1 << TOP_BIT) - 1);
     let shift = (u64::BITS - ns.leading_zeros()).saturating_sub(SUB_BITS + 1);
-    // Below 2^6 the shift is 0 and each time has a bucket. The mantissa keeps its highest bit: one doubling less in the first term.
+    // Below 2^6 the shift is 0 and each time has a bucket. The mantissa keeps its highest bit: one doubling less in the
+    // first term.
     shift as usize * SUB + (ns >> shift) as usize
 }
 

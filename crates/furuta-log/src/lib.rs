@@ -1,7 +1,7 @@
 //! The log of a run: an MCAP file with one JSON message per sample on the topic [`TOPIC`], its JSON schema beside it,
 //! so that Foxglove, PlotJuggler and the official MCAP readers open it without plug-ins; and the rig file, the
-//! controller, the units and the software version in a metadata record; at the end, in another, how punctual the loop was
-//! ([`Timing`]).
+//! controller, the units and the software version in a metadata record; at the end, in another, how punctual the loop
+//! was ([`Timing`]).
 //!
 //! A chunk is closed and flushed for every 100 ms of samples: a run that is killed leaves a file that is readable up
 //! to its last tenth of a second. [`read`] reads such a file too and says where it ends ([`Notice`]).

@@ -17,7 +17,8 @@ pub struct Metadata {
     pub extra: BTreeMap<String, String>,
 }
 
-/// Key of [`Metadata::extra`] with the time of day at the start of the run (ns since 1970, UTC). A log without it begins when it is written.
+/// Key of [`Metadata::extra`] with the time of day at the start of the run (ns since 1970, UTC). A log without it
+/// begins when it is written.
 pub const STARTED: &str = "started_ns";
 
 /// Name of the MCAP metadata record.

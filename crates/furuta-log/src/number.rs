@@ -1,4 +1,5 @@
-//! Numbers in JSON, which has neither NaN nor infinity: null, and the names that protocol buffers give the infinities in JSON.
+//! Numbers in JSON, which has neither NaN nor infinity: null, and the names that protocol buffers give the infinities
+//! in JSON.
 
 use serde::{Deserialize, Deserializer, Serializer};
 

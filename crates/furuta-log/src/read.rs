@@ -18,7 +18,8 @@ pub struct Log {
     pub metadata: Option<Metadata>,
     /// The samples, in the order of the file.
     pub records: Vec<Record>,
-    /// What the system granted the loop (priority, locked memory), or refused, by name; empty where the log does not say.
+    /// What the system granted the loop (priority, locked memory), or refused, by name; empty where the log does not
+    /// say.
     pub real_time: BTreeMap<String, String>,
     /// How punctual the loop was; `None` where the log does not say, as that of a run that was killed.
     pub timing: Option<Box<Timing>>,
@@ -109,9 +110,9 @@ pub fn read(path: impl AsRef<Path>) -> Result<Log, LogError> {
 /// Reads a log, whole or not. A chunk counts only if it is whole and its checksum is right.
 ///
 /// # Errors
-/// [`LogError::Empty`], [`LogError::NotMcap`], [`LogError::NoTopic`], [`LogError::BadRecord`] and [`LogError::BadTiming`] where the input is no
-/// log of ours; [`LogError::Read`] where the system cannot read it; [`LogError::TooMuchMemory`]. A log cut off or damaged is no error: it comes
-/// with a [`Notice`].
+/// [`LogError::Empty`], [`LogError::NotMcap`], [`LogError::NoTopic`], [`LogError::BadRecord`] and
+/// [`LogError::BadTiming`] where the input is no log of ours; [`LogError::Read`] where the system cannot read it;
+/// [`LogError::TooMuchMemory`]. A log cut off or damaged is no error: it comes with a [`Notice`].
 pub fn read_from(input: impl Read) -> Result<Log, LogError> {
     let limits = Limits::default();
     let mut records = Vec::new();

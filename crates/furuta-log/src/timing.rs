@@ -17,10 +17,11 @@ use crate::{Histogram, LogError};
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Timing {
-    /// How much later a sample reached the loop than the promptest one of the last 20 to 40 ms, the rig's clock against the host's: what the line, the system and the
-    /// scheduler add.
+    /// How much later a sample reached the loop than the promptest one of the last 20 to 40 ms, the rig's clock against
+    /// the host's: what the line, the system and the scheduler add.
     pub wake_up: Histogram,
-    /// From a query's departure to the answer's arrival: there and back, the rig's answering included. Measured now and then.
+    /// From a query's departure to the answer's arrival: there and back, the rig's answering included. Measured now and
+    /// then.
     pub round_trip: Histogram,
     /// From a sample's arrival to its command's departure: estimator, supervisor, controller.
     pub compute: Histogram,

@@ -58,7 +58,8 @@ impl Log {
 }
 
 impl LogWriter<BufWriter<WatchedFile>> {
-    /// Creates the file, in place of one of the same name. Where it is removed, replaced or truncated later, a write says so.
+    /// Creates the file, in place of one of the same name. Where it is removed, replaced or truncated later, a write
+    /// says so.
     ///
     /// # Errors
     /// [`LogError::Create`], [`LogError::Write`].
@@ -83,7 +84,8 @@ impl<W: Write + Seek> LogWriter<W> {
             .library(concat!("furuta-log ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Lz4))
             .chunk_size(None) // closed by time, in `write`
-            .disable_seeking(true) // a chunk is written whole or not at all: no half-made headers in a killed run's file
+            // a chunk is written whole or not at all: no half-made headers in a killed run's file
+            .disable_seeking(true)
             .create(writer)
             .map_err(LogError::of_write)?;
         mcap.write_metadata(&mcap::records::Metadata {
@@ -154,7 +156,8 @@ impl<W: Write + Seek> LogWriter<W> {
         self.kept
     }
 
-    /// Says what the system granted the run's loop (priority, locked memory), by name; flushed, as the metadata at the beginning.
+    /// Says what the system granted the run's loop (priority, locked memory), by name; flushed, as the metadata at the
+    /// beginning.
     ///
     /// # Errors
     /// [`LogError::Write`].

@@ -219,15 +219,15 @@ fn what_is_no_log_is_named() {
     }
 }
 
-/// A disk that takes `room` bytes.
+/// A disk that takes `capacity` bytes.
 struct SmallDisk {
     bytes: Cursor<Vec<u8>>,
-    room: usize,
+    capacity: usize,
 }
 
 impl Write for SmallDisk {
     fn write(&mut self, buf: &[u8]) -> io::Result<usize> {
-        if self.bytes.get_ref().len() + buf.len() > self.room {
+        if self.bytes.get_ref().len() + buf.len() > self.capacity {
             return Err(io::Error::from(io::ErrorKind::StorageFull));
         }
         self.bytes.write(buf)
@@ -248,7 +248,7 @@ impl Seek for SmallDisk {
 fn a_full_disk_is_an_error_not_a_panic() {
     let disk = SmallDisk {
         bytes: Cursor::new(Vec::new()),
-        room: 12_000,
+        capacity: 12_000,
     };
     let mut writer = LogWriter::new(disk, &metadata()).expect("room for the metadata");
     let error = (0..5000)

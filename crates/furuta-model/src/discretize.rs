@@ -30,7 +30,7 @@ pub fn zero_order_hold<T: RealField + Copy, const N: usize>(
     let shrink = real(0.5).powi(doublings);
     ah *= shrink;
     bh *= shrink;
-    // phi = I + A/2! + A²/3! + ...;  e^A = I + A phi;  integral of e^{A s} B = phi B   (A, B already times the small step)
+    // phi = I + A/2! + A²/3! + ...; e^A = I + A phi; integral of e^{A s} B = phi B (A, B already times the small step)
     let identity = SMatrix::<T, N, N>::identity();
     let mut phi = identity;
     for k in (2..=13).rev() {

@@ -9,7 +9,8 @@
 //! torque = [ drive u - (b_a + back-EMF) theta', -b_p alpha' ]
 //! ```
 //!
-//! [`crate::derivation`] derives this step by step. The functions take [`Coefficients`]; `(&params).into()` or [`crate::Params::coefficients`] makes them.
+//! [`crate::derivation`] derives this step by step. The functions take [`Coefficients`]; `(&params).into()` or
+//! [`crate::Params::coefficients`] makes them.
 
 use crate::params::Coefficients;
 use crate::scalar::Scalar;

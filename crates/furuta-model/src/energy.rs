@@ -1,4 +1,5 @@
-//! Mechanical energy, J. The potential is zero with the centre of mass at the pivot's height: `+m g c` upright, `-m g c` hanging.
+//! Mechanical energy, J. The potential is zero with the centre of mass at the pivot's height: `+m g c` upright,
+//! `-m g c` hanging.
 
 use crate::dynamics::{Angle, mass_matrix};
 use crate::params::Coefficients;

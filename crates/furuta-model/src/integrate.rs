@@ -118,7 +118,8 @@ impl<X, F: Fn(Stage, &X) -> X> Field<X> for F {
 /// ```
 /// use furuta_model::{State, integrate::{Fixed, rk4}};
 /// // theta' = theta: one step of 0.1 gives e^0.1 to five digits.
-/// let x = rk4(State::new(1.0_f64, 0.0, 0.0, 0.0), Fixed(0.1), &|_, x: &State<f64>| State::new(x.theta, 0.0, 0.0, 0.0));
+/// let field = |_, x: &State<f64>| State::new(x.theta, 0.0, 0.0, 0.0);
+/// let x = rk4(State::new(1.0_f64, 0.0, 0.0, 0.0), Fixed(0.1), &field);
 /// assert!((x.theta - 0.1_f64.exp()).abs() < 1e-7);
 /// ```
 #[inline(always)]

@@ -6,8 +6,8 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A value and its derivatives with respect to `N` quantities: `v + sum d[i] eps_i`, `eps_i eps_j = 0`.
 ///
-/// Exact to rounding: every operation applies the chain rule. At a kink ([`Scalar::if_less`]) the derivative is that of the
-/// branch taken.
+/// Exact to rounding: every operation applies the chain rule. At a kink ([`Scalar::if_less`]) the derivative is that of
+/// the branch taken.
 ///
 /// ```
 /// use furuta_model::{Jet, Scalar};

@@ -7,10 +7,10 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// `N` numbers that go through the same operations, each with the bits it would have alone.
 ///
-/// One lane's branch must not be another's: the model's formulas branch through [`Scalar::if_less`] alone, which chooses lane by lane. Effects
-/// that cut a step at an event have their event at another time in each lane; [`crate::Plant::new`] refuses them
-/// ([`crate::PlantError::EventsInLanes`]), and `simulate::batch` then steps such plants one by one. [`Scalar::real`] and [`Scalar::value`]
-/// are those of the first lane.
+/// One lane's branch must not be another's: the model's formulas branch through [`Scalar::if_less`] alone, which
+/// chooses lane by lane. Effects that cut a step at an event have their event at another time in each lane;
+/// [`crate::Plant::new`] refuses them ([`crate::PlantError::EventsInLanes`]), and `simulate::batch` then steps such
+/// plants one by one. [`Scalar::real`] and [`Scalar::value`] are those of the first lane.
 ///
 /// ```
 /// use furuta_model::{Lanes, Scalar};

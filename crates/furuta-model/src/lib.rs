@@ -61,7 +61,7 @@ pub use jet::Jet;
 pub use lanes::Lanes;
 pub use linearize::{Linear, linearize};
 pub use params::{Arm, Motor, ParamError, Params, Pendulum};
-pub use plant::{Plant, PlantError, PlantState};
+pub use plant::{Plant, PlantError, PlantState, Twist};
 #[cfg(feature = "std")]
 pub use rig::{Limits, Rig, RigError, Sensors, published};
 pub use scalar::Scalar;

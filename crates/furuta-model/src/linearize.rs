@@ -17,8 +17,9 @@ pub struct Linear {
 
 /// The plant's Jacobians at `x` (rad, rad/s) and `u` (V), exact to rounding.
 ///
-/// Effects without memory are included; at a kink (dry friction at rest, a dead zone's edge) the slope is that of the branch taken. Delay
-/// and lag are left out: they have no state in `x`. For a design model without dry friction, linearise a plant without effects.
+/// Effects without memory are included; at a kink (dry friction at rest, a dead zone's edge) the slope is that of the
+/// branch taken. Delay and lag are left out: they have no state in `x`. For a design model without dry friction,
+/// linearise a plant without effects.
 ///
 /// ```
 /// use furuta_model::{Plant, Rig, State, linearize};

@@ -22,7 +22,8 @@ pub struct Pendulum<S> {
     pub com: S,
     /// `I`, about the centre of mass and the hinge's direction, kg m².
     pub inertia: S,
-    /// `I_t`, about the centre of mass, transverse to rod and hinge, kg m² (a slender rod: equal to `inertia`; 0 in the papers).
+    /// `I_t`, about the centre of mass, transverse to rod and hinge, kg m² (a slender rod: equal to `inertia`; 0 in the
+    /// papers).
     pub inertia_transverse: S,
     /// `I_a`, about the rod's own axis, kg m².
     pub inertia_axial: S,
@@ -140,7 +141,8 @@ const fn from_zero(key: &'static str, unit: &'static str, max: f64) -> ParamRang
     }
 }
 
-/// The ranges, in the order of [`Params::to_array`]. The upper ends are those of a laboratory rig: a value above is a wrong unit (mm, g).
+/// The ranges, in the order of [`Params::to_array`]. The upper ends are those of a laboratory rig: a value above is a
+/// wrong unit (mm, g).
 pub const RANGES: [ParamRange; 17] = [
     positive("arm.length", "m", 10.0),
     positive("arm.inertia", "kg m2", 100.0),
@@ -280,13 +282,14 @@ impl<S: Scalar> Params<S> {
 
 /// What the equations of motion see of the parameters.
 ///
-/// From (u, theta, alpha) alone only the ratios of these to, say, `weight` can be identified: multiply all ten by one number and
-/// every motion stays the same.
+/// From (u, theta, alpha) alone only the ratios of these to, say, `weight` can be identified: multiply all ten by one
+/// number and every motion stays the same.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Coefficients<S> {
     /// `J_a + m L_r² + I_a`: inertia of the arm's axis with the pendulum upright, kg m².
     pub arm: S,
-    /// `J_a`: the part of it that turns about the motor's axis alone, kg m²; only a drive with play or spring sees it apart.
+    /// `J_a`: the part of it that turns about the motor's axis alone, kg m²; only a drive with backlash or spring sees
+    /// it apart.
     pub hub: S,
     /// `m c² + I_t - I_a`: what `sin²(alpha)` adds to it, kg m².
     pub swing: S,

@@ -12,8 +12,9 @@ pub const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2;
 
 /// A polynomial in `(w1, w2)` of total degree up to [`DEGREE`]; what a product adds beyond that is dropped.
 ///
-/// As a [`Scalar`] it turns any function of the model into its Taylor series about a point: [`Series::variable`] is that point plus `w1` or `w2`.
-/// At a kink ([`Scalar::if_less`]) the series is that of the branch which the constant terms take.
+/// As a [`Scalar`] it turns any function of the model into its Taylor series about a point: [`Series::variable`] is
+/// that point plus `w1` or `w2`. At a kink ([`Scalar::if_less`]) the series is that of the branch which the constant
+/// terms take.
 ///
 /// ```
 /// use furuta_model::{Scalar, series::Series};
@@ -107,7 +108,8 @@ impl<T: Scalar<Real = T>> Series<T> {
         sum
     }
 
-    /// The rate of the polynomial along the oscillator `w1' = lambda w2`, `w2' = -lambda w1`: its Lie derivative, exact.
+    /// The rate of the polynomial along the oscillator `w1' = lambda w2`, `w2' = -lambda w1`: its Lie derivative,
+    /// exact.
     ///
     /// ```
     /// use furuta_model::series::Series;

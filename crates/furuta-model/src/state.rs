@@ -1,8 +1,8 @@
 //! State and conventions: the one place where they are defined.
 //!
-//! SI units and radians everywhere. `theta` is the arm's angle, `alpha` the pendulum's angle measured from UPRIGHT (0 up,
-//! pi hanging), positive so that `M12 = -m L_r c cos(alpha)`: near upright, a positive arm acceleration tips the pendulum towards
-//! positive `alpha`. The motor command `u` is in volts and held from one sample to the next.
+//! SI units and radians everywhere. `theta` is the arm's angle, `alpha` the pendulum's angle measured from UPRIGHT (0
+//! up, pi hanging), positive so that `M12 = -m L_r c cos(alpha)`: near upright, a positive arm acceleration tips the
+//! pendulum towards positive `alpha`. The motor command `u` is in volts and held from one sample to the next.
 
 use crate::scalar::Scalar;
 use core::ops::{Add, Mul, Sub};

@@ -22,7 +22,8 @@ impl Output {
     }
 }
 
-/// `G(s) = (n_0 + n_1 s + ... ) / (d_0 + d_1 s + ... + d_(N-1) s^(N-1) + s^N)`: coefficients by rising power, the leading 1 left out.
+/// `G(s) = (n_0 + n_1 s + ... ) / (d_0 + d_1 s + ... + d_(N-1) s^(N-1) + s^N)`: coefficients by rising power, the
+/// leading 1 left out.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct TransferFunction<T, const N: usize> {
     /// `n_0, ..., n_(N-1)`.
@@ -33,7 +34,8 @@ pub struct TransferFunction<T, const N: usize> {
 
 /// `c (s I - A)^-1 b` of `x' = A x + b u`, `y = c x`, by the Faddeev-LeVerrier recursion.
 ///
-/// Exact in exact arithmetic; in floating point meant for a handful of states of like size, as here. Poles and zeros that cancel are kept.
+/// Exact in exact arithmetic; in floating point meant for a handful of states of like size, as here. Poles and zeros
+/// that cancel are kept.
 ///
 /// ```
 /// use furuta_model::transfer::transfer_function;

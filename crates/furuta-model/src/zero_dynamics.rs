@@ -1,14 +1,16 @@
 //! What the arm must do while the pendulum follows a prescribed motion: the zero dynamics of the output `alpha`.
 //!
-//! The pendulum's equation of motion holds no command. Once `alpha(t)` is prescribed, it is an equation for the arm alone:
+//! The pendulum's equation of motion holds no command. Once `alpha(t)` is prescribed, it is an equation for the arm
+//! alone:
 //!
 //! ```text
 //! theta'' = (M22 alpha'' + b_p alpha' - weight sin(alpha) - k sin(alpha) cos(alpha) theta'²) / (m L_r c cos(alpha))
 //! ```
 //!
-//! with the terms of [`crate::dynamics`]. For `alpha = 0` it reads `theta'' = 0`: the arm drifts on at its speed. The two poles at the
-//! origin mean that the arm's motion neither settles nor runs away by itself, so the arm's part of an output regulator has to be found by
-//! solving this equation (paper: Ramos-Velasco, Ruiz-Leon, Celikovsky, eq. (28), (30)).
+//! with the terms of [`crate::dynamics`]. For `alpha = 0` it reads `theta'' = 0`: the arm drifts on at its speed. The
+//! two poles at the origin mean that the arm's motion neither settles nor runs away by itself, so the arm's part of an
+//! output regulator has to be found by solving this equation (paper: Ramos-Velasco, Ruiz-Leon, Celikovsky, eq. (28),
+//! (30)).
 
 use crate::dynamics::{self, Angle};
 use crate::params::Coefficients;
@@ -38,7 +40,8 @@ pub fn arm_acceleration<S: Scalar>(c: &Coefficients<S>, x: &State<S>, alpha_ddot
 
 /// The command (V) under which the pendulum accelerates by `alpha_ddot` (rad/s²): what keeps it on a prescribed motion.
 ///
-/// With `[theta'', alpha''] = f(x) + g(x) u` this is `(alpha_ddot - f_alpha) / g_alpha`. Not finite where the pendulum is horizontal.
+/// With `[theta'', alpha''] = f(x) + g(x) u` this is `(alpha_ddot - f_alpha) / g_alpha`. Not finite where the pendulum
+/// is horizontal.
 ///
 /// ```
 /// use furuta_model::{Rig, State, dynamics::acceleration, zero_dynamics::command};

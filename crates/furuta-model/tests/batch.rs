@@ -23,7 +23,8 @@ fn rollouts(effects: &[Effect<f64>], count: usize) -> Vec<Rollout> {
         .collect()
 }
 
-/// Every effect of the catalogue, in lanes or not: to the bit what a rollout alone gives, also where lanes are left over.
+/// Every effect of the catalogue, in lanes or not: to the bit what a rollout alone gives, also where lanes are left
+/// over.
 #[test]
 fn a_batch_is_to_the_bit_what_its_rollouts_are_alone() {
     let params = Rig::builtin("shahzad2022-srv02").expect("built in").params;

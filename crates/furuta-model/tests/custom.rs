@@ -1,4 +1,5 @@
-//! Empirical terms: each is the expression that it is called, exact in every scalar, off when it is off, and in rig files.
+//! Empirical terms: each is the expression that it is called, exact in every scalar, off when it is off, and in rig
+//! files.
 
 use furuta_model::dynamics::Angle;
 use furuta_model::effects::{self, Clock, EMPIRICAL, Instant, Law, TERMS};

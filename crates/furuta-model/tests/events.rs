@@ -86,7 +86,8 @@ fn both_axes_stick_for_a_minute_without_moving_a_bit() {
 
 #[test]
 fn stick_and_slip_converge_as_the_step_shrinks() {
-    // A slow sine across stiction: reversals, stops and breakaways at all times. The reference has steps 64 times shorter.
+    // A slow sine across stiction: reversals, stops and breakaways at all times. The reference has steps 64 times
+    // shorter.
     let plant = plant(
         &qube(),
         &[
@@ -114,7 +115,8 @@ fn stick_and_slip_converge_as_the_step_shrinks() {
     assert!(fine < 2e-5 && coarse < 1e-3, "{coarse} {fine}");
 }
 
-/// The stop angle of a braked arm and the way through a drive's play, with derivatives with respect to the effect's parameter.
+/// The stop angle of a braked arm and the way through a drive's backlash, with derivatives with respect to the effect's
+/// parameter.
 #[test]
 fn derivatives_are_exact_through_events() {
     type Number = Jet<f64, 1>;
@@ -154,8 +156,8 @@ fn derivatives_are_exact_through_events() {
 
 #[test]
 fn play_opens_and_closes_where_it_should() {
-    // The arm rests at one end of the play; the motor pulls away: the rotor falls freely through the gap, then takes the arm along
-    // with the speed that keeps the momentum.
+    // The arm rests at one end of the backlash; the motor pulls away: the rotor falls freely through the gap, then
+    // takes the arm along with the speed that keeps the momentum.
     let p = bare_arm();
     let (gap, share) = (0.1, 0.4);
     let plant = plant(&p, &[("drive.backlash", &[gap, share, 1.0])]);
@@ -270,11 +272,13 @@ fn bristles_are_a_spring_first_and_friction_later() {
     let e: Effect<f64> = Effect::new("arm.presliding", &[torque, stiffness]).expect("valid");
     let p = bare_arm();
     let plant = Plant::new(&p, &[e]).expect("one");
-    // A motor that pushes with a little less than the friction: the arm creeps forward by the bristles' bend and swings about it.
+    // A motor that pushes with a little less than the friction: the arm creeps forward by the bristles' bend and swings
+    // about it.
     let push = 0.5 * torque / plant.coefficients.drive;
     let mut s = plant.rest(State::hanging());
     run(&plant, &mut s, 1e-3, 5.0, |_| push);
-    // Dahl's bristles lose energy with each turn: it comes to rest at some bend that carries the push, half of the friction or more than that way
+    // Dahl's bristles lose energy with each turn: it comes to rest at some bend that carries the push, half of the
+    // friction or more than that way
     let least = 0.5 * torque / stiffness;
     assert!(
         s.x.theta > least && s.x.theta < 20.0 * least,

@@ -103,7 +103,8 @@ fn coulomb_friction_brakes_by_its_torque() {
 
 #[test]
 fn delay_shifts_the_response_by_any_real_time() {
-    // A delayed plant under a step equals the undelayed one started later, for a delay that is no multiple of the period.
+    // A delayed plant under a step equals the undelayed one started later, for a delay that is no multiple of the
+    // period.
     let rig = qube();
     let delay = 0.0137;
     let late: Plant<f64> = Plant::new(

@@ -1,6 +1,8 @@
-//! How far a trajectory in single precision strays from the same one in double precision: 10 s at 1 kHz, every built-in rig.
+//! How far a trajectory in single precision strays from the same one in double precision: 10 s at 1 kHz, every built-in
+//! rig.
 //!
-//! `cargo test -p furuta-model --test single_precision -- --nocapture` prints the distances as tables, docs/target.md quotes them.
+//! `cargo test -p furuta-model --test single_precision -- --nocapture` prints the distances as tables, docs/target.md
+//! quotes them.
 
 use furuta_model::{CATALOGUE, Effect, Params, Plant, Rig, Scalar, Spec, State, linearize};
 use nalgebra::{Matrix4, RowVector4};
@@ -17,37 +19,38 @@ struct Bound {
     speed: f64,
 }
 
-/// Adding a step's change to an angle of a few radians rounds it by up to 1.2e-7 rad. 10,000 such errors of either sign add up to about
-/// 100 times that, 1.2e-5 rad, where the motion neither damps nor amplifies them. Measured: up to 1.9e-5 rad, 1.5e-4 rad/s, most of it on
-/// ramos-velasco, whose light arm the pendulum throws about.
+/// Adding a step's change to an angle of a few radians rounds it by up to 1.2e-7 rad. 10,000 such errors of either sign
+/// add up to about 100 times that, 1.2e-5 rad, where the motion neither damps nor amplifies them. Measured: up to
+/// 1.9e-5 rad, 1.5e-4 rad/s, most of it on ramos-velasco, whose light arm the pendulum throws about.
 const OPEN_LOOP: Bound = Bound {
     angle: 1e-4,
     speed: 1e-3,
 };
 
-/// A stable loop forgets its errors: what stays is a step's own rounding, at angles below 0.3 rad. Measured: 4e-7 rad, 3e-6 rad/s.
+/// A stable loop forgets its errors: what stays is a step's own rounding, at angles below 0.3 rad. Measured: 4e-7 rad,
+/// 3e-6 rad/s.
 const CLOSED_LOOP: Bound = Bound {
     angle: 3e-6,
     speed: 3e-5,
 };
 
-/// With an effect the open-loop motions stray further where it takes away what brings them together (a constant bias turns the arm many
-/// times: larger angles, coarser rounding), or where speeds change quickly at one moment, which the two find some microseconds apart
-/// (friction, kicks). Measured: 9.3e-5 rad, 1.3e-3 rad/s.
+/// With an effect the open-loop motions stray further where it takes away what brings them together (a constant bias
+/// turns the arm many times: larger angles, coarser rounding), or where speeds change quickly at one moment, which the
+/// two find some microseconds apart (friction, kicks). Measured: 9.3e-5 rad, 1.3e-3 rad/s.
 const WITH_EFFECT: Bound = Bound {
     angle: 5e-4,
     speed: 1e-2,
 };
 
-/// Play: whether a flank is touched or just missed may depend on the last bit, and what follows differs by a part of the play, 0.03 rad
-/// here. Measured: 1.2e-3 rad, 1.4e-2 rad/s.
+/// Backlash: whether a flank is touched or just missed may depend on the last bit, and what follows differs by a part
+/// of the backlash, 0.03 rad here. Measured: 1.2e-3 rad, 1.4e-2 rad/s.
 const WITH_PLAY: Bound = Bound {
     angle: 1e-2,
     speed: 1e-1,
 };
 
-/// The plant's clock adds up 10,000 periods and rounds each time: in single precision it is 0.4 ms off after 10 s, and with it the phase of
-/// a vibration. Measured: 2.1e-3 rad, 2.7e-2 rad/s.
+/// The plant's clock adds up 10,000 periods and rounds each time: in single precision it is 0.4 ms off after 10 s, and
+/// with it the phase of a vibration. Measured: 2.1e-3 rad, 2.7e-2 rad/s.
 const WITH_TIME: Bound = Bound {
     angle: 1e-2,
     speed: 1e-1,
@@ -101,8 +104,8 @@ fn motions(params: &Params<f64>) -> [Motion; 3] {
             start: State::new(0.3, 2.0, 0.0, 0.0),
             bound: OPEN_LOOP,
         },
-        // Not from `State::hanging()`: pi in single precision is not pi, and the torque of that difference alone would decide on which
-        // side of its play a drive at rest begins.
+        // Not from `State::hanging()`: pi in single precision is not pi, and the torque of that difference alone would
+        // decide on which side of its backlash a drive at rest begins.
         Motion {
             name: "driven",
             command: Command::Sines,
@@ -118,7 +121,8 @@ fn motions(params: &Params<f64>) -> [Motion; 3] {
     ]
 }
 
-/// The gain that places the poles of the loop about upright at multiples of the rate at which the pendulum falls (Ackermann's formula).
+/// The gain that places the poles of the loop about upright at multiples of the rate at which the pendulum falls
+/// (Ackermann's formula).
 fn upright_gain(params: &Params<f64>) -> [f64; 4] {
     let plant = Plant::new(params, &[]).expect("a built-in rig");
     let (a, b) = {
@@ -233,7 +237,8 @@ fn rigid_bodies() {
     assert!(far.is_empty(), "{far:#?}");
 }
 
-/// Without feedback. In closed loop an effect that makes the loop hunt about upright (a dead zone) parts neighbouring motions, in any precision.
+/// Without feedback. In closed loop an effect that makes the loop hunt about upright (a dead zone) parts neighbouring
+/// motions, in any precision.
 #[test]
 fn each_effect_without_feedback() {
     let mut far = Vec::new();

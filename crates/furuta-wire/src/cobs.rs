@@ -1,7 +1,8 @@
-//! Consistent overhead byte stuffing: packets without zeros (S. Cheshire, M. Baker, IEEE/ACM Trans. Networking 7, 1999).
+//! Consistent overhead byte stuffing: packets without zeros (S. Cheshire, M. Baker, IEEE/ACM Trans. Networking 7,
+//! 1999).
 //!
-//! Our own, as it runs in every control step of a rig and must not be able to panic; the crate `cobs` checks it in the tests. For packets shorter than 254 bytes, which all
-//! of ours are: the special case of longer blocks is left out.
+//! Our own, as it runs in every control step of a rig and must not be able to panic; the crate `cobs` checks it in the
+//! tests. For packets shorter than 254 bytes, which all of ours are: the special case of longer blocks is left out.
 
 /// Longest run without a zero that a code byte can tell of.
 const MAX_BLOCK: usize = 253;
@@ -71,10 +72,10 @@ mod tests {
         }
 
         #[test]
-        fn a_short_buffer_is_none(packet in prop::collection::vec(any::<u8>(), 0..60), room in 0..60_usize) {
+        fn a_short_buffer_is_none(packet in prop::collection::vec(any::<u8>(), 0..60), size in 0..60_usize) {
             let mut buffer = [0; 64];
-            let room = room.min(packet.len());
-            prop_assert_eq!(encode(&packet, &mut buffer[..room]), None);
+            let size = size.min(packet.len());
+            prop_assert_eq!(encode(&packet, &mut buffer[..size]), None);
         }
     }
 }

@@ -157,7 +157,7 @@ fn parse(body: &[u8]) -> Result<Message, FrameError> {
                 return Err(FrameError::Version { found: version });
             }
         }
-        // An index in more bytes than it needs (80 00 for 0) is nobody's, and would get past the version.
+        // An index in more bytes than it needs (80 00 for 0) is no encoder's, and would get past the version.
         Some((0x80.., _)) => return Err(FrameError::Message),
         _ => {}
     }

@@ -110,7 +110,8 @@ impl Status {
     pub const CLIPPED: Self = Self(1 << 2);
     /// A limit is exceeded: the motor is off.
     pub const LIMIT: Self = Self(1 << 3);
-    /// A command was refused: not a finite number, or an answer to no sample of late (repeated, old, of before a reset).
+    /// A command was refused: not a finite number, or an answer to no sample of late (repeated, old, of before a
+    /// reset).
     pub const REFUSED: Self = Self(1 << 4);
 
     /// The flags as a number.

@@ -16,14 +16,16 @@ const BRAKING_US: u32 = 250_000;
 const SPEED_WINDOW: usize = 10;
 
 /// The rig's end of the wire: takes the host's bytes, decides at each tick what the motor gets. Holds the watchdog, the
-/// command limit and the limits of angle and speed that the hello announces: beyond one of these the motor gets nothing but what brakes the arm
-/// on its way out, for a quarter of a second at most. No I/O, no clock.
+/// command limit and the limits of angle and speed that the hello announces: beyond one of these the motor gets nothing
+/// but what brakes the arm on its way out, for a quarter of a second at most. No I/O, no clock.
 ///
-/// A command counts where it answers one of the last `watchdog_periods` samples, and a newer one than the command obeyed before. Any other (repeated,
-/// late, of the time before a reset) does not feed the watchdog and drives nothing; only its 0 V is taken, since off is always allowed.
+/// A command counts where it answers one of the last `watchdog_periods` samples, and a newer one than the command
+/// obeyed before. Any other (repeated, late, of the time before a reset) does not feed the watchdog and drives nothing;
+/// only its 0 V is taken, since off is always allowed.
 ///
 /// ```
-/// use furuta_wire::{ArmCounts, Command, Hello, MAX_FRAME, Message, PendulumCounts, RigEnd, RigLimits, RigName, Status, encode};
+/// use furuta_wire::{ArmCounts, Command, Hello, MAX_FRAME, Message, PendulumCounts, RigEnd};
+/// use furuta_wire::{RigLimits, RigName, Status, encode};
 ///
 /// let hello = Hello {
 ///     version: furuta_wire::PROTOCOL_VERSION,
@@ -115,8 +117,8 @@ impl RigEnd {
         &self.hello
     }
 
-    /// Takes a byte from the host. A host whose query is of another version of the protocol is told this rig's, in a hello, and nothing that
-    /// it commands is obeyed: the motor is off until a query of this version.
+    /// Takes a byte from the host. A host whose query is of another version of the protocol is told this rig's, in a
+    /// hello, and nothing that it commands is obeyed: the motor is off until a query of this version.
     pub fn receive(&mut self, byte: u8) {
         match self.decoder.push(byte) {
             Some(Ok(Message::Command(command))) => {
@@ -160,7 +162,8 @@ impl RigEnd {
         }
     }
 
-    /// The motor voltage asked for from the next tick on (V): for a controller on the rig itself, which feeds the watchdog by it.
+    /// The motor voltage asked for from the next tick on (V): for a controller on the rig itself, which feeds the
+    /// watchdog by it.
     pub fn command(&mut self, volts: f32) {
         if volts.is_finite() {
             self.fresh = Some(Asked { volts, feeds: true });
@@ -186,8 +189,8 @@ impl RigEnd {
         self.seq
     }
 
-    /// One tick at `t_us` of the rig's clock, the encoders being at these counts: the sample to be sent. Its `volts` are what the motor must
-    /// get from now on.
+    /// One tick at `t_us` of the rig's clock, the encoders being at these counts: the sample to be sent. Its `volts`
+    /// are what the motor must get from now on.
     pub fn tick(&mut self, t_us: u64, theta: ArmCounts, alpha: PendulumCounts) -> Sample {
         let (volts, status) = self.latch([theta.0, alpha.0]);
         let seq = self.seq;
@@ -242,7 +245,8 @@ impl RigEnd {
         (self.held, status)
     }
 
-    /// Whether the voltage held does nothing beyond a limit but to stop the arm on its way out, and has not done so for too long.
+    /// Whether the voltage held does nothing beyond a limit but to stop the arm on its way out, and has not done so for
+    /// too long.
     fn brakes(&self, motion: &Motion) -> bool {
         let longest = BRAKING_US.checked_div(self.hello.period_us).unwrap_or(0);
         let against = self.held * motion.theta_dot < 0.0;

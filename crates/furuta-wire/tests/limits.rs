@@ -1,4 +1,5 @@
-//! Beyond a limit the rig's end of the wire lets nothing through but what brakes the arm on its way out, and not for long.
+//! Beyond a limit the rig's end of the wire lets nothing through but what brakes the arm on its way out, and not for
+//! long.
 
 use furuta_wire::{
     ArmCounts, Hello, PROTOCOL_VERSION, PendulumCounts, RigEnd, RigLimits, RigName, Status,

@@ -1,5 +1,5 @@
-//! Ten million random and damaged frames: no panic, no hang, nothing believed that nobody sent; and the checksum errs as
-//! seldom as it must.
+//! Ten million random and damaged frames: no panic, no hang, nothing believed that was not sent; and the checksum errs
+//! as seldom as it must.
 
 mod common;
 
@@ -26,7 +26,7 @@ struct Tally {
     no_message: u64,
     /// The message that was sent, unharmed (damage that changes nothing, or only what surrounds the frame).
     unharmed: u64,
-    /// A message that nobody sent.
+    /// A message that was not sent.
     escapes: u64,
 }
 
@@ -62,7 +62,8 @@ impl Tally {
     fn print(&self, what: &str) {
         let checked = self.checksum + self.passed();
         println!(
-            "{what:<16} {:>8} frames: {:>7} framing, {:>6} too long, {:>7} wrong checksum, {:>6} unharmed, {} past the checksum ({:.4} expected by chance)",
+            "{what:<16} {:>8} frames: {:>7} framing, {:>6} too long, {:>7} wrong checksum, {:>6} unharmed, \
+             {} past the checksum ({:.4} expected by chance)",
             self.sent,
             self.framing,
             self.too_long,
@@ -74,7 +75,8 @@ impl Tally {
     }
 }
 
-/// Damaged frames of real messages, each followed by two whole ones: the second is always understood, the first if the damage left a zero at the end.
+/// Damaged frames of real messages, each followed by two whole ones: the second is always understood, the first if the
+/// damage left a zero at the end.
 fn mutated(seed: u64, frames: u64) -> Tally {
     let mut random = Xorshift::new(seed);
     let mut decoder = Decoder::new();

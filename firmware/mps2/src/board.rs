@@ -24,7 +24,8 @@ pub struct Mps2 {
 #[derive(Copy, Clone)]
 struct Irq(u16);
 
-// The numbers are those of the board's manual (Application Note AN386); the trait is unsafe because a wrong one would unmask something else.
+// The numbers are those of the board's manual (Application Note AN386); the trait is unsafe because a wrong one would
+// unmask something else.
 #[allow(unsafe_code)]
 // SAFETY: constants of the board.
 unsafe impl InterruptNumber for Irq {
@@ -36,7 +37,8 @@ unsafe impl InterruptNumber for Irq {
 impl Mps2 {
     /// Switches timers and UART on.
     ///
-    /// Interrupts are unmasked in the controller and masked in the processor: one that is pending ends the wait of `idle`, none is ever taken.
+    /// Interrupts are unmasked in the controller and masked in the processor: one that is pending ends the wait of
+    /// `idle`, none is ever taken.
     #[allow(unsafe_code)]
     pub fn new(mechanics: EmulatedMechanics) -> Self {
         cortex_m::interrupt::disable();

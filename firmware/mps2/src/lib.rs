@@ -1,4 +1,5 @@
-//! The board mps2-an386 as QEMU emulates it: CMSDK UART and timers, two LEDs; a model of a rig in the place of motor, arm and pendulum.
+//! The board mps2-an386 as QEMU emulates it: CMSDK UART and timers, two LEDs; a model of a rig in the place of motor,
+//! arm and pendulum.
 #![cfg(target_os = "none")]
 #![no_std]
 
@@ -26,7 +27,8 @@ fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
     semihosting::process::exit(101)
 }
 
-// A stack overflow or a stray address ends the program instead of looping for ever. The runtime wants an `unsafe fn`; its body is safe.
+// A stack overflow or a stray address ends the program instead of looping for ever. The runtime wants an `unsafe fn`;
+// its body is safe.
 #[allow(unsafe_code)]
 #[cortex_m_rt::exception]
 unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {

@@ -1,4 +1,5 @@
-//! What a computation costs: instructions and stack. Instructions need QEMU's `-icount`, under which time is the number of instructions executed.
+//! What a computation costs: instructions and stack. Instructions need QEMU's `-icount`, under which time is the number
+//! of instructions executed.
 
 use crate::registers as r;
 
@@ -130,8 +131,8 @@ fn paint(bytes: usize) -> Painted {
     let end = (cortex_m::register::msp::read() as usize & !3) - 64;
     let start = end - bytes;
     for address in (start..end).step_by(4) {
-        // SAFETY: below the stack pointer, no value lives there; interrupts are masked, so nothing is put there meanwhile. The board has 4 MB of RAM,
-        // the statics a few bytes.
+        // SAFETY: below the stack pointer, no value lives there; interrupts are masked, so nothing is put there
+        // meanwhile. The board has 4 MB of RAM, the statics a few bytes.
         unsafe { core::ptr::with_exposed_provenance_mut::<u32>(address).write_volatile(PAINT) }
     }
     Painted { start, end }

@@ -7,7 +7,8 @@ pub(crate) struct Register(usize);
 impl Register {
     #[allow(unsafe_code)]
     pub(crate) fn read(self) -> u32 {
-        // SAFETY: only the constants below are made, each the address of a register of this board; reading it has no effect on memory.
+        // SAFETY: only the constants below are made, each the address of a register of this board; reading it has no
+        // effect on memory.
         unsafe { core::ptr::with_exposed_provenance::<u32>(self.0).read_volatile() }
     }
 

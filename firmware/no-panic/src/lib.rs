@@ -1,7 +1,8 @@
 //! Programs that link only if the control step they hold cannot panic.
 //!
-//! The panic handler calls a function that does not exist. Where the optimiser proves that no panic can be reached, handler and call are dropped and the
-//! program links; otherwise the linker names the function. No program here is ever run.
+//! The panic handler calls a function that does not exist. Where the optimiser proves that no panic can be reached,
+//! handler and call are dropped and the program links; otherwise the linker names the function. No program here is ever
+//! run.
 #![no_std]
 
 // The linker is to name it.

@@ -8,8 +8,8 @@ pub enum Clock {
     /// Real mechanics: a tick that is due happens at once, and the samples carry the clock's time.
     Real,
     /// Emulated mechanics: time stands still where the emulation is late, and where a host that answered the last
-    /// sample but one is late with the last, for at most 200 ms; the samples carry the emulated time. So a busy computer makes a run longer and
-    /// not another one. A silent host meets the watchdog as ever.
+    /// sample but one is late with the last, for at most 200 ms; the samples carry the emulated time. So a busy
+    /// computer makes a run longer and not another one. A silent host meets the watchdog as ever.
     Emulated,
 }
 

@@ -1,7 +1,8 @@
-//! What a rig's microcontroller does, whatever the board: one loop ([`Server`]) over a [`Board`], led by a host over the wire
-//! ([`HostLed`]) or by the control system on the chip ([`OnChip`]).
+//! What a rig's microcontroller does, whatever the board: one loop ([`Server`]) over a [`Board`], led by a host over
+//! the wire ([`HostLed`]) or by the control system on the chip ([`OnChip`]).
 //!
-//! The loop polls: nothing happens in interrupts but the collecting of bytes, so nothing is shared and nothing can be torn. Allocates nothing.
+//! The loop polls: nothing happens in interrupts but the collecting of bytes, so nothing is shared and nothing can be
+//! torn. Allocates nothing.
 #![no_std]
 
 mod board;

@@ -20,8 +20,8 @@ impl Pilot for HostLed {
     }
 }
 
-/// The control system of a controller file, on the chip, in single precision. A host that listens sees the samples and what the motor gets; its
-/// commands are overruled.
+/// The control system of a controller file, on the chip, in single precision. A host that listens sees the samples and
+/// what the motor gets; its commands are overruled.
 #[derive(Clone, Debug)]
 pub struct OnChip {
     supervisor: Supervisor<f32>,

@@ -17,7 +17,7 @@ struct Bench<const EMULATED: bool> {
     to_rig: Vec<u8>,
     from_rig: Vec<u8>,
     /// Bytes that the line takes.
-    room: usize,
+    capacity: usize,
     mechanics: EmulatedMechanics,
 }
 
@@ -28,7 +28,7 @@ impl<const EMULATED: bool> Bench<EMULATED> {
             volts: Vec::new(),
             to_rig: Vec::new(),
             from_rig: Vec::new(),
-            room: usize::MAX,
+            capacity: usize::MAX,
             mechanics: the_rig::mechanics().expect("a rig"),
         }
     }
@@ -76,9 +76,9 @@ impl<const EMULATED: bool> Board for Bench<EMULATED> {
     }
 
     fn write(&mut self, byte: u8) -> bool {
-        let free = self.room > 0;
+        let free = self.capacity > 0;
         if free {
-            self.room -= 1;
+            self.capacity -= 1;
             self.from_rig.push(byte);
         }
         free
@@ -200,16 +200,16 @@ fn a_halted_clock_is_not_made_up_for() {
     assert!((second - first).abs_diff(PERIOD) <= 50, "{first} {second}");
 }
 
-/// A line that nobody reads holds nothing up, and loses whole frames.
+/// A line without a reader holds nothing up, and loses whole frames.
 #[test]
 fn a_stuck_line_loses_whole_samples() {
     let mut server = host_led::<false>();
-    server.board().room = 0;
+    server.board().capacity = 0;
     for _ in 0..100 {
         next(&mut server);
     }
     assert!(server.board().hear().is_empty());
-    server.board().room = usize::MAX;
+    server.board().capacity = usize::MAX;
     next(&mut server);
     next(&mut server);
     let mut seqs = Vec::new();

@@ -55,8 +55,8 @@ pub trait Float: Scalar<Real = Self> + PartialOrd {
     /// Its size.
     const BYTES: usize;
 
-    /// Its bits in the low end of 64. Every NaN counts as the same one: IEEE 754 and Rust leave a NaN's sign and payload open, and
-    /// x86-64 and Arm indeed make different ones.
+    /// Its bits in the low end of 64. Every NaN counts as the same one: IEEE 754 and Rust leave a NaN's sign and
+    /// payload open, and x86-64 and Arm indeed make different ones.
     fn bits(self) -> u64;
 }
 

@@ -1,9 +1,11 @@
-//! The elementary functions of the model's scalars over a wide sweep of arguments: if trajectories differ, these lines say why.
+//! The elementary functions of the model's scalars over a wide sweep of arguments: if trajectories differ, these lines
+//! say why.
 
 use crate::fingerprint::{Fingerprint, Float};
 use core::fmt;
 
-/// Arguments that a sweep hardly meets: signed zeros, the smallest and largest numbers, infinities, a NaN, multiples of pi/2.
+/// Arguments that a sweep hardly meets: signed zeros, the smallest and largest numbers, infinities, a NaN, multiples of
+/// pi/2.
 const CORNERS: [f64; 20] = [
     0.0,
     -0.0,
@@ -27,7 +29,8 @@ const CORNERS: [f64; 20] = [
     f64::NAN,
 ];
 
-/// One line for each function in the scalar `F`, over `count` arguments of either sign from about 1e-12 to 1e8 and [`CORNERS`].
+/// One line for each function in the scalar `F`, over `count` arguments of either sign from about 1e-12 to 1e8 and
+/// [`CORNERS`].
 ///
 /// # Errors
 /// Those of `out`.
@@ -57,7 +60,8 @@ pub(crate) fn print<F: Float>(out: &mut impl fmt::Write, count: u32) -> fmt::Res
     Ok(())
 }
 
-/// Pseudo-random numbers of either sign, uniform in the exponent: a linear congruential generator fills sign, exponent and fraction.
+/// Pseudo-random numbers of either sign, uniform in the exponent: a linear congruential generator fills sign, exponent
+/// and fraction.
 fn sweep(count: u32) -> impl Iterator<Item = f64> {
     let mut seed = 0x2545_f491_4f6c_dd1d_u64;
     (0..count).map(move |_| {

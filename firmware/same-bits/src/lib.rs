@@ -1,6 +1,8 @@
-//! Every bit that the model computes, as lines of text: the same source compiled for a host and for a Cortex-M4 must print the same.
+//! Every bit that the model computes, as lines of text: the same source compiled for a host and for a Cortex-M4 must
+//! print the same.
 //!
-//! `make same-bits` runs the program on both and compares. What is covered, and where equality ends, says docs/target.md.
+//! `make same-bits` runs the program on both and compares. What is covered, and where equality ends, says
+//! docs/target.md.
 #![no_std]
 
 mod fingerprint;

@@ -28,7 +28,8 @@ fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
     process::exit(101)
 }
 
-// A stack overflow or a stray address ends the run instead of looping for ever. The runtime wants an `unsafe fn`; its body is safe.
+// A stack overflow or a stray address ends the run instead of looping for ever. The runtime wants an `unsafe fn`; its
+// body is safe.
 #[allow(unsafe_code)]
 #[exception]
 unsafe fn HardFault(_: &ExceptionFrame) -> ! {

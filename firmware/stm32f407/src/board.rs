@@ -160,7 +160,8 @@ impl Wide {
 /// Takes the driver's enable line down and stops the PWM, from wherever the program is.
 #[allow(unsafe_code)]
 pub(crate) fn motor_off() {
-    // SAFETY: two writes that leave the driver off, in whatever state the program left the peripherals; nothing of it runs afterwards.
+    // SAFETY: two writes that leave the driver off, in whatever state the program left the peripherals; nothing of it
+    // runs afterwards.
     unsafe {
         pac::GPIOE::steal().bsrr().write(|w| w.br13().set_bit());
         pac::TIM1::steal().bdtr().modify(|_, w| w.moe().clear_bit());

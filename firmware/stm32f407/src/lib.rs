@@ -1,4 +1,5 @@
-//! A rig on an STM32F407 (for example the board STM32F4DISCOVERY): two quadrature timers, a PWM timer, a USART. Wiring: docs/firmware.md.
+//! A rig on an STM32F407 (for example the board STM32F4DISCOVERY): two quadrature timers, a PWM timer, a USART. Wiring:
+//! docs/firmware.md.
 #![cfg(target_os = "none")]
 #![no_std]
 
@@ -10,7 +11,8 @@ pub use board::{Button, Stm32f407, start};
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     board::motor_off();
-    // The independent watchdog, which nobody feeds any more, resets the chip; after a reset the motor is off until a host commands.
+    // The independent watchdog, which is not fed any more, resets the chip; after a reset the motor is off until a host
+    // commands.
     loop {
         cortex_m::asm::nop();
     }

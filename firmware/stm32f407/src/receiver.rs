@@ -27,8 +27,8 @@ pub(crate) fn take() -> Option<u8> {
 #[allow(unsafe_code)]
 #[interrupt]
 fn USART2() {
-    // SAFETY: nobody else reads the data register; the loop's half of the USART only writes to it, which on this chip is another register
-    // at the same address.
+    // SAFETY: nothing else reads the data register; the loop's half of the USART only writes to it, which on this chip
+    // is another register at the same address.
     let usart = unsafe { pac::USART2::steal() };
     let status = usart.sr().read();
     // Reading status, then data, also clears the overrun of bytes that came while the interrupt was masked.

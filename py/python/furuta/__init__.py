@@ -11,6 +11,7 @@ UPRIGHT (0 up, pi hanging); u the motor command in volts, held from one sample t
 True
 """
 
+from furuta import papers
 from furuta._furuta import (
     CalibrateError,
     Calibration,
@@ -56,12 +57,9 @@ from furuta._furuta import (
     measure,
     place,
     plan_experiment,
-    ramos_velasco,
-    ramos_velasco_draws,
     region_of_attraction,
     replay,
     robust_lqr,
-    shahzad2022,
     signal,
     simulate,
     simulate_batch,
@@ -116,14 +114,12 @@ __all__ = [
     "lqi",
     "lqr",
     "measure",
+    "papers",
     "place",
     "plan_experiment",
-    "ramos_velasco",
-    "ramos_velasco_draws",
     "region_of_attraction",
     "replay",
     "robust_lqr",
-    "shahzad2022",
     "signal",
     "simulate",
     "simulate_batch",

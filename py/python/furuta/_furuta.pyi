@@ -481,6 +481,7 @@ def diagnose(
     plan: bool = False,
     same_zero: bool = False,
     time_limit: float | None = 60.0,
+    thorough: bool = False,
     every: int = 1,
     span: tuple[float, float] | None = None,
     accept_suspicious: bool = False,

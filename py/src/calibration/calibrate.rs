@@ -21,7 +21,8 @@ use std::path::PathBuf;
 /// correlation : list of list of float
 ///     Of their errors.
 /// combinations : list of dict
-///     Ratios of what the equations of motion are made of, right whatever the held parameters are: name, formula, nominal, fitted, std, unit.
+///     Ratios of what the equations of motion are made of, right whatever the held parameters are: name, formula,
+///     nominal, fitted, std, unit.
 /// identifiability : dict
 ///     What the recordings can tell: rank, parameters, condition, directions, held.
 /// fit : list of dict
@@ -31,7 +32,8 @@ use std::path::PathBuf;
 /// profiles : list of dict
 ///     Profile likelihoods asked for: key, unit, values, rise, interval.
 /// verification : dict or None
-///     How well rig file and calibrated rig follow the recordings of `verify`: as_given, calibrated (as `Validation.to_dict`).
+///     How well rig file and calibrated rig follow the recordings of `verify`: as_given, calibrated (as
+///     `Validation.to_dict`).
 /// notices : list of str
 /// seconds : float
 /// rig : Rig
@@ -54,7 +56,8 @@ impl PyCalibration {
         parsed(py, &self.to_json())
     }
 
-    /// The calibration in plain text: what the recordings can tell, the parameters with their 95 % intervals, how well the model follows.
+    /// The calibration in plain text: what the recordings can tell, the parameters with their 95 % intervals, how well
+    /// the model follows.
     ///
     /// Examples
     /// --------
@@ -88,7 +91,8 @@ impl PyCalibration {
             .call_method1("plot", (&slf, run))
     }
 
-    /// What `plot` draws: for each stretch of a recording run, t, u, and measured, nominal, calibrated as `[theta, alpha]` (None where nothing was predicted).
+    /// What `plot` draws: for each stretch of a recording run, t, u, and measured, nominal, calibrated as
+    /// `[theta, alpha]` (None where nothing was predicted).
     fn curves<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         self.outcome
             .curves
@@ -176,7 +180,8 @@ impl PyCalibration {
         field(self.contract.bind(py), "profiles")
     }
 
-    /// How well rig file and calibrated rig follow the recordings of `verify`: as_given, calibrated (as `Validation.to_dict`); None without.
+    /// How well rig file and calibrated rig follow the recordings of `verify`: as_given, calibrated (as
+    /// `Validation.to_dict`); None without.
     #[getter]
     fn verification<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.contract.bind(py).get_item("verification")
@@ -211,7 +216,8 @@ impl PyCalibration {
 /// rig : Rig
 ///     As its data sheet describes it, effects included.
 /// free : list of str, optional
-///     Keys of the parameters to fit ("arm.inertia", "arm.coulomb.torque"); all that the recordings determine if not given.
+///     Keys of the parameters to fit ("arm.inertia", "arm.coulomb.torque"); all that the recordings determine if not
+///     given.
 /// hold : list of str, optional
 ///     Keys of parameters to hold although they show.
 /// profile : list of str, optional
@@ -223,8 +229,8 @@ impl PyCalibration {
 /// verify : path, dict, or list of these, optional
 ///     Recordings that the fit must not see: rig file and calibrated rig are judged by them (`verification`).
 /// every : int, optional
-///     Use every so many-th sample of each recording. The command of a sample becomes the mean of those until the next one used: right where
-///     so many sample periods are short against the motion.
+///     Use every `every`-th sample of each recording. The command of a sample becomes the mean of those until the
+///     next one used: right where `every` sample periods are short against the motion.
 /// span : tuple of two floats, optional
 ///     Use this span of each recording, s from its first sample.
 /// accept_suspicious : bool, optional
@@ -256,7 +262,8 @@ impl PyCalibration {
 #[pyfunction]
 #[pyo3(
     signature = (recordings, rig, *, free=None, hold=None, profile=None, horizon=2.0, body_length=None, verify=None, every=1, span=None, accept_suspicious=false),
-    text_signature = "(recordings, rig, *, free=None, hold=None, profile=None, horizon=2.0, body_length=None, verify=None, every=1, span=None, accept_suspicious=False)"
+    text_signature = "(recordings, rig, *, free=None, hold=None, profile=None, horizon=2.0, \
+        body_length=None, verify=None, every=1, span=None, accept_suspicious=False)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords, for Python
 pub(crate) fn calibrate(

@@ -14,7 +14,8 @@ use pyo3::types::PyDict;
 /// parameters : list of str
 ///     Keys of the parameters that are to become known.
 /// experiments : list of dict
-///     All that the rig bears, the most telling first: excitation, arguments, seconds, volts, arm, log_det, efficiency, std (relative, by parameter).
+///     All that the rig bears, the most telling first: excitation, arguments, seconds, volts, arm, log_det, efficiency,
+///     std (relative, by parameter).
 /// sequence : list of int
 ///     Which to make one after the other.
 /// after : list of list of float

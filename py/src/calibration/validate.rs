@@ -60,7 +60,8 @@ impl PyValidation {
     }
 }
 
-/// Judges a rig file by recordings that it was not fitted to: fit in per cent, residual tests with their 99 % bounds, errors after fixed times.
+/// Judges a rig file by recordings that it was not fitted to: fit in per cent, residual tests with their 99 % bounds,
+/// errors after fixed times.
 ///
 /// Parameters
 /// ----------
@@ -68,8 +69,8 @@ impl PyValidation {
 ///     As for `diagnose`.
 /// rig : Rig
 /// every : int, optional
-///     Use every so many-th sample of each recording. The command of a sample becomes the mean of those until the next one used: right where
-///     so many sample periods are short against the motion.
+///     Use every `every`-th sample of each recording. The command of a sample becomes the mean of those until the
+///     next one used: right where `every` sample periods are short against the motion.
 /// span : tuple of two floats, optional
 ///     Use this span of each recording, s from its first sample.
 /// accept_suspicious : bool, optional

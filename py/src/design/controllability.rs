@@ -9,10 +9,11 @@ use pyo3::prelude::*;
 
 type Reach<'py> = (Bound<'py, PyArray2<f64>>, usize, f64);
 
-/// What the input of x' = A x + B u (or of x[k+1] = A x[k] + B u[k]) can reach: Kalman's controllability matrix and its rank.
+/// What the input of x' = A x + B u (or of x[k+1] = A x[k] + B u[k]) can reach: Kalman's controllability matrix and its
+/// rank.
 ///
-/// The rank is counted on a copy of the matrix in which units of time and of the states drop out, so that a pendulum in millimetres is
-/// as controllable as one in metres. Observability of (A, C) is the dual: controllability(A.T, C.T).
+/// The rank is counted on a copy of the matrix in which units of time and of the states drop out, so that a pendulum in
+/// millimetres is as controllable as one in metres. Observability of (A, C) is the dual: controllability(A.T, C.T).
 ///
 /// Parameters
 /// ----------

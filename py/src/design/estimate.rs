@@ -56,7 +56,8 @@ pub(crate) fn lqe<'py>(
     estimator(py, false, [&a, &g, &c, &qn, &rn], nn)
 }
 
-/// Discrete-time steady-state Kalman gain for x[k+1] = A x[k] + B u[k] + G w[k], y[k] = C x[k] + v[k] with white noises w and v.
+/// Discrete-time steady-state Kalman gain for x[k+1] = A x[k] + B u[k] + G w[k], y[k] = C x[k] + v[k] with white noises
+/// w and v.
 ///
 /// Parameters
 /// ----------

@@ -19,7 +19,8 @@ macro_rules! by_size {
                 ($n, 3) => $sized::<$n, 3> $arguments,
             )*
             (n, m) => Err($crate::error::design(format!(
-                "{n} states and {m} inputs (for an estimator: measurements); 1 to 8 states and 1 to 3 inputs are possible"
+                "{n} states and {m} inputs (for an estimator: measurements); 1 to 8 states and 1 to 3 \
+                 inputs are possible"
             ))),
         }
     };

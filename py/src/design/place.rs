@@ -25,7 +25,8 @@ use pyo3::prelude::*;
 /// Raises
 /// ------
 /// DesignError
-///     Shapes that do not fit, a complex pole without its conjugate, or a system that the input does not reach entirely.
+///     Shapes that do not fit, a complex pole without its conjugate, or a system that the input does not reach
+///     entirely.
 ///
 /// Examples
 /// --------

@@ -5,7 +5,8 @@ use crate::error;
 use crate::matrix::{Matrix, Small};
 use pyo3::prelude::*;
 
-/// Continuous-time linear-quadratic regulator: u = -K x minimises the integral of x'Q x + u'R u + 2 x'N u for x' = A x + B u.
+/// Continuous-time linear-quadratic regulator: u = -K x minimises the integral of x'Q x + u'R u + 2 x'N u for x' = A x
+/// + B u.
 ///
 /// Parameters
 /// ----------
@@ -55,7 +56,8 @@ pub(crate) fn lqr<'py>(
     regulator(py, false, a, b, &q, &r, n)
 }
 
-/// Discrete-time linear-quadratic regulator: u = -K x minimises the sum of x'Q x + u'R u + 2 x'N u for x[k+1] = A x[k] + B u[k].
+/// Discrete-time linear-quadratic regulator: u = -K x minimises the sum of x'Q x + u'R u + 2 x'N u for x[k+1] = A x[k]
+/// + B u[k].
 ///
 /// Parameters
 /// ----------
@@ -102,7 +104,8 @@ pub(crate) fn dlqr<'py>(
     regulator(py, true, a, b, &q, &r, n)
 }
 
-/// Linear-quadratic regulator with integral action: u = -K [x, integral of C x], so that a constant disturbance leaves no error in C x.
+/// Linear-quadratic regulator with integral action: u = -K [x, integral of C x], so that a constant disturbance leaves
+/// no error in C x.
 ///
 /// Parameters
 /// ----------
@@ -119,7 +122,8 @@ pub(crate) fn dlqr<'py>(
 /// N : array_like, shape (n + 1, m), optional
 ///     Cross weight.
 /// dt : float, optional
-///     Sample period in s, if A and B are those of a sampled system; the integral is then the sum s[k+1] = s[k] + dt C x[k].
+///     Sample period in s, if A and B are those of a sampled system; the integral is then the sum s[k+1] = s[k] + dt C
+///     x[k].
 ///
 /// Returns
 /// -------

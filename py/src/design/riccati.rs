@@ -34,7 +34,8 @@ pub(super) struct Solved {
 }
 
 impl Equation {
-    /// Solves it. A few microseconds: to let other threads have the interpreter meanwhile would take longer than it gives.
+    /// Solves it. A few microseconds: to let other threads have the interpreter meanwhile would take longer than it
+    /// gives.
     pub(super) fn solve(&self) -> PyResult<Result<Solved, DesignError>> {
         by_size!((self.a.rows(), self.b.cols()), sized(self); 1 2 3 4 5 6 7 8)
     }
@@ -143,7 +144,8 @@ pub(crate) fn care<'py>(
     solution(py, false, &a, b, &q, r, s)
 }
 
-/// Discrete-time algebraic Riccati equation A'X A - X - (A'X B + S)(R + B'X B)^-1 (B'X A + S') + Q = 0: its stabilising solution.
+/// Discrete-time algebraic Riccati equation A'X A - X - (A'X B + S)(R + B'X B)^-1 (B'X A + S') + Q = 0: its stabilising
+/// solution.
 ///
 /// Parameters
 /// ----------

@@ -9,9 +9,11 @@ use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// A robust linear-quadratic regulator: one gain, with one Lyapunov function, for every rig whose parameters are within a range.
+/// A robust linear-quadratic regulator: one gain, with one Lyapunov function, for every rig whose parameters are within
+/// a range.
 ///
-/// Upright, continuous time. Of all gains with a guarantee it takes the one with the least mean guaranteed cost over starts of equal variance.
+/// Upright, continuous time. Of all gains with a guarantee it takes the one with the least mean guaranteed cost over
+/// starts of equal variance.
 ///
 /// Parameters
 /// ----------
@@ -29,15 +31,15 @@ use pyo3::types::PyDict;
 /// Returns
 /// -------
 /// dict
-///     K (4,): u = -K x; X (4, 4): from x on the cost is at most x' X x for every rig within the range; K_nominal (4,): the LQR; slowest and
-///     slowest_nominal (1/s): real part of the slowest pole over the rigs at the corners of the range; A (n, 4, 4), B (n, 4, 1): linear models
-///     whose convex hull holds those of all rigs within the range.
+///     K (4,): u = -K x; X (4, 4): from x on the cost is at most x' X x for every rig within the range; K_nominal (4,):
+///     the LQR; slowest and slowest_nominal (1/s): real part of the slowest pole over the rigs at the corners of the
+///     range; A (n, 4, 4), B (n, 4, 1): linear models whose convex hull holds those of all rigs within the range.
 ///
 /// Raises
 /// ------
 /// DesignError
-///     A range without a common Lyapunov function (the largest that has one is named), parameters that cannot be off, weights with which there is no
-///     gain.
+///     A range without a common Lyapunov function (the largest that has one is named), parameters that cannot be off,
+///     weights with which there is no gain.
 ///
 /// Examples
 /// --------

@@ -1,6 +1,6 @@
 //! What a measured transfer function knows that a rig file does not.
 
-use super::response::PyFrf;
+use super::frf::PyFrf;
 use crate::error;
 use crate::file;
 use crate::matrix::Vector;
@@ -20,9 +20,10 @@ use std::path::PathBuf;
 /// as_given_error : float
 ///     RMS relative error of the rig as its file has it.
 /// explanations : list of dict
-///     Best first: effects (list of ids, empty for refitted parameters alone), values (by "id parameter": value, std), refitted (factor on the data
-///     sheet's value by name: factor, std), relative_error, parameters, bic, evidence (fall of BIC against the parameters alone), same_as (sets that the
-///     response cannot tell from this one), response (complex array at `frequency`). Deviations that are not known are inf.
+///     Best first: effects (list of ids, empty for refitted parameters alone), values (by "id parameter": value, std),
+///     refitted (factor on the data sheet's value by name: factor, std), relative_error, parameters, bic, evidence
+///     (fall of BIC against the parameters alone), same_as (sets that the response cannot tell from this one), response
+///     (complex array at `frequency`). Deviations that are not known are inf.
 /// frequency, measured : numpy.ndarray
 #[pyclass(name = "Comparison", module = "furuta", frozen)]
 pub(crate) struct PyComparison {
@@ -65,9 +66,9 @@ impl PyComparison {
         engine::text(&self.rig, &self.what(), None, &self.measured, &self.found)
     }
 
-    /// Writes a report, one HTML page that needs no network: the Bode plot of what was measured, the rig as given, its parameters refitted and the best
-    /// explanation; the ranking.
-    /// A file that is there and no such page is replaced only with `force`.
+    /// Writes a report, one HTML page that needs no network: the Bode plot of what was measured, the rig as given, its
+    /// parameters refitted and the best explanation; the ranking. A file that is there and no such page is replaced
+    /// only with `force`.
     #[pyo3(signature = (path, *, force=false))]
     fn report(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
         let what = self.what();
@@ -154,7 +155,8 @@ fn as_dict<'py>(py: Python<'py>, e: &Explanation) -> PyResult<Bound<'py, PyDict>
 /// >>> next(e for e in found.explanations if len(e["effects"]) == 1)["effects"]
 /// ['arm.spring']
 #[pyfunction]
-#[pyo3(signature = (measured, rig, *, output="alpha", band=(0.1, 23.0)), text_signature = "(measured, rig, *, output=\"alpha\", band=(0.1, 23.0))")]
+#[pyo3(signature = (measured, rig, *, output="alpha", band=(0.1, 23.0)), text_signature = "(measured, rig, \
+    *, output=\"alpha\", band=(0.1, 23.0))")]
 pub(crate) fn compare(
     py: Python<'_>,
     measured: &Bound<'_, PyAny>,

@@ -1,165 +1,14 @@
 //! Transfer functions fitted to responses.
 
-use super::response::PyFrf;
+use super::frf::PyFrf;
+use super::transfer_fit::PyTransferFit;
 use crate::error;
-use crate::matrix::Vector;
-use furuta_ident::frequency::fit::Uncertain;
 use furuta_ident::frequency::orders::sweep;
-use furuta_ident::frequency::words::fit_text;
-use furuta_ident::frequency::{Delay, Fit, Hold, Request, fit};
-use nalgebra::Complex;
-use numpy::{IntoPyArray, PyArray1};
+use furuta_ident::frequency::{Delay, Hold, Request, fit};
 use pyo3::prelude::*;
 
-type Array<'py, T> = Bound<'py, PyArray1<T>>;
-
-/// A transfer function fitted by `fit_transfer_function`. Coefficients by falling power of s, the denominator's first is 1; `num, den = fit` unpacks them
-/// for `scipy.signal` and python-control.
-///
-/// Attributes
-/// ----------
-/// numerator, denominator, numerator_std, denominator_std : numpy.ndarray
-/// delay, delay_std : float
-///     In s.
-/// poles, zeros, poles_std, zeros_std : numpy.ndarray, complex
-///     In rad/s, slow ones first; the deviations of real and imaginary part.
-/// chi2 : float
-///     1 where nothing but noise is left.
-/// aic, bic, relative_error : float
-/// stable : bool
-/// notices : list of str
-#[pyclass(name = "TransferFit", module = "furuta", frozen)]
-pub(crate) struct PyTransferFit {
-    pub(crate) fit: Fit,
-}
-
-#[pymethods]
-impl PyTransferFit {
-    #[getter]
-    fn numerator<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
-        self.fit.transfer.numerator.clone().into_pyarray(py)
-    }
-
-    #[getter]
-    fn denominator<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
-        self.fit.transfer.denominator.clone().into_pyarray(py)
-    }
-
-    #[getter]
-    fn numerator_std<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
-        self.fit.numerator_std.clone().into_pyarray(py)
-    }
-
-    #[getter]
-    fn denominator_std<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
-        self.fit.denominator_std.clone().into_pyarray(py)
-    }
-
-    #[getter]
-    fn delay(&self) -> f64 {
-        self.fit.delay.value
-    }
-
-    #[getter]
-    fn delay_std(&self) -> f64 {
-        self.fit.delay.std
-    }
-
-    #[getter]
-    fn poles<'py>(&self, py: Python<'py>) -> Array<'py, Complex<f64>> {
-        values(py, &self.fit.poles, |r| r.value)
-    }
-
-    #[getter]
-    fn poles_std<'py>(&self, py: Python<'py>) -> Array<'py, Complex<f64>> {
-        values(py, &self.fit.poles, |r| r.std)
-    }
-
-    #[getter]
-    fn zeros<'py>(&self, py: Python<'py>) -> Array<'py, Complex<f64>> {
-        values(py, &self.fit.zeros, |r| r.value)
-    }
-
-    #[getter]
-    fn zeros_std<'py>(&self, py: Python<'py>) -> Array<'py, Complex<f64>> {
-        values(py, &self.fit.zeros, |r| r.std)
-    }
-
-    #[getter]
-    fn chi2(&self) -> f64 {
-        self.fit.chi2
-    }
-
-    #[getter]
-    fn aic(&self) -> f64 {
-        self.fit.aic
-    }
-
-    #[getter]
-    fn bic(&self) -> f64 {
-        self.fit.bic
-    }
-
-    #[getter]
-    fn relative_error(&self) -> f64 {
-        self.fit.relative_error
-    }
-
-    #[getter]
-    fn stable(&self) -> bool {
-        self.fit.is_stable()
-    }
-
-    #[getter]
-    fn notices(&self) -> Vec<String> {
-        self.fit.notices().iter().map(ToString::to_string).collect()
-    }
-
-    /// The response that the fit predicts at these frequencies (Hz), hold included.
-    fn response<'py>(&self, py: Python<'py>, frequency: Vector<'py>) -> Array<'py, Complex<f64>> {
-        let response: Vec<_> = frequency
-            .as_array()
-            .iter()
-            .map(|f| self.fit.response(*f))
-            .collect();
-        response.into_pyarray(py)
-    }
-
-    /// The function as python-control's TransferFunction, its delay left out.
-    fn to_control<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        py.import("control")?
-            .call_method1("tf", (self.numerator(py), self.denominator(py)))
-    }
-
-    /// The function in words: coefficients, poles and zeros with their deviations, how well it fits.
-    fn summary(&self) -> String {
-        fit_text(&self.fit)
-    }
-
-    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let pair = (self.numerator(py), self.denominator(py));
-        Ok(pair.into_pyobject(py)?.try_iter()?.into_any())
-    }
-
-    fn __repr__(&self) -> String {
-        let [zeros, poles] = self.fit.transfer.orders();
-        format!("<furuta.TransferFit {zeros}/{poles}>")
-    }
-
-    fn __str__(&self) -> String {
-        self.summary()
-    }
-}
-
-fn values<'py>(
-    py: Python<'py>,
-    roots: &[Uncertain<Complex<f64>>],
-    value: fn(&Uncertain<Complex<f64>>) -> Complex<f64>,
-) -> Array<'py, Complex<f64>> {
-    roots.iter().map(value).collect::<Vec<_>>().into_pyarray(py)
-}
-
-/// Fits a continuous transfer function to a frequency response: nonlinear least squares over the complex plane, each line weighted by its deviation.
+/// Fits a continuous transfer function to a frequency response: nonlinear least squares over the complex plane, each
+/// line weighted by its deviation.
 ///
 /// Parameters
 /// ----------
@@ -169,8 +18,8 @@ fn values<'py>(
 /// delay : float or "fit", optional
 ///     Delay beyond the hold's own, s.
 /// hold : bool, optional
-///     Whether the response is that of a sampled plant behind a zero-order hold, which is then taken out; by default, where the response has a sample
-///     period.
+///     Whether the response is that of a sampled plant behind a zero-order hold, which is then taken out; by default,
+///     where the response has a sample period.
 ///
 /// Returns
 /// -------
@@ -191,7 +40,8 @@ fn values<'py>(
 /// >>> bool(np.allclose(num, [1, 4]) and np.allclose(den, [1, 2, 30]))
 /// True
 #[pyfunction]
-#[pyo3(signature = (frf, zeros=None, poles=None, *, delay=None, hold=None), text_signature = "(frf, zeros=None, poles=None, *, delay=None, hold=None)")]
+#[pyo3(signature = (frf, zeros=None, poles=None, *, delay=None, hold=None), text_signature = "(frf, \
+    zeros=None, poles=None, *, delay=None, hold=None)")]
 pub(crate) fn fit_transfer_function(
     py: Python<'_>,
     frf: PyRef<'_, PyFrf>,

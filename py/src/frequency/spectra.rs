@@ -7,7 +7,8 @@ use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Averaged spectral densities and the cross spectrum of two signals (Welch): the numbers of `scipy.signal.csd` with a constant detrend.
+/// Averaged spectral densities and the cross spectrum of two signals (Welch): the numbers of `scipy.signal.csd` with a
+/// constant detrend.
 ///
 /// Parameters
 /// ----------

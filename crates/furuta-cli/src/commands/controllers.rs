@@ -11,7 +11,8 @@ use crate::failure::Failure;
 use crate::print;
 use crate::streams;
 
-/// List the controllers, estimators and other sections of a controller file, or explain one: its keys, their units, ranges and defaults.
+/// List the controllers, estimators and other sections of a controller file, or explain one: its keys, their units,
+/// ranges and defaults.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Controller, estimator or section to explain, for example lqr; all are listed if not given.

@@ -10,8 +10,9 @@ use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::streams::{self, note};
 
-/// Convert a recording between CSV and MCAP, there and back without loss: of a log of `furuta run` every bit of every sample and all that it says
-/// of its run, of any other CSV file every byte. Samples pass one by one: a recording may be longer than memory. What is noticed about the recording is printed.
+/// Convert a recording between CSV and MCAP, there and back without loss: of a log of `furuta run` every bit of every
+/// sample and all that it says of its run, of any other CSV file every byte. Samples pass one by one: a recording may
+/// be longer than memory. What is noticed about the recording is printed.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Recording to read, CSV or MCAP.

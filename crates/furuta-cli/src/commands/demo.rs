@@ -163,11 +163,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             begin.elapsed().as_secs_f64()
         )?;
     }
-    judge(diagnosis, &hidden, &after, &path(REPORT))
+    conclude(diagnosis, &hidden, &after, &path(REPORT))
 }
 
 /// Whether the demo showed what it is to show.
-fn judge(
+fn conclude(
     diagnosis: &Diagnosis,
     hidden: &Effect<f64>,
     after: &Balanced,
@@ -176,7 +176,8 @@ fn judge(
     let id = hidden.spec().id;
     if !diagnosis.effects.iter().any(|e| e.id == id) {
         return Err(Failure::new(format!(
-            "{id} was hidden but not named: at this size these tests may not show it, see {report}; try a larger one with --hide"
+            "{id} was hidden but not named: at this size these tests may not show it, see {report}; try a \
+             larger one with --hide"
         )));
     }
     if after.up_since.is_none() {

@@ -38,18 +38,12 @@ enum Method {
     SteadyMotion(steady_motion::Args),
 }
 
-/// Linear-quadratic regulator about upright: u = -K x minimises the integral (sum) of x'Qx + R u^2.
+/// The rig of a design, its rate, and where the answer goes.
 #[derive(clap::Args, Debug)]
-struct LqrArgs {
+struct CommonArgs {
     /// Built-in rig or rig file.
     #[arg(long, value_name = "RIG")]
     rig: String,
-    /// Diagonal of Q for theta, alpha, theta_dot, alpha_dot. If neither Q nor R is given: what `furuta run` balances with.
-    #[arg(long, value_name = "A,B,C,D", value_parser = weights, requires = "r")]
-    q: Option<[f64; 4]>,
-    /// Weight of the command.
-    #[arg(long, value_name = "R", value_parser = positive, requires = "q")]
-    r: Option<f64>,
     /// Samples per second; the command is held between samples. Continuous time if not given.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
@@ -59,6 +53,20 @@ struct LqrArgs {
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
+}
+
+/// Linear-quadratic regulator about upright: u = -K x minimises the integral (sum) of x'Qx + R u^2.
+#[derive(clap::Args, Debug)]
+struct LqrArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+    /// Diagonal of Q for theta, alpha, theta_dot, alpha_dot. If neither Q nor R is given: what `furuta run` balances
+    /// with.
+    #[arg(long, value_name = "A,B,C,D", value_parser = weights, requires = "r")]
+    q: Option<[f64; 4]>,
+    /// Weight of the command.
+    #[arg(long, value_name = "R", value_parser = positive, requires = "q")]
+    r: Option<f64>,
 }
 
 /// Four weights with commas between them.
@@ -74,7 +82,7 @@ pub(crate) fn four(text: &str) -> Result<[f64; 4], String> {
     numbers(text).ok_or_else(|| "must be four finite numbers with commas between them".to_owned())
 }
 
-/// So many finite numbers with commas between them.
+/// `N` finite numbers with commas between them.
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let numbers: Vec<f64> = text
         .split(',')
@@ -133,24 +141,29 @@ pub(crate) fn write_controller(
 }
 
 fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
-    let rig = Rig::load(&args.rig)?;
+    let rig = Rig::load(&args.common.rig)?;
     let weights = match (args.q, args.r) {
         (Some(q), Some(r)) => Weights::diagonal(q, [r]),
         _ => balance_weights(&rig.params),
     };
-    let regulator = regulator(&rig, &weights, args.rate)?;
+    let regulator = regulator(&rig, &weights, args.common.rate)?;
     let k = regulator.gain;
     let poles = regulator
         .poles()
         .ok_or_else(|| Failure::new("the closed loop's poles cannot be computed"))?;
-    if let Some(path) = &args.write_controller {
+    if let Some(path) = &args.common.write_controller {
         let given = controllers::settings("lqr").unwrap_or(Config::default().controller);
-        write_controller(path, &rig, args.rate, given.with("gain", k.as_slice())?);
+        write_controller(
+            path,
+            &rig,
+            args.common.rate,
+            given.with("gain", k.as_slice())?,
+        );
     }
     let mut out = streams::output();
-    if args.json {
+    if args.common.json {
         let line = json!({
-            "rig": rig.name, "rate": args.rate, "q": weights.q.diagonal().as_slice(), "r": weights.r[0],
+            "rig": rig.name, "rate": args.common.rate, "q": weights.q.diagonal().as_slice(), "r": weights.r[0],
             "k": k.as_slice(), "poles": print::poles_json(&poles),
         });
         writeln!(out, "{line}")?;
@@ -162,7 +175,7 @@ fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
         rig.name
     )?;
     gains(&mut out, k.as_slice())?;
-    print_poles(&mut out, &poles, args.rate)
+    print_poles(&mut out, &poles, args.common.rate)
 }
 
 /// A line for each gain, the integral's last.

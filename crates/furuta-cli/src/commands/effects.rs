@@ -10,7 +10,8 @@ use crate::failure::Failure;
 use crate::print;
 use crate::streams;
 
-/// List the effects that can be simulated, hidden and found, or explain one: law, how it shows, look-alikes, the experiment that tells.
+/// List the effects that can be simulated, hidden and found, or explain one: law, how it shows, look-alikes, the
+/// experiment that tells.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Effect to explain, for example arm.coulomb; all are listed if not given.

@@ -22,7 +22,7 @@ pub(crate) struct Args {
     rig: String,
     #[command(flatten)]
     emulation: EmulationArgs,
-    /// Switch off after so many seconds.
+    /// Switch off after this many seconds.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     duration: Option<f64>,
     /// Tick when the host has answered instead of by the clock: as fast as both can.

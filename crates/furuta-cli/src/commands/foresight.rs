@@ -10,7 +10,7 @@ use furuta_model::{Rig, State};
 const PATIENCE: f64 = 15.0;
 /// A controller that holds the pendulum for so long (s) holds it.
 const HELD: f64 = 3.0;
-/// It begins with so much of a lean (rad): less than any catch allows.
+/// It begins with this lean (rad): less than any catch allows.
 const LEAN: f64 = 0.02;
 
 /// How a run goes on the model.
@@ -84,13 +84,15 @@ impl Foresight {
                 ))
             }
             Outlook::Friction => Some(format!(
-                "by its model {rig} does not swing up within {PATIENCE} s, and without friction it does: friction takes more than {limit} V give. \
-                 Start with the pendulum held upright; or, if your rig has less friction than its file says, lower arm.viscous and \
-                 pendulum.viscous there (`furuta rigs {rig} --toml` prints a built-in file)"
+                "by its model {rig} does not swing up within {PATIENCE} s, and without friction it does: \
+                 friction takes more than {limit} V give. Start with the pendulum held upright; or, if \
+                 your rig has less friction than its file says, lower arm.viscous and pendulum.viscous \
+                 there (`furuta rigs {rig} --toml` prints a built-in file)"
             )),
             Outlook::NotUp => Some(format!(
-                "by its model {rig} does not swing up within {PATIENCE} s, with its friction or without, though it is held once upright: see [swing_up] and \
-                 [limits] of the controller file and the rig's limits, or start with the pendulum held upright"
+                "by its model {rig} does not swing up within {PATIENCE} s, with its friction or without, \
+                 though it is held once upright: see [swing_up] and [limits] of the controller file and \
+                 the rig's limits, or start with the pendulum held upright"
             )),
         }
     }
@@ -107,8 +109,9 @@ impl Foresight {
                 "the pendulum was not caught yet: its model takes {t:.1} s; give a longer --duration"
             ),
             Outlook::Up(t) => format!(
-                "the pendulum was not caught, though its model takes {t:.1} s: the rig is not as its file says. Record it with \
-                 --task multisine and --task steps, each with --log, and ask `furuta diagnose`"
+                "the pendulum was not caught, though its model takes {t:.1} s: the rig is not as its file \
+                 says. Record it with --task multisine and --task steps, each with --log, and ask \
+                 `furuta diagnose`"
             ),
             // Said before the run already, at length.
             _ => "the pendulum was not caught, as its model says: see the note above".to_owned(),

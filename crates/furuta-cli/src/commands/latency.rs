@@ -21,8 +21,9 @@ use crate::outputs::{self, Output};
 use crate::real_time::{RealTimeArgs, table};
 use crate::streams;
 
-/// Measure how late a loop wakes up on this machine, beside cyclictest (Debian's rt-tests) where it is installed: in turns, with the same interval, priority
-/// and number of loops. With --port or --emulated also the way to a rig and back.
+/// Measure how late a loop wakes up on this machine, beside cyclictest (Debian's rt-tests) where it is installed: in
+/// turns, with the same interval, priority and number of loops. With --port or --emulated also the way to a rig and
+/// back.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// How long to measure each.
@@ -50,7 +51,7 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// Each is measured in so many turns, so that both meet the same other work.
+/// Each is measured in this many turns, so that both meet the same other work.
 const TURNS: u64 = 5;
 /// An answer that takes longer is counted as lost.
 const PATIENCE: Duration = Duration::from_millis(500);

@@ -1,11 +1,12 @@
-//! What `diagnose`, `identify calibrate` and `identify validate` are given, a rig and recordings of it, and how they answer.
+//! What `diagnose`, `identify calibrate` and `identify validate` are given, a rig and recordings of it, and how they
+//! answer.
 
 use std::io::Write;
 use std::ops::Range;
 use std::path::PathBuf;
 
 use furuta_ident::Task;
-use furuta_ident::recording::{Recording, RecordingError, Selection};
+use furuta_ident::recording::{Excerpt, Recording, RecordingError};
 use furuta_ident::selection::{SelectionError, read_unseen, select};
 use furuta_input::shown;
 use furuta_model::Rig;
@@ -29,11 +30,13 @@ pub(crate) struct RecordedArgs {
     /// Write the same JSON to this file.
     #[arg(long, value_name = "OUT.json", value_parser = outputs::json())]
     json_file: Option<Output>,
-    /// Use recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign, another rig).
+    /// Use recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped sign,
+    /// another rig).
     #[arg(long)]
     accept_suspicious: bool,
-    /// Use every N-th sample of each recording. The command of a sample becomes the mean of the N commands until the next one used: right where N
-    /// sample periods are short against the motion (below 10 ms, say), too coarse for friction and play where they are not.
+    /// Use every N-th sample of each recording. The command of a sample becomes the mean of the N commands until the
+    /// next one used: right where N sample periods are short against the motion (below 10 ms, say), too coarse for
+    /// friction and backlash where they are not.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     every: u32,
     /// Use this span of each recording, seconds from its first sample (2.5..60).
@@ -51,7 +54,7 @@ fn span(text: &str) -> Result<Range<f64>, String> {
     }
 }
 
-/// From so many seconds on, a person is told beforehand.
+/// A person is told beforehand of what takes longer than this, s.
 const LONG: f64 = 60.0;
 
 impl RecordedArgs {
@@ -62,8 +65,8 @@ impl RecordedArgs {
         if seconds > LONG {
             let minutes = (seconds / 60.0).ceil();
             note!(
-                "{samples} samples: this takes some {minutes} minutes; --every N uses every N-th sample (every {}: a minute), --span A..B some seconds of each \
-                 recording",
+                "{samples} samples: this takes some {minutes} minutes; --every N uses every N-th sample \
+                 (every {}: a minute), --span A..B some seconds of each recording",
                 (seconds / LONG).ceil()
             );
         }
@@ -78,7 +81,7 @@ impl RecordedArgs {
         unseen: &[PathBuf],
         notices: &mut Vec<String>,
     ) -> Result<[Vec<Recording>; 2], Failure> {
-        let part = Selection {
+        let part = Excerpt {
             every: self.every as usize,
             span: self.span.clone(),
         };

@@ -15,8 +15,9 @@ use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::streams::{self, note};
 
-/// Run a log through the estimator and controller that made it and compare what they command with what is logged, bit for bit. With
-/// --controller or --rig: what another controller, or the same one designed for another rig file, would have commanded.
+/// Run a log through the estimator and controller that made it and compare what they command with what is logged, bit
+/// for bit. With --controller or --rig: what another controller, or the same one designed for another rig file, would
+/// have commanded.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Log of `furuta run`.

@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 use crate::failure::Failure;
 use crate::streams;
 
-/// List the built-in rigs, or show one: parameters, limits, effects, linearisation, poles and controllability upright and hanging, and
-/// where it comes from a paper, the paper's figures beside ours.
+/// List the built-in rigs, or show one: parameters, limits, effects, linearisation, poles and controllability upright
+/// and hanging, and where it comes from a paper, the paper's figures beside ours.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file to show; all built-in rigs are listed if not given.

@@ -41,7 +41,8 @@ pub(crate) struct Args {
     /// Run a rig that is not the one of the rig file all the same.
     #[arg(long)]
     any_rig: bool,
-    /// Run a rig whose clock is not the host's all the same: an emulated one on a busy machine, or one that waits for its host.
+    /// Run a rig whose clock is not the host's all the same: an emulated one on a busy machine, or one that waits for
+    /// its host.
     #[arg(long)]
     any_clock: bool,
     /// Controller file; the standard control system of the rig if not given.
@@ -58,8 +59,8 @@ pub(crate) struct Args {
     /// While balancing, step the arm between plus and minus this angle; 0 keeps it at its middle.
     #[arg(long, value_name = "RAD", default_value_t = 0.2, value_parser = angle)]
     arm_steps: f64,
-    /// While balancing, move the arm after noise of this RMS instead (`--band`, `--seed`): the log's column `reference` then holds what
-    /// `furuta identify frf --reference reference` needs for a response upright.
+    /// While balancing, move the arm after noise of this RMS instead (`--band`, `--seed`): the log's column `reference`
+    /// then holds what `furuta identify frf --reference reference` needs for a response upright.
     #[arg(long, value_name = "RAD", value_parser = angle)]
     arm_noise: Option<f64>,
     /// Log file (MCAP); none is written if not given.

@@ -32,8 +32,8 @@ pub(crate) enum Kind {
 /// What shapes a test signal. What a signal has no use for is ignored.
 #[derive(clap::Args, Debug)]
 pub(crate) struct SignalArgs {
-    /// Size of a test signal: height of a step, largest of the steps, end of the ramp, amplitude of chirp and PRBS, RMS of
-    /// multisine and noise. A part of the rig's command limit if not given.
+    /// Size of a test signal: height of a step, largest of the steps, end of the ramp, amplitude of chirp and PRBS, RMS
+    /// of multisine and noise. A part of the rig's command limit if not given.
     #[arg(long, value_name = "VOLTS", allow_hyphen_values = true)]
     amplitude: Option<f64>,
     /// Frequencies of chirp (which falls; 0,8 if not given), multisine and noise (0.2,6), Hz.
@@ -57,8 +57,8 @@ pub(crate) struct SignalArgs {
     /// Ramp a test signal in and out over so long.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     fade: f64,
-    /// Beside a test signal, pull the arm back to its middle with this time constant, so that a long run does not drift into the stop; the column
-    /// `reference` then holds what `furuta identify frf --reference reference` needs.
+    /// Beside a test signal, pull the arm back to its middle with this time constant, so that a long run does not drift
+    /// into the stop; the column `reference` then holds what `furuta identify frf --reference reference` needs.
     #[arg(long, alias = "center", value_name = "SECONDS")]
     centre: Option<f64>,
 }
@@ -95,8 +95,8 @@ impl SignalArgs {
         Ok(Noise::new(rms, low, high, self.seed)?)
     }
 
-    /// The signal for a run of `duration` seconds on this rig, clipped at its command limit. Its amplitude is `part` of that
-    /// limit if none was asked for.
+    /// The signal for a run of `duration` seconds on this rig, clipped at its command limit. Its amplitude is `part` of
+    /// that limit if none was asked for.
     pub(crate) fn build(
         &self,
         kind: Kind,

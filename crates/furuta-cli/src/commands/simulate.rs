@@ -36,8 +36,8 @@ pub(crate) struct Args {
     /// Add an effect: ID or ID:NAME=VALUE,... in SI units; may be repeated.
     #[arg(long, value_name = "EFFECT")]
     hide: Vec<String>,
-    /// Initial theta, alpha, theta_dot, alpha_dot (rad, rad/s); alpha is 0 upright, 3.14159 hanging. Hanging at rest if not given,
-    /// 0.1 rad from upright for the input `lqr`.
+    /// Initial theta, alpha, theta_dot, alpha_dot (rad, rad/s); alpha is 0 upright, 3.14159 hanging. Hanging at rest if
+    /// not given, 0.1 rad from upright for the input `lqr`.
     #[arg(
         long,
         value_name = "A,B,C,D",
@@ -50,8 +50,9 @@ pub(crate) struct Args {
     input: Input,
     #[command(flatten)]
     signal: SignalArgs,
-    /// Controller file: the whole control system, swing-up included, on the encoders' readings, a command acting one sample after it is decided as
-    /// on a real rig. `furuta design ... --write-controller` writes one; an empty file is the standard one.
+    /// Controller file: the whole control system, swing-up included, on the encoders' readings, a command acting one
+    /// sample after it is decided as on a real rig. `furuta design ... --write-controller` writes one; an empty file is
+    /// the standard one.
     #[arg(long, value_name = "FILE.toml", conflicts_with = "input")]
     controller: Option<PathBuf>,
     /// The file's controller alone, from near upright, on the true state and without delay, as papers simulate it.
@@ -60,7 +61,8 @@ pub(crate) struct Args {
     /// With a controller: step the arm between plus and minus this angle every 2 s while balancing.
     #[arg(long, value_name = "RAD", default_value_t = 0.0, value_parser = angle, requires = "controller")]
     arm_steps: f64,
-    /// With a controller: move the arm after noise of this RMS instead (`--band`, `--seed`), for a frequency response in closed loop.
+    /// With a controller: move the arm after noise of this RMS instead (`--band`, `--seed`), for a frequency response
+    /// in closed loop.
     #[arg(long, value_name = "RAD", value_parser = angle, requires = "controller")]
     arm_noise: Option<f64>,
     /// Length of the run.
@@ -250,7 +252,8 @@ fn samples(args: &Args) -> Result<u64, Failure> {
     let samples = (args.duration * args.rate).round();
     if samples > MOST_SAMPLES {
         return Err(Failure::new(format!(
-            "{samples} samples are too many for one run (at most {MOST_SAMPLES}): give a shorter --duration or a lower --rate"
+            "{samples} samples are too many for one run (at most {MOST_SAMPLES}): give a shorter \
+             --duration or a lower --rate"
         )));
     }
     Ok(samples as u64)

@@ -19,8 +19,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;
 
-/// Experiments on controllers: those of the source papers, repeated and drawn; swing-up of many rigs that are not quite as their file says;
-/// a step with and without limits in mind; regions of attraction.
+/// Experiments on controllers: those of the source papers, repeated and drawn; swing-up of many rigs that are not quite
+/// as their file says; a step with and without limits in mind; regions of attraction.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(subcommand)]

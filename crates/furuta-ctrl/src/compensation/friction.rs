@@ -11,10 +11,11 @@ const SOFT: f64 = 0.25;
 
 /// What makes up for dry friction.
 ///
-/// Friction acts against the motion, and against what would move an arm at rest; so the direction is taken from the speed `w` that the arm would
-/// have a few periods later if there were none: `u += level * sat(w / w0)`. By the speed alone an arm at rest would get no help to come loose, by the
-/// command alone a moving one would be pushed the wrong way whenever it brakes. `w0`, what a quarter of the friction's voltage does meanwhile,
-/// makes the change of direction soft: an arm at rest needs about a fifth of the voltage that it needs by itself.
+/// Friction acts against the motion, and against what would move an arm at rest; so the direction is taken from the
+/// speed `w` that the arm would have a few periods later if there were none: `u += level * sat(w / w0)`. By the speed
+/// alone an arm at rest would get no help to come loose, by the command alone a moving one would be pushed the wrong
+/// way whenever it brakes. `w0`, what a quarter of the friction's voltage does meanwhile, makes the change of direction
+/// soft: an arm at rest needs about a fifth of the voltage that it needs by itself.
 #[derive(Clone, Debug)]
 pub(super) struct Friction<T> {
     /// Voltage of the friction at low speed, V.
@@ -26,8 +27,8 @@ pub(super) struct Friction<T> {
 }
 
 impl<T: Real> Friction<T> {
-    /// For `share` of the friction in `plant`, of which `smooth` is the one without; `slow` (rad/s) is a speed at which it counts.
-    /// `None` where there is none.
+    /// For `share` of the friction in `plant`, of which `smooth` is the one without; `slow` (rad/s) is a speed at which
+    /// it counts. `None` where there is none.
     pub(super) fn new(
         plant: &Plant<f64>,
         smooth: &Plant<f64>,

@@ -12,9 +12,9 @@ mod friction;
 mod hold;
 mod motor;
 
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::real::{Real, is_finite};
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use friction::Friction;
 use furuta_model::effects::Acts;
@@ -52,7 +52,8 @@ pub static SPEC: Spec = Spec {
     ],
 };
 
-/// Speed at which the level of dry friction is taken, over the pendulum's frequency: Stribeck friction is still near its static torque.
+/// Speed at which the level of dry friction is taken, over the pendulum's frequency: Stribeck friction is still near
+/// its static torque.
 const SLOW: f64 = 0.01;
 
 /// Feed-forward from the rig's model.
@@ -109,7 +110,8 @@ impl<T: Real> Compensation<T> {
         })
     }
 
-    /// The command (V) in place of a balancing controller's `u`. Finite where `u` is; where a model has no finite answer, `u` stays.
+    /// The command (V) in place of a balancing controller's `u`. Finite where `u` is; where a model has no finite
+    /// answer, `u` stays.
     pub fn command(&self, u: T, at: &Situation<T>) -> T {
         let or_zero = |volts: T| if is_finite(volts) { volts } else { T::ZERO };
         let mut volts = u;

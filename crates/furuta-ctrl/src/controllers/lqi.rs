@@ -1,10 +1,10 @@
 //! State feedback with the integral of the arm's error.
 
 use super::{Controller, Design, StateFeedback, weights};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::design::{balance_weights_with_integral, dlqi};
 use crate::real::{Real, c, command, is_finite};
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::State;
 use nalgebra::RowVector4;
@@ -29,15 +29,17 @@ pub(super) static SPEC: Spec = Spec {
             1e6,
             "on the integral of theta; together with gain",
         ),
-        weights::q(5, "diagonal of the weight Q of the state and the integral; if q and r are left out: those of `lqr`, an arm that is off for ten of the pendulum's time constants as dear as the angle itself"),
+        weights::q(5, "diagonal of the weight Q of the state and the integral; if q and r are left out: \
+            those of `lqr`, an arm that is off for ten of the pendulum's time constants as dear as the \
+            angle itself"),
         weights::r("weight R of the command"),
     ],
 };
 
 /// `u = -K (x - x_ref) - k_i s`, `s` the integral of the arm's error, limited.
 ///
-/// Where the command is at its limit, `s` does not grow in the direction that holds it there, nor ever beyond what the full command needs
-/// (anti-windup).
+/// Where the command is at its limit, `s` does not grow in the direction that holds it there, nor ever beyond what the
+/// full command needs (anti-windup).
 ///
 /// ```
 /// use furuta_ctrl::controllers::{Controller, Lqi};
@@ -155,7 +157,7 @@ impl<T: Real> Controller<T> for Lqi<T> {
         command(wanted, self.command_limit)
     }
 
-    fn stand_in(&self) -> Option<StateFeedback<T>> {
+    fn surrogate(&self) -> Option<StateFeedback<T>> {
         Some(self.feedback())
     }
 }

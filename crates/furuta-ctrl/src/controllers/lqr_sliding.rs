@@ -3,10 +3,10 @@
 use super::normal_form_sliding::saturation;
 use super::output_regulator::{LAMBDA, ORDER, Wanted, product, steady_motion};
 use super::{Controller, Design, StateFeedback, weights};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::design::{DesignError, SteadyMotion, Weights, balance_weights, lqr};
 use crate::real::{Real, c, command, is_finite};
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::params::Coefficients;
 use furuta_model::{Linear, Plant, State, linearize, zero_dynamics};
@@ -14,7 +14,8 @@ use furuta_model::{Linear, Plant, State, linearize, zero_dynamics};
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
     id: "lqr_sliding",
-    sentence: "Sliding mode on the surface B'P (x - pi(w)) = 0 of a linear-quadratic regulator, which remains where the switching saturates",
+    sentence: "Sliding mode on the surface B'P (x - pi(w)) = 0 of a linear-quadratic regulator, which \
+        remains where the switching saturates",
     parameters: &[
         LAMBDA,
         ORDER,
@@ -37,27 +38,30 @@ pub(super) static SPEC: Spec = Spec {
             "1/s",
             1e-3,
             1e4,
-            "layer: how fast a small error is reached; super_twisting: how fast the disturbance changes, of its strength",
+            "layer: how fast a small error is reached; super_twisting: how fast the disturbance changes, \
+             of its strength",
         ),
     ],
 };
 
-/// How fast the surface is reached in a layer, 1/s: a loop of its own beside the LQR, a tenth of what 500 samples a second carry.
+/// How fast the surface is reached in a layer, 1/s: a loop of its own beside the LQR, a tenth of what 500 samples a
+/// second carry.
 const LAYER_RATE: f64 = 40.0;
 /// How fast a disturbance changes for the super-twisting, 1/s.
 const TWISTING_RATE: f64 = 1.0;
 
 /// `u = c(w) - K (x - pi(w)) - reach(sigma)` with `sigma = B'P (x - pi(w)) / B'P B`.
 ///
-/// `P` solves the Riccati equation of an LQR, whose gain is `K = B'P / R`: the surface is where that gain says "nothing to do". Its motion
-/// is stable, being what remains of the LQR under an infinite gain, and it has relative degree one, so a switching term reaches it:
-/// scaled by `B'P B` the surface is in volts times seconds, and a volt moves it by one a second, the motor's as well as those of a disturbance
-/// that acts like a voltage. Along the cost `e'P e` any such term only lowers the cost further, and where it saturates the LQR remains: with
-/// the equivalent control `-B'P A e / B'P B` in the place of `-K e`, the textbook's choice, wrong parameters let a large error grow as soon as
+/// `P` solves the Riccati equation of an LQR, whose gain is `K = B'P / R`: the surface is where that gain says "nothing
+/// to do". Its motion is stable, being what remains of the LQR under an infinite gain, and it has relative degree one,
+/// so a switching term reaches it: scaled by `B'P B` the surface is in volts times seconds, and a volt moves it by one
+/// a second, the motor's as well as those of a disturbance that acts like a voltage. Along the cost `e'P e` any such
+/// term only lowers the cost further, and where it saturates the LQR remains: with the equivalent control
+/// `-B'P A e / B'P B` in the place of `-K e`, the textbook's choice, wrong parameters let a large error grow as soon as
 /// the switching term is exhausted.
 ///
-/// (V. Utkin, *Sliding Modes in Control and Optimization*, 1992; super-twisting: A. Levant, *Sliding order and sliding accuracy in sliding mode
-/// control*, Int. J. Control 58, 1993.)
+/// (V. Utkin, *Sliding Modes in Control and Optimization*, 1992; super-twisting: A. Levant, *Sliding order and sliding
+/// accuracy in sliding mode control*, Int. J. Control 58, 1993.)
 ///
 /// ```
 /// use furuta_ctrl::controllers::{Controller, LqrSliding, Reaching};
@@ -93,15 +97,17 @@ pub struct LqrSliding<T> {
 /// How the surface is reached and held.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum Reaching<T> {
-    /// `gain sat(sigma / width)`: holds the surface to `width d / gain` against a disturbance of `d` volts below `gain`.
+    /// `gain sat(sigma / width)`: holds the surface to `width d / gain` against a disturbance of `d` volts below
+    /// `gain`.
     BoundaryLayer {
         /// V.
         gain: T,
         /// Half of the layer's width, V s; 0 switches hard.
         width: T,
     },
-    /// `root |sigma|^(1/2) sign(sigma) + v`, `v' = integral sign(sigma)`: a continuous command that learns a disturbance which changes by less
-    /// than `integral` volts a second; holds the surface exactly in continuous time, to about `integral h²` at the sample period `h`.
+    /// `root |sigma|^(1/2) sign(sigma) + v`, `v' = integral sign(sigma)`: a continuous command that learns a
+    /// disturbance which changes by less than `integral` volts a second; holds the surface exactly in continuous time,
+    /// to about `integral h²` at the sample period `h`.
     SuperTwisting {
         /// `V / (V s)^(1/2)`; Levant: 1.5 times the root of the disturbance's rate.
         root: T,
@@ -220,7 +226,7 @@ impl<T: Real> Design for LqrSliding<T> {
             .number(const { SPEC.parameter("strength").optional() })
             .unwrap_or(site.command_limit / 12.0);
         let rate = settings.number(const { SPEC.parameter("rate").optional() });
-        let reaching = match settings.word(const { SPEC.parameter("reaching").settled() }) {
+        let reaching = match settings.word(const { SPEC.parameter("reaching").chosen() }) {
             "super_twisting" => {
                 Reaching::super_twisting(rate.unwrap_or(TWISTING_RATE) * strength, strength)
             }
@@ -261,7 +267,7 @@ impl<T: Real> Controller<T> for LqrSliding<T> {
         state
     }
 
-    fn stand_in(&self) -> Option<StateFeedback<T>> {
+    fn surrogate(&self) -> Option<StateFeedback<T>> {
         Some(StateFeedback {
             gain: self.gain,
             command_limit: self.command_limit,

@@ -1,8 +1,8 @@
 //! Controllers: each a file, one trait, and [`AnyController`] for a choice at run time.
 //!
-//! To add one, write its file (a struct of numbers, its memory, `SPEC`, [`Design`] and [`Controller`]) and add its line to the call of
-//! `controllers!` below. Controller files, `furuta run`, `simulate` and `design`, Python, the wire to a microcontroller and the tests that
-//! every controller must pass know it from then on.
+//! To add one, write its file (a struct of numbers, its memory, `SPEC`, [`Design`] and [`Controller`]) and add its line
+//! to the call of `controllers!` below. Controller files, `furuta run`, `simulate` and `design`, Python, the wire to a
+//! microcontroller and the tests that every controller must pass know it from then on.
 
 mod swing_up;
 mod weights;
@@ -13,15 +13,18 @@ pub use mpc::{Bounds, LIMITED, MOVES, MpcState, Rows};
 pub use normal_form_sliding::{NormalFormSlidingState, Switching};
 pub use swing_up::{SPEC as SWING_UP, SwingUp, SwingUpState};
 
-use crate::config::ConfigError;
+pub use crate::from_settings::Design;
+
+use crate::error::ConfigError;
 use crate::real::Real;
-use crate::settings::{Settings, Spec};
+use crate::section::{Settings, Spec};
 use crate::site::Site;
 use furuta_model::State;
 
 /// From an estimated state to a motor command.
 ///
-/// Whatever goes in, what comes out is a finite number within the controller's command limit: a state with a NaN gives 0.
+/// Whatever goes in, what comes out is a finite number within the controller's command limit: a state with a NaN gives
+/// 0.
 pub trait Controller<T: Real> {
     /// What the controller remembers from sample to sample.
     type State: Clone + core::fmt::Debug;
@@ -29,31 +32,21 @@ pub trait Controller<T: Real> {
     /// The memory at the start of a run.
     fn start(&self) -> Self::State;
 
-    /// The memory at the moment this controller takes over in the state `x`, the command so far having been `u` (V): what it integrates is
-    /// set such that its first command is near `u`, where it can be.
+    /// The memory at the moment this controller takes over in the state `x`, the command so far having been `u` (V):
+    /// what it integrates is set such that its first command is near `u`, where it can be.
     fn take_over(&self, _x: &State<T>, _reference: &State<T>, _u: T) -> Self::State {
         self.start()
     }
 
-    /// The command (V) for the estimated state `x`, to be held for the sample period `h` (s). `reference` is where to go: of the
-    /// pendulum, 0 is upright.
+    /// The command (V) for the estimated state `x`, to be held for the sample period `h` (s). `reference` is where to
+    /// go: of the pendulum, 0 is upright.
     fn update(&self, state: &mut Self::State, x: &State<T>, reference: &State<T>, h: T) -> T;
 
-    /// A state feedback that succeeds about where this controller does, for the supervisor's prediction of a catch, which must be quick. If
-    /// `None`, the rig's standard one.
-    fn stand_in(&self) -> Option<StateFeedback<T>> {
+    /// A state feedback that succeeds about where this controller does, for the supervisor's prediction of a catch,
+    /// which must be quick: the surrogate. If `None`, the rig's standard one.
+    fn surrogate(&self) -> Option<StateFeedback<T>> {
         None
     }
-}
-
-/// How a controller comes from a section of a controller file.
-pub trait Design: Sized {
-    /// The controller with these settings at this site. What is not given is designed from the rig, so that no settings at all give a
-    /// working controller.
-    ///
-    /// # Errors
-    /// Where the rig has no such controller, or the settings contradict each other.
-    fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError>;
 }
 
 /// Makes the enum over all controllers and their catalogue from one list.
@@ -110,8 +103,8 @@ macro_rules! controllers {
                 match self { $(Self::$name(c) => AnyControllerState::$name(c.take_over(x, reference, u))),+ }
             }
 
-            fn stand_in(&self) -> Option<StateFeedback<T>> {
-                match self { $(Self::$name(c) => c.stand_in()),+ }
+            fn surrogate(&self) -> Option<StateFeedback<T>> {
+                match self { $(Self::$name(c) => c.surrogate()),+ }
             }
 
             fn update(&self, state: &mut Self::State, x: &State<T>, reference: &State<T>, h: T) -> T {

@@ -1,10 +1,10 @@
 //! Model predictive control: the linear-quadratic regulator with limits that it knows of.
 
 use super::{Controller, Design, StateFeedback, weights};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::design::{DesignError, Predicted, Prediction, Weights, balance_weights, dlqr, solve};
 use crate::real::{Real, c, command, is_finite, wrap};
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::discretize::zero_order_hold;
 use furuta_model::{Linear, Plant, State, linearize};
@@ -13,7 +13,8 @@ use nalgebra::{RowSVector, SMatrix};
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
     id: "mpc",
-    sentence: "Model predictive control: that of `lqr` where no limit is near, else the cheapest commands that keep command, pendulum and arm within theirs",
+    sentence: "Model predictive control: that of `lqr` where no limit is near, else the cheapest commands \
+        that keep command, pendulum and arm within theirs",
     parameters: &[
         weights::q(4, "diagonal of the state's weight Q; that of `lqr` if left out"),
         weights::r("weight R of the command; that of `lqr` if left out"),
@@ -36,7 +37,8 @@ pub(super) static SPEC: Spec = Spec {
             "rad",
             1e-2,
             1e3,
-            "how far the arm may be from zero, if that is possible; nine tenths of where the rig file stops a run if left out",
+            "how far the arm may be from zero, if that is possible; nine tenths of where the rig file \
+             stops a run if left out",
         ),
         ParameterSpec::whole(
             "iterations",
@@ -57,22 +59,26 @@ pub const LIMITED: usize = 3;
 const PENALTY: f64 = 1.0;
 /// Over-relaxation: 1 is none, 2 diverges; 1.5 to 1.8 is the rule (Boyd et al. 2011, sec. 3.4.3).
 const RELAXATION: f64 = 1.6;
-/// Price of an angle beyond its limit by as much again, at each time looked at, in units of the cost of the full command.
+/// Price of an angle beyond its limit by as much again, at each time looked at, in units of the cost of the full
+/// command.
 const PRICE: f64 = 30.0;
 /// The horizon in units of the pendulum's time constant.
 const HORIZON: f64 = 10.0;
 
-/// The regulator's command where the prediction keeps all limits, else the first of the commands that cost least among those that do.
+/// The regulator's command where the prediction keeps all limits, else the first of the commands that cost least among
+/// those that do.
 ///
-/// Minimises the cost of the [`dlqr`] with weights `Q`, `R` over `u = -K e + v`, the moves `v` being constant over [`MOVES`] stretches of the
-/// horizon and zero afterwards ([`Prediction`]), such that at each stretch's start `|u|` is within the command limit and at its end the pendulum
-/// and the arm are within theirs. As the moves' cost is `w'w`, this is the point nearest to `w = 0` that keeps the limits. The command's are
-/// kept in any case; an angle beyond its limit costs in proportion to how far (an exact penalty: where the limit can be kept, it is).
+/// Minimises the cost of the [`dlqr`] with weights `Q`, `R` over `u = -K e + v`, the moves `v` being constant over
+/// [`MOVES`] stretches of the horizon and zero afterwards ([`Prediction`]), such that at each stretch's start `|u|` is
+/// within the command limit and at its end the pendulum and the arm are within theirs. As the moves' cost is `w'w`,
+/// this is the point nearest to `w = 0` that keeps the limits. The command's are kept in any case; an angle beyond its
+/// limit costs in proportion to how far (an exact penalty: where the limit can be kept, it is).
 ///
-/// Solved by a fixed number of steps of ADMM (B. Stellato et al., *OSQP: an operator splitting solver for quadratic programs*, Math. Prog. Comp.
-/// 12, 2020; on microcontrollers: K. Nguyen et al., *TinyMPC*, ICRA 2024), its one matrix inverted beforehand; moves and multipliers of the sample
-/// before are where the next one starts. One sample takes about `iterations * 7 * MOVES²` multiplications, and none of that where the regulator
-/// keeps the limits: then the command is the regulator's, to the bit.
+/// Solved by a fixed number of steps of ADMM (B. Stellato et al., *OSQP: an operator splitting solver for quadratic
+/// programs*, Math. Prog. Comp. 12, 2020; on microcontrollers: K. Nguyen et al., *TinyMPC*, ICRA 2024), its one matrix
+/// inverted beforehand; moves and multipliers of the sample before are where the next one starts. One sample takes
+/// about `iterations * 7 * MOVES²` multiplications, and none of that where the regulator keeps the limits: then the
+/// command is the regulator's, to the bit.
 ///
 /// ```
 /// use furuta_ctrl::controllers::{self, Controller, Design, Mpc, StateFeedback};
@@ -81,13 +87,14 @@ const HORIZON: f64 = 10.0;
 /// let rig = Rig::builtin("qube-servo-2").ok_or("no such rig")?;
 /// let settings = controllers::settings("mpc").ok_or("no such controller")?.with("pendulum_angle", &[0.05])?;
 /// let mpc = Mpc::<f64>::design(&settings, &Site::of(&rig, 0.002))?;
-/// let lqr = mpc.stand_in().ok_or("has one")?;
+/// let lqr = mpc.surrogate().ok_or("has one")?;
 /// let near = State::new(0.01, 0.01, 0.0, 0.0);
 /// let upright = State::upright();
 /// assert_eq!(mpc.update(&mut mpc.start(), &near, &upright, 0.002), lqr.update(&mut (), &near, &upright, 0.002));
 /// // To carry the arm far, the regulator would let the pendulum lean by more than the limit: it is asked for less.
 /// let far = State::new(1.5, 0.0, 0.0, 0.0);
-/// let (u, unlimited) = (mpc.update(&mut mpc.start(), &far, &upright, 0.002), lqr.update(&mut (), &far, &upright, 0.002));
+/// let u = mpc.update(&mut mpc.start(), &far, &upright, 0.002);
+/// let unlimited = lqr.update(&mut (), &far, &upright, 0.002);
 /// assert!(u.abs() < 0.9 * unlimited.abs());
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
@@ -228,7 +235,8 @@ impl<const M: usize> Rows<f64, M> {
             .forced
             .map(|row| libm::sqrt(row.iter().map(|x| x * x).sum()));
         let longest = lengths.iter().fold(0.0, |a: f64, b| a.max(*b));
-        // What the moves hardly reach, an angle a few samples from now, stays a short row: nothing is gained by insisting.
+        // What the moves hardly reach, an angle a few samples from now, stays a short row: nothing is gained by
+        // insisting.
         let scale = lengths.map(|length| 1.0 / length.max(0.1 * longest));
         let forced: [[f64; M]; M] =
             core::array::from_fn(|i| predicted.forced[i].map(|x| x * scale[i]));
@@ -255,7 +263,8 @@ impl<const M: usize> Rows<f64, M> {
 }
 
 impl<T: Real, const M: usize> Rows<T, M> {
-    /// The values without moves, and the lowest and the highest that they may have, where zero of the number itself is at `zero`.
+    /// The values without moves, and the lowest and the highest that they may have, where zero of the number itself is
+    /// at `zero`.
     pub fn asked(&self, e: &[T; 4], zero: T) -> [[T; M]; 3] {
         [
             self.free.map(|row| dot(&row, e)),
@@ -370,7 +379,7 @@ impl<T: Real, const M: usize> Controller<T> for Mpc<T, M> {
         command(feedback + self.first * state.moves[0], self.command_limit)
     }
 
-    fn stand_in(&self) -> Option<StateFeedback<T>> {
+    fn surrogate(&self) -> Option<StateFeedback<T>> {
         Some(self.feedback())
     }
 }

@@ -2,10 +2,10 @@
 
 use super::output_regulator::{LAMBDA, ORDER, Wanted, product, steady_motion};
 use super::{Controller, Design};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::design::{DesignError, SteadyMotion, Weights, balance_weights, lqr};
 use crate::real::{Real, c, command, is_finite};
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::dynamics::acceleration;
 use furuta_model::params::Coefficients;
@@ -15,7 +15,8 @@ use nalgebra::{SMatrix, SVector};
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
     id: "normal_form_sliding",
-    sentence: "Sliding mode with the pendulum's acceleration as the input: the model inverted, a saturated switching term on the pendulum's speed",
+    sentence: "Sliding mode with the pendulum's acceleration as the input: the model inverted, a saturated \
+        switching term on the pendulum's speed",
     parameters: &[
         LAMBDA,
         ORDER,
@@ -31,7 +32,8 @@ pub(super) static SPEC: Spec = Spec {
             "rad/s",
             1e-6,
             1e6,
-            "half of its layer's width; if left out, such that it damps 5.5 times as fast as the pendulum hanging swings",
+            "half of its layer's width; if left out, such that it damps 5.5 times as fast as the pendulum \
+             hanging swings",
         ),
         ParameterSpec::number(
             "filter",
@@ -47,7 +49,8 @@ pub(super) static SPEC: Spec = Spec {
             "1/s2, 1/s",
             -1e9,
             1e9,
-            "K on the errors of [theta, alpha, theta_dot, alpha_dot]; if left out, an LQR of the normal form with the weights of `lqr`",
+            "K on the errors of [theta, alpha, theta_dot, alpha_dot]; if left out, an LQR of the normal \
+             form with the weights of `lqr`",
         ),
     ],
 };
@@ -59,13 +62,13 @@ const LAYER: f64 = 5.5;
 
 /// `u = -(1/g41) (f41 - alpha_ref'' + K (x - pi(w)) + gamma sat(H / eps))`, `H = alpha' - alpha_ref'`.
 ///
-/// (Ramos-Velasco, Ruiz-Leon, Celikovsky, eq. (53), (54), with the reference's acceleration that their (46) leaves out.) The model's inverse
-/// makes `alpha'' = alpha_ref'' - K (x - pi(w)) - gamma sat(H / eps)`; what the model does not know acts like an acceleration of the
-/// pendulum, and up to `gamma` the switching term stands against it. The filter is the one that the paper asks for in real time: a
-/// first-order low pass of the switching term alone.
+/// (Ramos-Velasco, Ruiz-Leon, Celikovsky, eq. (53), (54), with the reference's acceleration that their (46) leaves
+/// out.) The model's inverse makes `alpha'' = alpha_ref'' - K (x - pi(w)) - gamma sat(H / eps)`; what the model does
+/// not know acts like an acceleration of the pendulum, and up to `gamma` the switching term stands against it. The
+/// filter is the one that the paper asks for in real time: a first-order low pass of the switching term alone.
 ///
-/// The switching function holds the pendulum's *speed*; inside the layer it is a damping `gamma / eps` (1/s), for which `K` must be made:
-/// [`NormalFormSliding::gain`].
+/// The switching function holds the pendulum's *speed*; inside the layer it is a damping `gamma / eps` (1/s), for which
+/// `K` must be made: [`NormalFormSliding::gain`].
 ///
 /// ```
 /// use furuta_ctrl::controllers::{Controller, NormalFormSliding, Switching};
@@ -136,7 +139,8 @@ pub(super) fn saturation<T: Real>(x: T, width: T) -> T {
 }
 
 impl NormalFormSliding<f64> {
-    /// `K` for a model: the LQR of the normal form upright, `alpha'' = v - (gamma / eps) alpha'`, `theta''` by the zero dynamics.
+    /// `K` for a model: the LQR of the normal form upright, `alpha'' = v - (gamma / eps) alpha'`, `theta''` by the zero
+    /// dynamics.
     ///
     /// Its layer's damping is part of what is stabilised. (The paper's own gain is that of a misprinted normal form.)
     ///
@@ -150,7 +154,8 @@ impl NormalFormSliding<f64> {
         let mut a = SMatrix::<f64, 4, 4>::zeros();
         a[(0, 2)] = 1.0;
         a[(1, 3)] = 1.0;
-        // theta'' = (M22 v + b_p alpha' - weight alpha) / (m L_r c) to first order, under the acceleration v - layer alpha'.
+        // theta'' = (M22 v + b_p alpha' - weight alpha) / (m L_r c) to first order, under the acceleration v - layer
+        // alpha'.
         let layer = switching.gamma / switching.eps;
         a[(2, 1)] = -model.weight / model.coupling;
         a[(2, 3)] = (model.pendulum_damping - model.pendulum * layer) / model.coupling;

@@ -1,10 +1,10 @@
 //! The nonlinear output regulator: feed-forward of a steady motion, linear feedback about it.
 
 use super::{Controller, Design, StateFeedback};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::design::SteadyMotion;
 use crate::real::{Real, command, wrap};
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::params::Coefficients;
 use furuta_model::{State, zero_dynamics};
@@ -12,7 +12,8 @@ use furuta_model::{State, zero_dynamics};
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
     id: "output_regulator",
-    sentence: "u = c(w) - K (x - pi(w)): the pendulum follows a sine, the arm the motion that this takes; without a sine, state feedback",
+    sentence: "u = c(w) - K (x - pi(w)): the pendulum follows a sine, the arm the motion that this takes; \
+        without a sine, state feedback",
     parameters: &[
         LAMBDA,
         ORDER,
@@ -62,9 +63,10 @@ pub(super) fn steady_motion(
 
 /// `u = c(w) - K (x - pi(w))`: the pendulum follows a sine, the arm the motion that this takes.
 ///
-/// (Ramos-Velasco, Ruiz-Leon, Celikovsky, sec. 4.1, with the sign that their gain asks for.) The oscillator's state `w` is read off the
-/// reference's `alpha` and `alpha_dot`, which are to be a sine's of the frequency `steady.lambda`; its `theta` moves the arm's middle. A
-/// reference of zeros makes it plain state feedback. `c(w)` is the model's own command on `pi(w)`, so it is as exact as `pi` is.
+/// (Ramos-Velasco, Ruiz-Leon, Celikovsky, sec. 4.1, with the sign that their gain asks for.) The oscillator's state `w`
+/// is read off the reference's `alpha` and `alpha_dot`, which are to be a sine's of the frequency `steady.lambda`; its
+/// `theta` moves the arm's middle. A reference of zeros makes it plain state feedback. `c(w)` is the model's own
+/// command on `pi(w)`, so it is as exact as `pi` is.
 ///
 /// ```
 /// use furuta_ctrl::controllers::{Controller, OutputRegulator};
@@ -136,7 +138,7 @@ impl<T: Real> Controller<T> for OutputRegulator<T> {
         command(u, self.command_limit)
     }
 
-    fn stand_in(&self) -> Option<StateFeedback<T>> {
+    fn surrogate(&self) -> Option<StateFeedback<T>> {
         Some(StateFeedback {
             gain: self.gain,
             command_limit: self.command_limit,

@@ -1,10 +1,10 @@
 //! Linear state feedback.
 
 use super::{Controller, Design, weights};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::design::{Regulator, balance_weights, dlqr};
 use crate::real::{Real, command, wrap};
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::State;
 
@@ -21,7 +21,8 @@ pub(super) static SPEC: Spec = Spec {
             1e6,
             "K on [theta, alpha, theta_dot, alpha_dot]; designed with q and r if left out",
         ),
-        weights::q(4, "diagonal of the state's weight Q; if q and r are left out: full command, half a radian of the pendulum and the arm's usual travel cost alike"),
+        weights::q(4, "diagonal of the state's weight Q; if q and r are left out: full command, half a \
+            radian of the pendulum and the arm's usual travel cost alike"),
         weights::r("weight R of the command"),
     ],
 };
@@ -95,7 +96,7 @@ impl<T: Real> Controller<T> for StateFeedback<T> {
         command(self.unlimited(x, reference), self.command_limit)
     }
 
-    fn stand_in(&self) -> Option<Self> {
+    fn surrogate(&self) -> Option<Self> {
         Some(*self)
     }
 }

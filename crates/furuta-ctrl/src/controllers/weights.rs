@@ -1,10 +1,10 @@
 //! The settings `q` and `r` of every controller that is designed by weights.
 
-use crate::config::ConfigError;
 use crate::design::Weights;
-use crate::settings::{Optional, ParameterSpec, Settings};
+use crate::error::ConfigError;
+use crate::section::{Optional, ParameterSpec, Settings};
 
-/// `q`, so many numbers; `otherwise` says what follows where it is left out.
+/// `q`, `n` numbers; `otherwise` says what follows where it is left out.
 pub(super) const fn q(n: usize, otherwise: &'static str) -> ParameterSpec {
     ParameterSpec::numbers("q", n, "", 0.0, 1e12, otherwise)
 }

@@ -4,22 +4,22 @@ use super::{DesignError, Regulator, Weights, dlqr};
 use furuta_model::discretize::zero_order_hold;
 use furuta_model::{Params, Plant, State, linearize};
 
-/// Arm angle that weighs as much as the full command, rad: stiff enough that friction and cables move the arm little, loose enough
-/// that the arm may travel to save the pendulum.
+/// Arm angle that weighs as much as the full command, rad: stiff enough that friction and cables move the arm little,
+/// loose enough that the arm may travel to save the pendulum.
 const ARM_WEIGHT_AT: f64 = 4.0;
-/// The same where the arm has little grip on the pendulum, over that grip `m L_r c / (I + m c^2)` (rad of pendulum for 1 rad of arm,
-/// quickly): a long pendulum on a short arm takes more travel.
+/// The same where the arm has little grip on the pendulum, over that grip `m L_r c / (I + m c^2)` (rad of pendulum for
+/// 1 rad of arm, quickly): a long pendulum on a short arm takes more travel.
 const ARM_WEIGHT_AT_GRIP: f64 = 1.7;
 /// Pendulum angle that weighs as much as the full command, rad.
 const PENDULUM_WEIGHT_AT: f64 = 0.5;
-/// The same where the arm has little grip, of it: to catch an angle `a`, the arm moves at about `omega a / grip`, and from `a = grip` on its
-/// centrifugal pull tips the pendulum more than gravity does.
+/// The same where the arm has little grip, of it: to catch an angle `a`, the arm moves at about `omega a / grip`, and
+/// from `a = grip` on its centrifugal pull tips the pendulum more than gravity does.
 const PENDULUM_WEIGHT_AT_GRIP: f64 = 0.55;
-/// After so many of the pendulum's time constants the integral of an error weighs as much as the error.
+/// Number of the pendulum's time constants after which the integral of an error weighs as much as the error.
 const PATIENCE: f64 = 10.0;
 
-/// Weights that suit any rig, by Bryson's rule: full command, 0.5 rad of the pendulum and 4 rad of the arm (more where the pendulum is
-/// long against the arm) cost alike; speeds are free.
+/// Weights that suit any rig, by Bryson's rule: full command, 0.5 rad of the pendulum and 4 rad of the arm (more where
+/// the pendulum is long against the arm) cost alike; speeds are free.
 pub fn balance_weights(params: &Params<f64>) -> Weights<f64, 4, 1> {
     let k = params.coefficients();
     let grip = k.coupling / k.pendulum;
@@ -29,8 +29,8 @@ pub fn balance_weights(params: &Params<f64>) -> Weights<f64, 4, 1> {
     Weights::bryson([arm, pendulum, free, free], [params.motor.command_limit])
 }
 
-/// [`balance_weights`] with the integral of the arm's angle as a fifth state: an arm that has been off for ten of the pendulum's time constants
-/// costs as much again as the angle itself.
+/// [`balance_weights`] with the integral of the arm's angle as a fifth state: an arm that has been off for ten of the
+/// pendulum's time constants costs as much again as the angle itself.
 pub fn balance_weights_with_integral(params: &Params<f64>) -> Weights<f64, 5, 1> {
     let weights = balance_weights(params);
     let q = weights.q.diagonal();
@@ -42,11 +42,12 @@ pub fn balance_weights_with_integral(params: &Params<f64>) -> Weights<f64, 5, 1>
     )
 }
 
-/// The gain that keeps this rig's pendulum upright at the sample period `h` (s): [`dlqr`] on the upright linearisation held over a
-/// sample, with [`balance_weights`].
+/// The gain that keeps this rig's pendulum upright at the sample period `h` (s): [`dlqr`] on the upright linearisation
+/// held over a sample, with [`balance_weights`].
 ///
 /// # Errors
-/// Those of [`super::riccati::discrete`]; a rig without gravity, or a period far above the pendulum's own, has no useful answer.
+/// Those of [`super::riccati::discrete`]; a rig without gravity, or a period far above the pendulum's own, has no
+/// useful answer.
 ///
 /// ```
 /// let rig = furuta_model::Rig::builtin("qube-servo-2").ok_or("no such rig")?;

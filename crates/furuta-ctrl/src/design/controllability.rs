@@ -1,16 +1,18 @@
 //! Whether the input reaches every state, and whether the output shows every state.
 //!
-//! Kalman's test: `dx/dt = A x + B u` is controllable where `W = [B, A B, ..., A^(N-1) B]` has rank `N` (the same test holds for
-//! `x[k+1] = A x[k] + B u[k]`). The powers of `A` make `W` badly scaled, so the rank is counted on a scaled copy. With `r` the spectral
-//! radius of `|A|` (entries by magnitude; 1 where it is 0) and `d` the norms of the rows of `[|B|, |A| |B| / r, ...]`,
+//! Kalman's test: `dx/dt = A x + B u` is controllable where `W = [B, A B, ..., A^(N-1) B]` has rank `N` (the same test
+//! holds for `x[k+1] = A x[k] + B u[k]`). The powers of `A` make `W` badly scaled, so the rank is counted on a scaled
+//! copy. With `r` the spectral radius of `|A|` (entries by magnitude; 1 where it is 0) and `d` the norms of the rows of
+//! `[|B|, |A| |B| / r, ...]`,
 //!
 //! ```text
 //! W_scaled = diag(d)^-1 [B, A B / r, ..., A^(N-1) B / r^(N-1)]
 //! ```
 //!
-//! Units of time and of the states drop out of it, and rounding in `W` stays at rounding there even where terms cancel, because `d` is
-//! made of magnitudes: what is noise is not scaled up to look like a signal. Its singular values come from one-sided Jacobi rotations of
-//! its rows, which find small ones to full relative accuracy (the eigenvalues of `W W'` would lose half the digits).
+//! Units of time and of the states drop out of it, and rounding in `W` stays at rounding there even where terms cancel,
+//! because `d` is made of magnitudes: what is noise is not scaled up to look like a signal. Its singular values come
+//! from one-sided Jacobi rotations of its rows, which find small ones to full relative accuracy (the eigenvalues of
+//! `W W'` would lose half the digits).
 
 use super::error::finite;
 use super::{DesignError, Entry, Float, spectral_radius};
@@ -35,9 +37,11 @@ impl<T: Float, const N: usize> Controllability<T, N> {
         self.rank == N
     }
 
-    /// Largest over smallest singular value: 1 where all directions are reached alike, infinite where the rank is not full.
+    /// Largest over smallest singular value: 1 where all directions are reached alike, infinite where the rank is not
+    /// full.
     ///
-    /// Independent of the units of time and states. It says how unequal the directions are, not how costly a control is.
+    /// Independent of the units of time and states. It says how unequal the directions are, not how costly a control
+    /// is.
     #[must_use]
     pub fn condition(&self) -> T {
         match (self.is_full(), self.singular_values.first()) {
@@ -137,7 +141,8 @@ fn rank<T: Float, const N: usize, const M: usize>(
         }
     }
     let singular_values = singular_values(blocks);
-    // Each entry of the scaled matrix carries the rounding of up to N - 1 products of N terms, so the matrix that of N² entries.
+    // Each entry of the scaled matrix carries the rounding of up to N - 1 products of N terms, so the matrix that of N²
+    // entries.
     let n = |n: usize| nalgebra::convert::<f64, T>(n as f64);
     let rounding = n(10 * N * N) * T::default_epsilon();
     let largest = singular_values.first().copied().unwrap_or_else(T::zero);
@@ -169,8 +174,8 @@ fn dot<T: Float, const N: usize, const M: usize>(
     sum
 }
 
-/// Singular values of the matrix made of these blocks side by side, largest first: its rows are turned in pairs until they are orthogonal
-/// (Hestenes 1958); their norms are the singular values.
+/// Singular values of the matrix made of these blocks side by side, largest first: its rows are turned in pairs until
+/// they are orthogonal (Hestenes 1958); their norms are the singular values.
 fn singular_values<T: Float, const N: usize, const M: usize>(
     mut blocks: [SMatrix<T, N, M>; N],
 ) -> [T; N] {

@@ -87,9 +87,11 @@ pub enum DesignError {
         /// `matrix[row,col] - matrix[col,row]`.
         difference: f64,
     },
-    /// The weight of the input is not positive definite: some input would cost nothing. Or a covariance: some measurement would be exact.
+    /// The weight of the input is not positive definite: some input would cost nothing. Or a covariance: some
+    /// measurement would be exact.
     #[error(
-        "{matrix} must be positive definite, but its pivot {index} is {pivot:e}; give every input a weight and every measurement a noise above 0"
+        "{matrix} must be positive definite, but its pivot {index} is {pivot:e}; give every input a weight \
+         and every measurement a noise above 0"
     )]
     NotPositiveDefinite {
         /// The weight or covariance, `R` or `V`.
@@ -101,17 +103,20 @@ pub enum DesignError {
     },
     /// The input cannot reach an unstable mode, or only through rounding: no feedback stabilises.
     #[error(
-        "the input cannot reach a mode of A that is unstable or on the stability boundary, so no feedback stabilises: check A and B, or take that mode out of the model"
+        "the input cannot reach a mode of A that is unstable or on the stability boundary, so no feedback \
+         stabilises: check A and B, or take that mode out of the model"
     )]
     NotStabilisable,
     /// The measurement does not show an unstable mode, or only through rounding: no estimator is stable.
     #[error(
-        "the measurement does not show a mode of A that is unstable or on the stability boundary, so no estimator is stable: check A and C, or measure more"
+        "the measurement does not show a mode of A that is unstable or on the stability boundary, so no \
+         estimator is stable: check A and C, or measure more"
     )]
     NotDetectable,
     /// The input does not reach every state, so not every pole can be moved.
     #[error(
-        "the input reaches only {rank} of the states' directions, so not every pole can be placed: check A and B, or take the others out of the model"
+        "the input reaches only {rank} of the states' directions, so not every pole can be placed: check A \
+         and B, or take the others out of the model"
     )]
     NotControllable {
         /// How many directions of the state it reaches.
@@ -129,16 +134,20 @@ pub enum DesignError {
     },
     /// Feedback could stabilise, but the one of least cost does not.
     #[error(
-        "no stabilising solution (measure of stability {measure}, must be below 1): a mode on the stability boundary has no weight (no noise), or [Q, N; N', R] is not positive semidefinite; give every state a weight"
+        "no stabilising solution (measure of stability {measure}, must be below 1): a mode on the \
+         stability boundary has no weight (no noise), or [Q, N; N', R] is not positive semidefinite; \
+         give every state a weight"
     )]
     NoStabilisingSolution {
-        /// Spectral radius of the best closed loop found (continuous time: of its Cayley transform); NaN where the iteration broke down.
+        /// Spectral radius of the best closed loop found (continuous time: of its Cayley transform); NaN where the
+        /// iteration broke down.
         measure: f64,
     },
     /// The iteration ended, but what it found does not solve the equation well; a pole of the closed loop
     /// lies next to the stability boundary, or the problem is badly scaled for this precision.
     #[error(
-        "the Riccati equation is solved only to {residual:e} (relative; allowed {allowed:e}): give every state a weight, or use f64"
+        "the Riccati equation is solved only to {residual:e} (relative; allowed {allowed:e}): give every \
+         state a weight, or use f64"
     )]
     NotConverged {
         /// Relative residual of the equation.
@@ -149,7 +158,8 @@ pub enum DesignError {
 }
 
 impl DesignError {
-    /// The error of a regulator's problem for `(A', C')` in the words of the estimator's problem for `(A, C)` that it stands for.
+    /// The error of a regulator's problem for `(A', C')` in the words of the estimator's problem for `(A, C)` that it
+    /// stands for.
     #[must_use]
     pub fn of_dual(self) -> Self {
         match self {

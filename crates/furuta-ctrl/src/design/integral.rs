@@ -1,5 +1,5 @@
-//! Regulators with integral action: the integral of an output is a further state, so that a constant disturbance (a cable that pulls at the
-//! arm, an offset of the amplifier) leaves no lasting error.
+//! Regulators with integral action: the integral of an output is a further state, so that a constant disturbance (a
+//! cable that pulls at the arm, an offset of the amplifier) leaves no lasting error.
 
 use super::{DesignError, Float, Regulator, Weights, dlqr, lqr};
 use nalgebra::{RowSVector, SMatrix};
@@ -67,7 +67,8 @@ pub fn lqi<T: Float, const N: usize, const NI: usize, const M: usize>(
     lqr(&a, &b, weights)
 }
 
-/// Regulator for `x[k+1] = A x[k] + B u[k]` with the sum `s[k+1] = s[k] + h C x[k]`: `u = -K [x; s]`. `NI` must be `N + 1`.
+/// Regulator for `x[k+1] = A x[k] + B u[k]` with the sum `s[k+1] = s[k] + h C x[k]`: `u = -K [x; s]`. `NI` must be
+/// `N + 1`.
 ///
 /// # Errors
 /// Those of [`dlqr`]. The sum needs a weight, and `B` must reach `y` at frequency 0, or there is no solution.

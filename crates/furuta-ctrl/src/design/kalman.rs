@@ -1,13 +1,15 @@
 //! Steady-state Kalman gains: the dual of the linear-quadratic regulator.
 //!
-//! A regulator for `(A', C')` with the covariances as weights is, transposed, the estimator of least variance for `(A, C)`.
+//! A regulator for `(A', C')` with the covariances as weights is, transposed, the estimator of least variance for
+//! `(A, C)`.
 
 use super::elimination::solve;
 use super::riccati::{self, Solution};
 use super::{DesignError, Float, Weights};
 use nalgebra::{SMatrix, SVector};
 
-/// What disturbs the system: covariances (discrete time) or spectral densities (continuous time) of zero-mean white noise.
+/// What disturbs the system: covariances (discrete time) or spectral densities (continuous time) of zero-mean white
+/// noise.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Noise<T: Float, const N: usize, const P: usize> {
     /// Of the noise `w` that is added to the state's equation, symmetric. Noise that enters through `G`: `G W G'`.
@@ -70,8 +72,9 @@ impl<T: Float, const N: usize, const P: usize> Estimator<T, N, P> {
         }
     }
 
-    /// The gain `M` that corrects with a measurement of the same instant, `xhat[k|k] = xhat[k|k-1] + M (y[k] - C xhat[k|k-1])`:
-    /// `P C'(C P C' + V)^-1` (discrete time). `None` where that matrix is singular.
+    /// The gain `M` that corrects with a measurement of the same instant,
+    /// `xhat[k|k] = xhat[k|k-1] + M (y[k] - C xhat[k|k-1])`: `P C'(C P C' + V)^-1` (discrete time). `None` where that
+    /// matrix is singular.
     pub fn filter_gain(
         &self,
         c: &SMatrix<T, P, N>,
@@ -85,8 +88,8 @@ impl<T: Float, const N: usize, const P: usize> Estimator<T, N, P> {
 /// Steady-state Kalman gain for `dx/dt = A x + B u + w`, `y = C x + v`.
 ///
 /// # Errors
-/// Those of [`riccati::continuous`] in the words of estimation: [`DesignError::NotDetectable`] where the measurement does not show an unstable
-/// mode.
+/// Those of [`riccati::continuous`] in the words of estimation: [`DesignError::NotDetectable`] where the measurement
+/// does not show an unstable mode.
 ///
 /// ```
 /// use furuta_ctrl::design::{Noise, lqe};
@@ -109,8 +112,8 @@ pub fn lqe<T: Float, const N: usize, const P: usize>(
 /// Steady-state Kalman gain for `x[k+1] = A x[k] + B u[k] + w[k]`, `y[k] = C x[k] + v[k]`.
 ///
 /// # Errors
-/// Those of [`riccati::discrete`] in the words of estimation: [`DesignError::NotDetectable`] where the measurement does not show an unstable
-/// mode.
+/// Those of [`riccati::discrete`] in the words of estimation: [`DesignError::NotDetectable`] where the measurement does
+/// not show an unstable mode.
 ///
 /// ```
 /// use furuta_ctrl::design::{Noise, dlqe};

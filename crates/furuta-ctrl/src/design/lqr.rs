@@ -63,7 +63,8 @@ pub struct Regulator<T: Float, const N: usize, const M: usize> {
 }
 
 impl<T: Float, const N: usize, const M: usize> Regulator<T, N, M> {
-    /// Poles of the closed loop; `None` where the eigenvalue iteration does not converge (not seen, but it has no guarantee).
+    /// Poles of the closed loop; `None` where the eigenvalue iteration does not converge (not seen, but it has no
+    /// guarantee).
     pub fn poles(&self) -> Option<[Complex<T>; N]>
     where
         Const<N>: DimSub<U1>,
@@ -103,7 +104,8 @@ pub fn dlqr<T: Float, const N: usize, const M: usize>(
 /// use furuta_ctrl::design::{Weights, lqr};
 /// use nalgebra::{Matrix2, Vector2};
 /// // Double integrator, Q = I, R = 1: K = [1, sqrt(3)].
-/// let k = lqr(&Matrix2::new(0.0, 1.0, 0.0, 0.0), &Vector2::new(0.0f64, 1.0), &Weights::diagonal([1.0, 1.0], [1.0]))?.gain;
+/// let weights = Weights::diagonal([1.0, 1.0], [1.0]);
+/// let k = lqr(&Matrix2::new(0.0, 1.0, 0.0, 0.0), &Vector2::new(0.0f64, 1.0), &weights)?.gain;
 /// assert!((k[0] - 1.0).abs() < 1e-14 && (k[1] - 3.0f64.sqrt()).abs() < 1e-14);
 /// # Ok::<(), furuta_ctrl::design::DesignError>(())
 /// ```

@@ -1,13 +1,15 @@
-//! Lyapunov equations of stable systems, by squaring (Smith 1968): `X = sum of (A')^k Q A^k`, twice as many terms with every step.
+//! Lyapunov equations of stable systems, by squaring (Smith 1968): `X = sum of (A')^k Q A^k`, twice as many terms with
+//! every step.
 
 use super::Float;
 use super::elimination::Lu;
 use nalgebra::SMatrix;
 
-/// Squarings at most: a mode within 1e-13 of the boundary has died out after so many.
+/// Squarings at most: a mode within 1e-13 of the boundary has died out after that.
 pub(crate) const SQUARINGS: u32 = 46;
 
-/// The `X` that solves `A'XA - X + Q = 0` for `Q = Q'`; `None` where `A` is not stable (its powers do not die out) or not finite.
+/// The `X` that solves `A'XA - X + Q = 0` for `Q = Q'`; `None` where `A` is not stable (its powers do not die out) or
+/// not finite.
 ///
 /// ```
 /// use furuta_ctrl::design::lyapunov;
@@ -60,8 +62,8 @@ pub fn continuous<T: Float, const N: usize>(
     discrete(&cayley, &weighted)
 }
 
-/// `(g + a)(g - a)^-1`, whose eigenvalues lie inside the unit circle where those of `a` lie left of the imaginary axis, and
-/// `sqrt(2 g) (g - a)^-1`; `g` is of the size of `a`.
+/// `(g + a)(g - a)^-1`, whose eigenvalues lie inside the unit circle where those of `a` lie left of the imaginary axis,
+/// and `sqrt(2 g) (g - a)^-1`; `g` is of the size of `a`.
 pub(crate) fn cayley<T: Float, const N: usize>(
     a: &SMatrix<T, N, N>,
 ) -> Option<(SMatrix<T, N, N>, SMatrix<T, N, N>)> {
@@ -73,8 +75,9 @@ pub(crate) fn cayley<T: Float, const N: usize>(
 
 /// `m^2`.
 ///
-/// Never inlined: LLVM 22.1 (rustc 1.95 with `opt-level = 3` and thin LTO) vectorises a loop that squares a 2 x 2 matrix in place into one
-/// that squares something else; without its SLP vectoriser, and in nightly 1.97, the same source is right.
+/// Never inlined: LLVM 22.1 (rustc 1.95 with `opt-level = 3` and thin LTO) vectorises a loop that squares a 2 x 2
+/// matrix in place into one that squares something else; without its SLP vectoriser, and in nightly 1.97, the same
+/// source is right.
 #[inline(never)]
 pub(crate) fn squared<T: Float, const N: usize>(m: &SMatrix<T, N, N>) -> SMatrix<T, N, N> {
     m * m

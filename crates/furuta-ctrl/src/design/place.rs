@@ -7,10 +7,10 @@ use nalgebra::{Complex, RowSVector, SMatrix, SVector};
 
 /// The gain `K` (`u = -K x`) that gives `A - B K` these poles: Ackermann's formula in orthogonal coordinates.
 ///
-/// Householder reflections turn `B` to `[beta, 0, ..., 0]'` and `A` to a Hessenberg matrix `H`; there the controllability matrix is triangular
-/// and Ackermann's formula reads `K = e_n' p(H) / (beta h21 h32 ...)`, with the polynomial `p` taken factor by factor: nothing is
-/// inverted. For one input the gain is the only one. The same for sampled and for continuous systems; for an estimator, place the poles
-/// of `(A', C')`.
+/// Householder reflections turn `B` to `[beta, 0, ..., 0]'` and `A` to a Hessenberg matrix `H`; there the
+/// controllability matrix is triangular and Ackermann's formula reads `K = e_n' p(H) / (beta h21 h32 ...)`, with the
+/// polynomial `p` taken factor by factor: nothing is inverted. For one input the gain is the only one. The same for
+/// sampled and for continuous systems; for an estimator, place the poles of `(A', C')`.
 ///
 /// # Errors
 /// [`DesignError::NotFinite`]; [`DesignError::PoleWithoutConjugate`]: complex poles come in pairs;
@@ -40,7 +40,8 @@ pub fn place<T: Float, const N: usize>(
     let mut turn = SMatrix::<T, N, N>::identity();
     let size = h.norm();
     let rounding = T::default_epsilon() * nalgebra::convert::<f64, T>(10.0 * N as f64);
-    // Step k makes column k - 1 (for k = 0 the input) zero below row k; what stays at row k is how strongly state k is reached.
+    // Step k makes column k - 1 (for k = 0 the input) zero below row k; what stays at row k is how strongly state k is
+    // reached.
     let mut reach = T::one();
     for k in 0..N {
         let mut v = if k == 0 {

@@ -5,10 +5,11 @@ use nalgebra::{RowSVector, SMatrix, SVector};
 
 /// A system under `u = -K e + v`, predicted at the ends of `MOVES` stretches of time; `v` is constant within a stretch.
 ///
-/// From the error `e` now and scaled moves `w`, an output of [`Prediction::output`] is `free e + forced w` at each of those times. With
-/// `w_i = sqrt(n_i) v_i`, `n_i` samples long, what the moves add to an LQR's cost is `(R + B'PB) w'w` whatever `e` is: about its optimal
-/// regulator a linear-quadratic problem is a distance. (J. A. Rossiter, B. Kouvaritakis, M. J. Rice, *A numerically robust state-space approach
-/// to stable-predictive control strategies*, Automatica 34, 1998.)
+/// From the error `e` now and scaled moves `w`, an output of [`Prediction::output`] is `free e + forced w` at each of
+/// those times. With `w_i = sqrt(n_i) v_i`, `n_i` samples long, what the moves add to an LQR's cost is `(R + B'PB) w'w`
+/// whatever `e` is: about its optimal regulator a linear-quadratic problem is a distance. (J. A. Rossiter, B.
+/// Kouvaritakis, M. J. Rice, *A numerically robust state-space approach to stable-predictive control strategies*,
+/// Automatica 34, 1998.)
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Prediction<const N: usize, const MOVES: usize> {
     /// Samples from now to each stretch's end, rising.
@@ -32,8 +33,8 @@ pub struct Predicted<const N: usize, const MOVES: usize> {
 }
 
 impl<const N: usize, const MOVES: usize> Prediction<N, MOVES> {
-    /// Of `x[k+1] = A x[k] + B u[k]` under a regulator of it, over `samples` (at least `MOVES`). Stretches grow with time as a square does: what
-    /// comes soon is decided finely.
+    /// Of `x[k+1] = A x[k] + B u[k]` under a regulator of it, over `samples` (at least `MOVES`). Stretches grow with
+    /// time as a square does: what comes soon is decided finely.
     #[must_use]
     pub fn new(b: &SVector<f64, N>, regulator: &Regulator<f64, N, 1>, samples: usize) -> Self {
         let spare = samples.saturating_sub(MOVES);

@@ -1,20 +1,22 @@
-//! The regulator equation of Francis, Byrnes and Isidori for a pendulum that is to follow a sine, solved as a power series.
+//! The regulator equation of Francis, Byrnes and Isidori for a pendulum that is to follow a sine, solved as a power
+//! series.
 //!
-//! An oscillator `w1' = lambda w2`, `w2' = -lambda w1` generates the reference `alpha = w2`. Output regulation asks for a state `pi(w)` and
-//! a command `c(w)` on which the pendulum follows exactly:
+//! An oscillator `w1' = lambda w2`, `w2' = -lambda w1` generates the reference `alpha = w2`. Output regulation asks for
+//! a state `pi(w)` and a command `c(w)` on which the pendulum follows exactly:
 //!
 //! ```text
 //! d(pi)/dw s(w) = f(pi(w)) + g(pi(w)) c(w)        pi_alpha(w) = w2
 //! ```
 //!
-//! `pi_alpha = w2` and its rate `-lambda w1` are given; left is the arm's angle, whose second rate along the oscillator must be what the
-//! [zero dynamics](furuta_model::zero_dynamics) demand. A rate along the oscillator maps homogeneous polynomials of degree `d` into
-//! themselves, with the eigenvalues `i lambda (d - 2k)`: for odd `d` none is zero, and the model, which a turn by `w -> -w` carries into itself,
-//! has no terms of even degree. So one degree follows from those below it, by substitution. No series of the right-hand side is needed: the
-//! model's own functions run on [`Series`].
+//! `pi_alpha = w2` and its rate `-lambda w1` are given; left is the arm's angle, whose second rate along the oscillator
+//! must be what the [zero dynamics](furuta_model::zero_dynamics) demand. A rate along the oscillator maps homogeneous
+//! polynomials of degree `d` into themselves, with the eigenvalues `i lambda (d - 2k)`: for odd `d` none is zero, and
+//! the model, which a turn by `w -> -w` carries into itself, has no terms of even degree. So one degree follows from
+//! those below it, by substitution. No series of the right-hand side is needed: the model's own functions run on
+//! [`Series`].
 //!
-//! A. Isidori, C. I. Byrnes, *Output regulation of nonlinear systems*, IEEE Trans. Automatic Control 35 (1990) 131-140; J. Huang, W. J. Rugh,
-//! *On a nonlinear multivariable servomechanism problem*, Automatica 26 (1990) 963-972.
+//! A. Isidori, C. I. Byrnes, *Output regulation of nonlinear systems*, IEEE Trans. Automatic Control 35 (1990) 131-140;
+//! J. Huang, W. J. Rugh, *On a nonlinear multivariable servomechanism problem*, Automatica 26 (1990) 963-972.
 
 use crate::real::{Real, c};
 use furuta_model::State;
@@ -60,7 +62,8 @@ pub enum RegulatorError {
         /// Its coefficient.
         value: f64,
     },
-    /// Substituted into the equation, the series does not satisfy it: the right-hand side depends linearly on the arm's motion.
+    /// Substituted into the equation, the series does not satisfy it: the right-hand side depends linearly on the arm's
+    /// motion.
     #[error("the series misses the zero dynamics by {residual} at degree {degree}")]
     Residual {
         /// The degree that does not fit.
@@ -70,10 +73,11 @@ pub enum RegulatorError {
     },
 }
 
-/// The steady motion on which a pendulum follows `alpha = w2`: the solution `pi(w)`, `c(w)` of the regulator equation as polynomials.
+/// The steady motion on which a pendulum follows `alpha = w2`: the solution `pi(w)`, `c(w)` of the regulator equation
+/// as polynomials.
 ///
-/// The amplitude of the reference is the length of `w`; one solution serves all amplitudes for which the series is good enough
-/// ([`SteadyMotion::residual`]).
+/// The amplitude of the reference is the length of `w`; one solution serves all amplitudes for which the series is good
+/// enough ([`SteadyMotion::residual`]).
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct SteadyMotion<T> {
     /// Frequency of the oscillator, rad/s.
@@ -165,11 +169,13 @@ impl<T: Real> SteadyMotion<T> {
         }
     }
 
-    /// How well the series solves the equation at an `amplitude` (rad): largest difference between the arm's acceleration and the one that the
-    /// zero dynamics demand, over a turn of the oscillator, as a part of the largest acceleration.
+    /// How well the series solves the equation at an `amplitude` (rad): largest difference between the arm's
+    /// acceleration and the one that the zero dynamics demand, over a turn of the oscillator, as a part of the largest
+    /// acceleration.
     ///
-    /// It falls with the amplitude to the power of the order + 1 and tells from which amplitude on a series says nothing: with the
-    /// centrifugal moment of a real rotary pendulum there is one beyond which no periodic motion of the arm exists at all.
+    /// It falls with the amplitude to the power of the order + 1 and tells from which amplitude on a series says
+    /// nothing: with the centrifugal moment of a real rotary pendulum there is one beyond which no periodic motion of
+    /// the arm exists at all.
     pub fn residual(&self, coefficients: &Coefficients<T>, amplitude: T) -> T {
         let acceleration = self.speed.rate(self.lambda);
         let (mut worst, mut largest) = (T::ZERO, T::ZERO);
@@ -203,8 +209,8 @@ fn along<T: Real>(lambda: T, angle: &Series<T>) -> (State<Series<T>>, Series<T>)
 
 /// The odd series `theta(w)` whose second rate along the oscillator is `arm_acceleration(pi(w), alpha'')`.
 ///
-/// The function may depend on the arm's motion through terms that raise the degree only, such as `sin(alpha) theta'²`; what a model of one's
-/// own does otherwise is found out by substitution.
+/// The function may depend on the arm's motion through terms that raise the degree only, such as `sin(alpha) theta'²`;
+/// what a model of one's own does otherwise is found out by substitution.
 ///
 /// # Errors
 /// See [`RegulatorError`].
@@ -278,8 +284,8 @@ fn check<T: Real>(wanted: &Series<T>, degree: usize) -> Result<(), RegulatorErro
 
 /// The homogeneous polynomial of odd `degree` whose rate along the oscillator is that part of `rate`.
 ///
-/// With `a_j` the coefficient of `w1^(d-j) w2^j`, the rate has `lambda ((d-j+1) a_(j-1) - (j+1) a_(j+1))`: the odd `a_j` follow from below, the
-/// even ones from above.
+/// With `a_j` the coefficient of `w1^(d-j) w2^j`, the rate has `lambda ((d-j+1) a_(j-1) - (j+1) a_(j+1))`: the odd
+/// `a_j` follow from below, the even ones from above.
 fn integral<T: Real>(rate: &Series<T>, degree: usize, lambda: T) -> Series<T> {
     #[allow(clippy::cast_precision_loss)]
     let number = |n: usize| c::<T>(n as f64);

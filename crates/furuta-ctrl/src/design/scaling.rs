@@ -7,7 +7,8 @@ pub(crate) const SWEEPS: u32 = 10;
 /// Doublings or halvings of one scale in one sweep at most.
 const STEPS: u32 = 120;
 
-/// How the sizes of a matrix change with the scale `f` of one state: `(falls + falls_twice / f) / f + (grows + grows_twice f) f`.
+/// How the sizes of a matrix change with the scale `f` of one state:
+/// `(falls + falls_twice / f) / f + (grows + grows_twice f) f`.
 #[derive(Copy, Clone)]
 pub(crate) struct Sizes<T> {
     pub(crate) falls: T,

@@ -77,7 +77,8 @@ pub(crate) fn cayley_radius<T: Float, const N: usize>(a: &SMatrix<T, N, N>) -> T
     }
 }
 
-/// The eigenvalues of `a`, in the order the Schur form gives them; `None` where `a` is not finite or the decomposition does not converge.
+/// The eigenvalues of `a`, in the order the Schur form gives them; `None` where `a` is not finite or the decomposition
+/// does not converge.
 ///
 /// ```
 /// use nalgebra::Matrix2;

@@ -51,8 +51,8 @@ impl<T: Real> Derivative<T> {
         }
     }
 
-    /// The speed (rad/s) after the sample `angle` (rad). Steps are taken the short way round, so a wrapped angle does no harm;
-    /// a sample that is not a finite number is passed over.
+    /// The speed (rad/s) after the sample `angle` (rad). Steps are taken the short way round, so a wrapped angle does
+    /// no harm; a sample that is not a finite number is passed over.
     pub fn update(&self, state: &mut DerivativeState<T>, angle: T) -> T {
         if !is_finite(angle) {
             return state.second;
@@ -102,7 +102,8 @@ mod tests {
             let angle = crate::wrap(10.0 * f64::from(k) * 0.001);
             v = speed.update(&mut state, if k == 1990 { f64::NAN } else { angle });
         }
-        // The gap of one sample makes one step of twice the size, forgotten at rate 300/s after 9 samples to (1 + 2.7) exp(-2.7) of it.
+        // The gap of one sample makes one step of twice the size, forgotten at rate 300/s after 9 samples to (1 + 2.7)
+        // exp(-2.7) of it.
         assert!((v - 10.0).abs() < 1.0, "{v}");
     }
 }

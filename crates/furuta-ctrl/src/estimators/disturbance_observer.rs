@@ -5,23 +5,25 @@ use super::kalman::{filter_gain, pushed};
 use super::noise::{COMMAND, Noise, PENDULUM, READING};
 use super::predictor::{Belief, PREDICT, Predictor};
 use super::{Design, Estimate, Estimator, Measurement};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::real::{Real, is_finite};
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use nalgebra::SMatrix;
 
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
     id: "disturbance_observer",
-    sentence: "Kalman filter that also estimates a slowly changing voltage beside the command: friction, cables, whatever the model lacks; it is then compensated",
+    sentence: "Kalman filter that also estimates a slowly changing voltage beside the command: friction, \
+        cables, whatever the model lacks; it is then compensated",
     parameters: &[
         ParameterSpec::number(
             "wander",
             "V/s^0.5",
             1e-6,
             1e6,
-            "how far that voltage wanders in a second, RMS: larger learns faster and shakes more; a fifth of the largest command if left out",
+            "how far that voltage wanders in a second, RMS: larger learns faster and shakes more; a fifth \
+             of the largest command if left out",
         ),
         COMMAND,
         PENDULUM,
@@ -35,7 +37,8 @@ const AT_MOST: f64 = 0.5;
 
 /// Steady-state Kalman filter for `[x, d]`, where `d` (V) acts beside the command and is a random walk.
 ///
-/// The model predicts with its effects; `d` is what they do not explain. [`crate::compensation`] takes it off the command again.
+/// The model predicts with its effects; `d` is what they do not explain. [`crate::compensation`] takes it off the
+/// command again.
 #[derive(Clone, Debug)]
 pub struct DisturbanceObserver<T: Real> {
     predictor: Predictor<T>,

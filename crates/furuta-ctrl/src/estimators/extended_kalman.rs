@@ -3,16 +3,17 @@
 use super::noise::{COMMAND, Noise, PENDULUM, READING};
 use super::predictor::{Belief, PREDICT, Predictor};
 use super::{Design, Estimate, Estimator, Measurement};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::real::{Real, c};
-use crate::settings::{Settings, Spec};
+use crate::section::{Settings, Spec};
 use crate::site::Site;
 use furuta_model::{Jet, Plant, Scalar, State};
 
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
     id: "ekf",
-    sentence: "Extended Kalman filter: carries along how sure it is, with the model's own Jacobian at every sample, friction and the like included",
+    sentence: "Extended Kalman filter: carries along how sure it is, with the model's own Jacobian at \
+        every sample, friction and the like included",
     parameters: &[COMMAND, PENDULUM, READING, PREDICT],
 };
 
@@ -23,8 +24,8 @@ type Matrix<T> = [[T; 4]; 4];
 /// Extended Kalman filter on the rig's model with its effects.
 ///
 /// The state is carried by the integrator itself, stiction and all; its covariance by `F P F' + Q` with
-/// `F = I + A h + (A h)^2 / 2` from the exact Jacobian `A` at the sample. A held arm's speed is certain: friction takes what noise does to it.
-/// The measurements correct one after the other, which needs no matrix inverse.
+/// `F = I + A h + (A h)^2 / 2` from the exact Jacobian `A` at the sample. A held arm's speed is certain: friction takes
+/// what noise does to it. The measurements correct one after the other, which needs no matrix inverse.
 #[derive(Clone, Debug)]
 pub struct ExtendedKalman<T: Real> {
     predictor: Predictor<T>,

@@ -1,19 +1,21 @@
 //! Angles as measured, speeds by a filtered derivative of each.
 
 use super::{Derivative, DerivativeState, Design, Estimate, Estimator, Measurement};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::real::Real;
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::State;
 
-/// The corner where none is given, over the pendulum's frequency: fast enough for balance, slow enough for a 2000-count encoder.
+/// The corner where none is given, over the pendulum's frequency: fast enough for balance, slow enough for a 2000-count
+/// encoder.
 const CORNER: f64 = 30.0;
 
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
     id: "derivative",
-    sentence: "Angles as measured, speeds by a filtered derivative: needs no model, lags behind, bridges no lost samples",
+    sentence: "Angles as measured, speeds by a filtered derivative: needs no model, lags behind, bridges \
+        no lost samples",
     parameters: &[ParameterSpec::number(
         "corner",
         "rad/s",

@@ -5,7 +5,8 @@ use super::{Estimate, Measurement};
 use crate::real::Real;
 use nalgebra::SMatrix;
 
-/// `xhat[k] = f(xhat[k-1], u) + L (y[k] - h(f(xhat[k-1], u)))`: the nonlinear model `f` predicts, the gain `L` (4 x 2) corrects.
+/// `xhat[k] = f(xhat[k-1], u) + L (y[k] - h(f(xhat[k-1], u)))`: the nonlinear model `f` predicts, the gain `L` (4 x 2)
+/// corrects.
 #[derive(Clone, Debug)]
 pub(super) struct FixedGain<T: Real> {
     pub(super) predictor: Predictor<T>,

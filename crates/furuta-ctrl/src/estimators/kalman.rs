@@ -4,24 +4,25 @@ use super::Design;
 use super::fixed_gain::{FixedGain, estimates_with_fixed_gain, rows};
 use super::noise::{COMMAND, Noise, PENDULUM, READING};
 use super::predictor::{PREDICT, Predictor};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::design::{self, DesignError, dlqe};
 use crate::real::Real;
-use crate::settings::{Settings, Spec};
+use crate::section::{Settings, Spec};
 use crate::site::Site;
 use nalgebra::{SMatrix, SVector};
 
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
     id: "kalman",
-    sentence: "Steady-state Kalman filter: the gain that errs least upright if model and encoders are as far off as given; the nonlinear model predicts",
+    sentence: "Steady-state Kalman filter: the gain that errs least upright if model and encoders are as \
+        far off as given; the nonlinear model predicts",
     parameters: &[COMMAND, PENDULUM, READING, PREDICT],
 };
 
 /// Steady-state Kalman filter with the nonlinear model as predictor.
 ///
-/// The gain is that of [`dlqe`] (filter form) for the upright linearisation with two noises that are new in every sample: a voltage beside the
-/// command, an acceleration of the pendulum; and white noise on the angles.
+/// The gain is that of [`dlqe`] (filter form) for the upright linearisation with two noises that are new in every
+/// sample: a voltage beside the command, an acceleration of the pendulum; and white noise on the angles.
 #[derive(Clone, Debug)]
 pub struct Kalman<T: Real>(FixedGain<T>);
 

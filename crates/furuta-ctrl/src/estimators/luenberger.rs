@@ -3,16 +3,17 @@
 use super::Design;
 use super::fixed_gain::{FixedGain, estimates_with_fixed_gain, rows};
 use super::predictor::{PREDICT, Predictor};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::real::Real;
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use nalgebra::{Matrix2, SMatrix};
 
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
     id: "luenberger",
-    sentence: "Luenberger observer: its error upright dies out with the rates given, exactly; away from upright the nonlinear model predicts",
+    sentence: "Luenberger observer: its error upright dies out with the rates given, exactly; away from \
+        upright the nonlinear model predicts",
     parameters: &[
         ParameterSpec::numbers(
             "rates",
@@ -29,18 +30,20 @@ pub(super) static SPEC: Spec = Spec {
 /// Rate of each pole where none is given, rad/s: as of the standard observer.
 const RATE: f64 = 120.0;
 
-/// Luenberger observer of the current state (D. Luenberger, *An introduction to observers*, IEEE Trans. Automatic Control 16, 1971).
+/// Luenberger observer of the current state (D. Luenberger, *An introduction to observers*, IEEE Trans. Automatic
+/// Control 16, 1971).
 ///
 /// Upright, the error of its prediction obeys `e[k+1] = (A - A L C) e[k]`, whose eigenvalues are `exp(-rate h)`.
 #[derive(Clone, Debug)]
 pub struct Luenberger<T: Real>(FixedGain<T>);
 
-/// The gain `L` (4 x 2) of the observer of the current state for `x[k+1] = A x[k] + B u[k]` with the first two states measured, such that
-/// `A - A L C` has the eigenvalues `[p, q]` for one axis and `[r, s]` for the other; `None` where the speeds do not show in the angles.
+/// The gain `L` (4 x 2) of the observer of the current state for `x[k+1] = A x[k] + B u[k]` with the first two states
+/// measured, such that `A - A L C` has the eigenvalues `[p, q]` for one axis and `[r, s]` for the other; `None` where
+/// the speeds do not show in the angles.
 ///
-/// With `A` in 2 x 2 blocks and `f = A12 v`, the error's angles `e` and speeds `v` obey `e+ = X e + f`, `f+ = Y e + W f` where
-/// `W = A12 A22 A12^-1`, hence `e++ = (X + W) e+ + (Y - W X) e`. Choosing `X + W = diag(p + q, r + s)` and
-/// `W X - Y = diag(p q, r s)` leaves two equations that know nothing of each other.
+/// With `A` in 2 x 2 blocks and `f = A12 v`, the error's angles `e` and speeds `v` obey `e+ = X e + f`,
+/// `f+ = Y e + W f` where `W = A12 A22 A12^-1`, hence `e++ = (X + W) e+ + (Y - W X) e`. Choosing
+/// `X + W = diag(p + q, r + s)` and `W X - Y = diag(p q, r s)` leaves two equations that know nothing of each other.
 fn gain(a: &SMatrix<f64, 4, 4>, poles: [[f64; 2]; 2]) -> Option<SMatrix<f64, 4, 2>> {
     let block = |i, j| a.fixed_view::<2, 2>(i, j).into_owned();
     let shows = block(0, 2);

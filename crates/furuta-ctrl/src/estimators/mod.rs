@@ -1,12 +1,12 @@
 //! Estimators: what the sensors do not measure. Each a file, one trait, and [`AnyEstimator`] for a choice at run time.
 //!
-//! To add one, write its file (a struct of numbers, its memory, `SPEC`, [`Design`] and [`Estimator`]) and add its line to the call of
-//! `estimators!` below.
+//! To add one, write its file (a struct of numbers, its memory, `SPEC`, [`Design`] and [`Estimator`]) and add its line
+//! to the call of `estimators!` below.
 
-use crate::config::ConfigError;
-pub use crate::controllers::Design;
+use crate::error::ConfigError;
+pub use crate::from_settings::Design;
 use crate::real::Real;
-use crate::settings::{Settings, Spec};
+use crate::section::{Settings, Spec};
 use crate::site::Site;
 use furuta_model::State;
 
@@ -40,10 +40,11 @@ impl<T> Measurement<T> {
 pub struct Estimate<T> {
     /// The state at the sample.
     pub now: State<T>,
-    /// The state when a command given now begins to act, one period later, or more where the rig file names a delay. An estimator that
-    /// does not predict says `now`.
+    /// The state when a command given now begins to act, one period later, or more where the rig file names a delay. An
+    /// estimator that does not predict says `now`.
     pub ahead: State<T>,
-    /// Voltage (V) that acts beside the command: what the estimator cannot explain otherwise. 0 of an estimator that does not look for one.
+    /// Voltage (V) that acts beside the command: what the estimator cannot explain otherwise. 0 of an estimator that
+    /// does not look for one.
     pub disturbance: T,
 }
 
@@ -55,7 +56,8 @@ pub trait Estimator<T: Real> {
     /// The memory before the first sample.
     fn start(&self) -> Self::State;
 
-    /// The states after one sample. Angles that are not finite give states that are not, and are forgotten with the next sound sample.
+    /// The states after one sample. Angles that are not finite give states that are not, and are forgotten with the
+    /// next sound sample.
     fn update(&self, state: &mut Self::State, measurement: &Measurement<T>) -> Estimate<T>;
 }
 

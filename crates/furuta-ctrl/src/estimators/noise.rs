@@ -1,6 +1,6 @@
 //! What the Kalman filters suppose of a rig: how far it may be from its model, and from its encoders.
 
-use crate::settings::{ParameterSpec, Settings};
+use crate::section::{ParameterSpec, Settings};
 use crate::site::Site;
 use core::f64::consts::TAU;
 
@@ -10,7 +10,8 @@ pub(super) const COMMAND: ParameterSpec = ParameterSpec::number(
     "V",
     1e-6,
     1e3,
-    "how far, RMS, what drives the arm is from the model's, anew in every sample; 5 % of the largest command if left out",
+    "how far, RMS, what drives the arm is from the model's, anew in every sample; 5 % of the largest \
+     command if left out",
 );
 /// See [`COMMAND`].
 pub(super) const PENDULUM: ParameterSpec = ParameterSpec::number(
@@ -18,7 +19,8 @@ pub(super) const PENDULUM: ParameterSpec = ParameterSpec::number(
     "rad/s^2",
     1e-6,
     1e6,
-    "how far, RMS, the pendulum's acceleration is from the model's, anew in every sample; 5 % of what gravity gives it lying if left out",
+    "how far, RMS, the pendulum's acceleration is from the model's, anew in every sample; 5 % of what \
+     gravity gives it lying if left out",
 );
 /// See [`COMMAND`].
 pub(super) const READING: ParameterSpec = ParameterSpec::numbers(

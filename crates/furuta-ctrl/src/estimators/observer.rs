@@ -3,16 +3,17 @@
 use super::Design;
 use super::fixed_gain::{FixedGain, estimates_with_fixed_gain};
 use super::predictor::{PREDICT, Predictor};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::real::Real;
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::Plant;
 
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
     id: "observer",
-    sentence: "The rig's model with its effects, corrected by what is measured; knows the state ahead, bridges lost samples",
+    sentence: "The rig's model with its effects, corrected by what is measured; knows the state ahead, \
+        bridges lost samples",
     parameters: &[
         ParameterSpec::number(
             "bandwidth",

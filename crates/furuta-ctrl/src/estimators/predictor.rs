@@ -1,9 +1,9 @@
 //! What the estimators that know the rig's model have in common: they carry it along, and look ahead with it.
 
 use super::{Estimate, Measurement};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::real::Real;
-use crate::settings::{ParameterSpec, Settings};
+use crate::section::{ParameterSpec, Settings};
 use crate::site::Site;
 use furuta_model::{Plant, PlantState, State};
 
@@ -22,7 +22,8 @@ pub(super) const PREDICT: ParameterSpec = ParameterSpec::switch(
 pub(super) struct Predictor<T: Real> {
     pub(super) plant: Plant<T>,
     pub(super) period: T,
-    /// How late a command acts after the sample from which it is held: in whole periods, and the rest as a share of one.
+    /// How late a command acts after the sample from which it is held: in whole periods, and the rest as a share of
+    /// one.
     late: (u32, T),
 }
 
@@ -67,8 +68,8 @@ impl<T: Real> Predictor<T> {
         }
     }
 
-    /// Carries the belief to this sample with what the motor held and `extra` volts beside it, and returns by how much the angles
-    /// measured differ from those expected; `None` where the belief begins anew at the angles measured.
+    /// Carries the belief to this sample with what the motor held and `extra` volts beside it, and returns by how much
+    /// the angles measured differ from those expected; `None` where the belief begins anew at the angles measured.
     pub(super) fn follow(
         &self,
         belief: &mut Belief<T>,

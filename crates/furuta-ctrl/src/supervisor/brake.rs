@@ -7,19 +7,23 @@ use furuta_model::{Params, State};
 const TIME: f64 = 0.25;
 /// From nothing to the whole voltage takes so long at least, s: gears and amplifiers do not like a step.
 const RISE: f64 = 0.01;
-/// An arm that is faster than when the braking began, by this much of it, is not being braked: its encoder or its motor is the wrong way round.
+/// An arm that is faster than when the braking began, by this much of it, is not being braked: its encoder or its motor
+/// is the wrong way round.
 const FASTER: f64 = 1.2;
-/// The voltage follows the speed with this time constant of the braked arm, in periods: slow against what delay and estimate take.
+/// The voltage follows the speed with this time constant of the braked arm, in periods: slow against what delay and
+/// estimate take.
 const PERIODS: f64 = 8.0;
 
 /// Brakes an arm that has hit a limit: a voltage against its speed, under an envelope that falls to zero.
 ///
-/// A motor at 0 V brakes too, its terminals shorted, but no harder than its back electromotive force drives a current; and the pendulum pushes on. So, from the sample at which a limit is found passed,
+/// A motor at 0 V brakes too, its terminals shorted, but no harder than its back electromotive force drives a current;
+/// and the pendulum pushes on. So, from the sample at which a limit is found passed,
 ///
 /// `u = -min(g*|theta_dot|, limit*(1 - t/T)) * sign(theta_dot)`,
 ///
-/// where `g` brakes the arm with a time constant of eight periods. The voltage so far ends at once; what brakes rises within 10 ms; all ends for good after `T` = 0.25 s,
-/// when the arm turns round, and at once where the arm becomes faster instead of slower (an encoder or a motor is the wrong way round) or a number is not finite. Then the motor is off.
+/// where `g` brakes the arm with a time constant of eight periods. The voltage so far ends at once; what brakes rises
+/// within 10 ms; all ends for good after `T` = 0.25 s, at the arm's reversal, and at once where the arm becomes faster
+/// instead of slower (an encoder or a motor is the wrong way round) or a number is not finite. Then the motor is off.
 ///
 /// ```
 /// use furuta_ctrl::supervisor::Brake;
@@ -29,7 +33,7 @@ const PERIODS: f64 = 8.0;
 /// let mut braking = brake.begin(6.0);
 /// let u = brake.update(&mut braking, &State::new(1.1, 3.1, 6.0, 0.0), 1);
 /// assert!(u < 0.0 && u >= -1.0); // a fifth of the limit after one period
-/// assert_eq!(brake.update(&mut braking, &State::new(1.1, 3.1, -0.1, 0.0), 1), 0.0); // it turned round
+/// assert_eq!(brake.update(&mut braking, &State::new(1.1, 3.1, -0.1, 0.0), 1), 0.0); // a reversal
 /// assert!(braking.is_over());
 /// # Ok::<(), &str>(())
 /// ```
@@ -100,7 +104,7 @@ impl<T: Real> Brake<T> {
         }
     }
 
-    /// The voltage (V) for one sample, so many periods after the one before. Once 0, and over, it stays 0.
+    /// The voltage (V) for one sample, `periods` after the one before. Once 0, and over, it stays 0.
     pub fn update(&self, state: &mut Braking<T>, x: &State<T>, periods: u32) -> T {
         state.left = state.left.saturating_sub(periods.max(1));
         let speed = x.theta_dot * sign(state.from);
@@ -176,7 +180,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is measured: within the limit and the envelope, against the speed at which it began, never rising faster than it may, and 0 for good after its time or once it has been 0.
+        /// Whatever is measured: within the limit and the envelope, against the speed at which it began, never rising
+        /// faster than it may, and 0 for good after its time or once it has been 0.
         #[test]
         fn it_ends_whatever_happens(
             from in prop::num::f64::ANY,

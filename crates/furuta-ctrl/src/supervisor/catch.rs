@@ -15,11 +15,12 @@ const NEAR_SPEED: f64 = 0.5;
 
 /// Predicts the balance loop with the rigid-body model and the command limit.
 ///
-/// Costs up to 120 steps of the midpoint rule (two evaluations of the model each), and nothing while the pendulum hangs.
+/// Costs up to 120 steps of the midpoint rule (two evaluations of the model each), and nothing while the pendulum
+/// hangs.
 #[derive(Copy, Clone, Debug)]
 pub struct Catch<T> {
     coefficients: Coefficients<T>,
-    /// What is predicted with: the balance controller itself, or a state feedback that stands in for it.
+    /// What is predicted with: the balance controller itself, or its surrogate.
     pub feedback: StateFeedback<T>,
     /// Largest distance the arm may be from zero on the way, rad.
     arm_angle: T,
@@ -45,7 +46,8 @@ impl<T: Real> Catch<T> {
         }
     }
 
-    /// The same, catching no further than `furthest` (rad) from upright, and where the weight may be wrong by the share `error`.
+    /// The same, catching no further than `furthest` (rad) from upright, and where the weight may be wrong by the share
+    /// `error`.
     #[must_use]
     pub fn within(self, furthest: T, error: T) -> Self {
         Self {
@@ -69,7 +71,7 @@ impl<T: Real> Catch<T> {
         speed
     }
 
-    /// The same with a pendulum of so many times the weight and of the same inertia.
+    /// The same with a pendulum of `times` the weight and of the same inertia.
     pub(crate) fn weighing(&self, times: T) -> Self {
         let mut other = *self;
         other.coefficients.weight = times * self.coefficients.weight;
@@ -81,8 +83,8 @@ impl<T: Real> Catch<T> {
         self.travel(x).is_some()
     }
 
-    /// How far the arm moves (rad) while the feedback, asked to hold it where it is now, brings the pendulum from `x` to upright; `None` where it
-    /// does not.
+    /// How far the arm moves (rad) while the feedback, asked to hold it where it is now, brings the pendulum from `x`
+    /// to upright; `None` where it does not.
     pub fn travel(&self, x: &State<T>) -> Option<T> {
         let alpha = wrap(x.alpha);
         // Falling away from upright: only from very near is that worth a prediction.

@@ -1,7 +1,7 @@
 //! What a supervisor switches the motor off for.
 
-use super::Thresholds;
 use crate::real::Real;
+use crate::thresholds::Thresholds;
 use furuta_model::State;
 
 /// Why the motor was switched off.

@@ -4,7 +4,7 @@
 
 SciPy orders the generalised Schur form of an extended pencil (QZ), so it shares neither method nor code with the doubling
 iteration under test. Its answers are good to between 4e-9 and 1e-16 of their size, less than the doubling iteration reaches, so each is
-polished with Newton's method in 40 digits first. Every number is written with 17 digits: reading them back gives the same doubles.
+refined with Newton's method in 40 digits first. Every number is written with 17 digits: reading them back gives the same doubles.
 """
 
 import mpmath as mp
@@ -16,7 +16,7 @@ mp.mp.dps = 40
 rng = np.random.default_rng(20240607)
 
 
-def polish(discrete, a, b, q, r, cross, x):
+def refine(discrete, a, b, q, r, cross, x):
     """Newton's method (Kleinman, Hewer) from SciPy's solution: each step solves one linear equation for X."""
     n = a.shape[0]
     a, b, q, r, cross, x = (mp.matrix(m.tolist()) for m in (a, b, q, r, cross, x))
@@ -51,7 +51,7 @@ def flat(m):
 
 def case(name, discrete, a, b, q, r, cross):
     solve = solve_discrete_are if discrete else solve_continuous_are
-    x, k, scipy_error = polish(discrete, a, b, q, r, cross, solve(a, b, q, r, s=cross))
+    x, k, scipy_error = refine(discrete, a, b, q, r, cross, solve(a, b, q, r, s=cross))
     n, m = b.shape
     print(f"    Case {{")
     print(f'        name: "{name}",')

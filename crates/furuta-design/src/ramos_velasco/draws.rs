@@ -47,8 +47,8 @@ pub fn factors(seed: u64, draw: u64, spread: f64) -> Factors {
 /// Samples of the envelope.
 const ENVELOPE: usize = 500;
 
-/// `count` draws of the experiment within `±spread`, on all cores. The same seed gives the same draws to every contender; `progress` hears of
-/// each that is done.
+/// `count` draws of the experiment within `±spread`, on all cores. The same seed gives the same draws to every
+/// contender; `progress` hears of each that is done.
 ///
 /// # Errors
 /// A setting that is not possible.

@@ -47,7 +47,8 @@ pub enum HideError {
     Effect(EffectError),
 }
 
-/// Reads an effect to hide: `ID` at the size that would be noticed on this rig, or `ID:NAME=VALUE,NAME=VALUE` in SI units, words where there is a
+/// Reads an effect to hide: `ID` at the size that would be noticed on this rig, or `ID:NAME=VALUE,NAME=VALUE` in SI
+/// units, words where there is a
 /// choice, with all parameters that have no default.
 ///
 /// # Errors
@@ -60,8 +61,8 @@ pub enum HideError {
 /// let spring = hidden_effect("arm.spring:stiffness=1e-3,rest=-0.5", &params)?;
 /// assert_eq!(spring.values()[..], [1e-3, -0.5]);
 /// assert!(hidden_effect("arm.coulomb", &params)?.values()[0] > 0.0);
-/// let play = hidden_effect("drive.backlash:gap=0.05,motor_share=0.5,encoder=motor", &params)?;
-/// assert_eq!(play.values()[..], [0.05, 0.5, 1.0]);
+/// let backlash = hidden_effect("drive.backlash:gap=0.05,motor_share=0.5,encoder=motor", &params)?;
+/// assert_eq!(backlash.values()[..], [0.05, 0.5, 1.0]);
 /// let error = hidden_effect("arm.spring:stifness=1", &params).expect_err("misspelt");
 /// assert_eq!(error.to_string(), "arm.spring has no parameter \"stifness\": it has stiffness, rest");
 /// # Ok::<(), furuta_hw::emulate::HideError>(())

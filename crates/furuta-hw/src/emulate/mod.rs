@@ -6,4 +6,5 @@ mod rig;
 
 pub use hide::{HideError, hidden_effect};
 pub use pty::{Pace, PtyError, PtyRig};
+pub(crate) use rig::to_counts;
 pub use rig::{EmulatedRig, Emulation, EmulationError};

@@ -113,7 +113,7 @@ impl Drop for PtyRig {
 struct Server {
     rig: EmulatedRig,
     master: TTYPort,
-    /// Kept open: a terminal whose other side nobody holds reports errors, and it tells what the host left unread.
+    /// Kept open: a terminal whose other side is closed reports errors, and it tells what the host left unread.
     slave: TTYPort,
     stop: Arc<AtomicBool>,
 }
@@ -175,7 +175,7 @@ impl Server {
             .bytes_to_read()
             .is_ok_and(|unread| unread > UNREAD_LIMIT)
         {
-            return; // nobody reads: like a UART, drop it
+            return; // no reader: like a UART, drop it
         }
         let mut buffer = [0; MAX_FRAME];
         if let Ok(frame) = encode(message, &mut buffer) {

@@ -17,7 +17,7 @@ const MAX_STEP: f64 = 1e-3;
 pub struct Emulation {
     /// Sampling period (us).
     pub period_us: u32,
-    /// Effects that act in addition to those of the rig file, and that nobody is told of.
+    /// Effects that act in addition to those of the rig file, and that no one is told of.
     pub hidden: Vec<Effect<f64>>,
     /// State at power-on. The encoders count from arm 0 and pendulum hanging whatever it is.
     pub start: State<f64>,
@@ -66,7 +66,7 @@ impl From<PlantError> for EmulationError {
 ///
 /// let rig = Rig::builtin("qube-servo-2").expect("built in");
 /// let mut rig = EmulatedRig::new(&rig, &Emulation::default())?;
-/// assert!(rig.tick().status.contains(Status::WATCHDOG)); // nobody has commanded anything yet
+/// assert!(rig.tick().status.contains(Status::WATCHDOG)); // no command yet
 ///
 /// let mut buffer = [0; MAX_FRAME];
 /// rig.receive(encode(&Message::Command(Command { seq: 0, volts: 1.0 }), &mut buffer)?);
@@ -159,8 +159,8 @@ impl EmulatedRig {
         self.state.x
     }
 
-    /// Moves the mechanics to another state, as a hand would that then holds them for a while: the motor's rotor comes along, and what is late shows the
-    /// new state.
+    /// Moves the mechanics to another state, as a hand would that then holds them for a while: the motor's rotor comes
+    /// along, and what is late shows the new state.
     pub fn set_state(&mut self, x: State<f64>) {
         let mut state = self.plant.rest_under(x, self.held);
         (state.run, state.t) = (self.state.run, self.state.t);
@@ -205,7 +205,7 @@ impl EmulatedRig {
 }
 
 /// Encoder counts at an angle, to the nearest count. A cast saturates, so that a state gone wild makes no panic.
-fn to_counts(angle: f64, per_rev: f64) -> i32 {
+pub(crate) fn to_counts(angle: f64, per_rev: f64) -> i32 {
     (angle * per_rev / TAU).round() as i32
 }
 
@@ -379,7 +379,8 @@ mod tests {
             .collect()
     }
 
-    /// Whatever the sampling period: the longest exceeds what a flexible coupling's step may be, at the shortest a delay is many samples.
+    /// Whatever the sampling period: the longest exceeds what a flexible coupling's step may be, at the shortest a
+    /// delay is many samples.
     #[test]
     fn every_effect_of_the_catalogue_is_served() {
         let params = Rig::builtin("qube-servo-2").expect("built in").params;
@@ -406,30 +407,30 @@ mod tests {
 
     #[test]
     fn an_encoder_on_the_motor_moves_within_the_play() {
-        let play = |encoder| {
+        let backlash = |encoder| {
             let values = [0.4, 0.3, encoder];
             vec![Effect::new("drive.backlash", &values).expect("valid")]
         };
-        let (arm, motor) = (counts(play(0.0), 2000), counts(play(1.0), 2000));
+        let (arm, motor) = (counts(backlash(0.0), 2000), counts(backlash(1.0), 2000));
         let apart = |(a, m): (&(ArmCounts, _), &(ArmCounts, _))| (a.0.0 - m.0.0).abs();
         let most = arm.iter().zip(&motor).map(apart).max().unwrap_or(0);
         // Half of 0.4 rad is 65 of 2048 counts.
         assert!((64..=66).contains(&most), "{most}");
     }
 
-    /// A hand that moves the arm takes the rotor along: the play does not hurl them at each other.
+    /// A hand that moves the arm takes the rotor along: the backlash does not hurl them at each other.
     #[test]
     fn a_hand_moves_the_rotor_as_well() {
         let rig = Rig::builtin("qube-servo-2").expect("built in");
-        let play = Effect::new("drive.backlash", &[0.05, 0.3, 1.0]).expect("valid");
+        let backlash = Effect::new("drive.backlash", &[0.05, 0.3, 1.0]).expect("valid");
         let emulation = Emulation {
-            hidden: vec![play],
+            hidden: vec![backlash],
             ..Emulation::default()
         };
         let mut rig = EmulatedRig::new(&rig, &emulation).expect("valid");
         rig.set_state(State::new(1.0, PI, 0.0, 0.0));
         for _ in 0..500 {
-            // 1 rad is 326 of 2048 counts, half the play 8.
+            // 1 rad is 326 of 2048 counts, half the backlash 8.
             let counts = rig.tick().theta.0;
             assert!((318..=334).contains(&counts), "{counts}");
         }

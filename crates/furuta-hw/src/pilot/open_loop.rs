@@ -32,7 +32,8 @@ impl OpenLoop {
         }
     }
 
-    /// The same, with a pull of the arm towards its middle beside the signal, if any. The log's reference is then the signal in the arm's unit.
+    /// The same, with a pull of the arm towards its middle beside the signal, if any. The log's reference is then the
+    /// signal in the arm's unit.
     #[must_use]
     pub fn centred(self, centring: Option<Centring>) -> Self {
         Self { centring, ..self }

@@ -19,8 +19,8 @@ pub enum Reference {
         /// Time between steps (s).
         hold: f64,
     },
-    /// Band-limited noise, its volts taken as radians: the excitation that a frequency response upright is measured with. The log's column
-    /// `reference` holds it, which the joint input-output method asks for.
+    /// Band-limited noise, its volts taken as radians: the excitation that a frequency response upright is measured
+    /// with. The log's column `reference` holds it, which the joint input-output method asks for.
     Noise(Noise),
 }
 

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Reference;
 
-/// What a run is asked to do. With the rig file and the controller file it makes the pilot, so that a log that holds all three can be
-/// replayed.
+/// What a run is asked to do. With the rig file and the controller file it makes the pilot, so that a log that holds
+/// all three can be replayed.
 ///
 /// ```
 /// use furuta_hw::{Reference, Task};

@@ -1,5 +1,6 @@
-//! What an operating system can do for a loop that must not be late: a real-time priority, memory that is not paged out, a processor of its own, no
-//! deep sleep. Each is asked for and may be refused; the loop then runs all the same, and the report says what it has to do without.
+//! What an operating system can do for a loop that must not be late: a real-time priority, memory that is not paged
+//! out, a processor of its own, no deep sleep. Each is asked for and may be refused; the loop then runs all the same,
+//! and the report says what it has to do without.
 //!
 //! On Linux; elsewhere everything is refused. How to grant it: `docs/realtime.md`.
 
@@ -20,8 +21,8 @@ pub use wake_up::{Metronome, WakeUp, measure_wake_up};
 /// ```
 #[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
 pub struct RealTime {
-    /// Priority under `SCHED_FIFO`, 1 to 99; with it, all memory that the process has is locked and processors are kept from sleeping deeply.
-    /// 80 is above what a PREEMPT_RT kernel gives its interrupt threads (50).
+    /// Priority under `SCHED_FIFO`, 1 to 99; with it, all memory that the process has is locked and processors are kept
+    /// from sleeping deeply. 80 is above what a PREEMPT_RT kernel gives its interrupt threads (50).
     pub priority: Option<u8>,
     /// The processor that the loop stays on.
     pub cpu: Option<usize>,
@@ -159,7 +160,8 @@ impl Drop for Held {
 /// Stack that a control step may need: the largest of docs/firmware.md times ten.
 const STACK: usize = 128 << 10;
 
-/// Writes to the stack that the loop will use, so that no page of it is fetched at the first swing-up. (Locking memory does the same, where granted.)
+/// Writes to the stack that the loop will use, so that no page of it is fetched at the first swing-up. (Locking memory
+/// does the same, where granted.)
 #[inline(never)]
 fn touch_stack() {
     std::hint::black_box(&mut [0u8; STACK]);
@@ -202,7 +204,8 @@ mod system {
         })
     }
 
-    /// What the process has now. What it will have later is not the loop's, and must not fail to be had because a limit is reached.
+    /// What the process has now. What it will have later is not the loop's, and must not fail to be had because a limit
+    /// is reached.
     pub(super) fn lock_memory() -> Result<(), String> {
         mlockall(MlockAllFlags::CURRENT)
             .map_err(|error| format!("{error}: needs memlock in limits.conf or CAP_IPC_LOCK"))
@@ -285,7 +288,8 @@ mod tests {
         drop(held);
     }
 
-    /// In a thread of its own, which takes its priority with it. What the system says of the thread is what the report says.
+    /// In a thread of its own, which takes its priority with it. What the system says of the thread is what the report
+    /// says.
     #[cfg(target_os = "linux")]
     #[test]
     fn what_is_granted_is_true() {

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use furuta_log::Histogram;
 
-/// Wakes its thread at multiples of an interval, by absolute deadlines on the monotonic clock (`clock_nanosleep` with `TIMER_ABSTIME`): lateness does not
-/// add up, and steps of the time of day do nothing.
+/// Wakes its thread at multiples of an interval, by absolute deadlines on the monotonic clock (`clock_nanosleep` with
+/// `TIMER_ABSTIME`): lateness does not add up, and steps of the time of day do nothing.
 ///
 /// ```
 /// use furuta_hw::Metronome;

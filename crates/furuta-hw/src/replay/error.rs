@@ -12,7 +12,8 @@ use crate::provenance::{FORMAT_VERSION, SOFTWARE};
 pub enum ReplayError {
     /// The file ends before what it says of its run, or never said it.
     #[error(
-        "the log says nothing about its run (it ends before, or `furuta run` did not write it): there is nothing to replay it with"
+        "the log says nothing about its run (it ends before, or `furuta run` did not write it): there is \
+         nothing to replay it with"
     )]
     NoMetadata,
     /// No sample.
@@ -20,7 +21,8 @@ pub enum ReplayError {
     Empty,
     /// A log from before logs held all that it takes.
     #[error(
-        "the log was written by {} and has no `{missing}`: it is older than replay, or no log of `furuta run`; `furuta convert` and `diagnose` read it, a run of {SOFTWARE} can be replayed",
+        "the log was written by {} and has no `{missing}`: it is older than replay, or no log of `furuta \
+         run`; `furuta convert` and `diagnose` read it, a run of {SOFTWARE} can be replayed",
         named(.software)
     )]
     Older {
@@ -30,7 +32,8 @@ pub enum ReplayError {
         missing: &'static str,
     },
     /// A log whose keys mean something else.
-    #[error("the log was written by {}, in format {found}; this is {SOFTWARE}, which replays format {FORMAT_VERSION}: use the furuta that wrote it", named(.software))]
+    #[error("the log was written by {}, in format {found}; this is {SOFTWARE}, which replays format \
+        {FORMAT_VERSION}: use the furuta that wrote it", named(.software))]
     Format {
         /// What wrote it.
         software: String,
@@ -39,7 +42,8 @@ pub enum ReplayError {
     },
     /// Another version may compute otherwise by right.
     #[error(
-        "the log was written by {}, this is {SOFTWARE}, which may command otherwise by right: use the furuta that wrote it, or --any-version to compare all the same",
+        "the log was written by {}, this is {SOFTWARE}, which may command otherwise by right: use the \
+         furuta that wrote it, or --any-version to compare all the same",
         named(.log)
     )]
     OtherVersion {
@@ -71,7 +75,8 @@ pub enum ReplayError {
     #[error(transparent)]
     Controller(#[from] ConfigError),
     /// The rig file given is of another rig.
-    #[error("the log is of another rig than the rig file given: {}; give that rig's file, or --any-rig to replay it all the same", mismatches.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+    #[error("the log is of another rig than the rig file given: {}; give that rig's file, or --any-rig to \
+        replay it all the same", mismatches.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
     AnotherRig {
         /// What differs.
         mismatches: Vec<Mismatch>,

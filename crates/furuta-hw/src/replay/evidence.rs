@@ -1,14 +1,16 @@
-//! What a log of this rig can say at all. A measurement is a whole number of counts, a time a whole number of microseconds, a voltage one
-//! that was commanded: a number changed afterwards seldom is, even where the estimator would not notice it.
+//! What a log of this rig can say at all. A measurement is a whole number of counts, a time a whole number of
+//! microseconds, a voltage one that was commanded: a number changed afterwards seldom is, even where the estimator
+//! would not notice it.
 
 use std::collections::HashSet;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::fmt;
 
 use furuta_log::Record;
 use furuta_wire::{ArmCounts, Hello, PendulumCounts};
 
 use super::difference::same;
+use crate::emulate::to_counts;
 
 /// A record holds what no run of this rig can have given.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -81,14 +83,12 @@ impl<'a> Evidence<'a> {
             self.hello.arm_counts_per_rev,
             self.hello.pendulum_counts_per_rev,
         ];
-        // Saturates: any angle is fine.
-        let counts = |angle: f64, per_rev: f64| (angle * per_rev / TAU).round() as i32;
         let why = "is no whole number of the encoder's counts";
-        let theta = ArmCounts(counts(record.theta, arm)).theta(arm);
+        let theta = ArmCounts(to_counts(record.theta, arm)).theta(arm);
         if !same(theta, record.theta) {
             return Some(("theta", record.theta, why));
         }
-        let alpha = PendulumCounts(counts(record.alpha - PI, pendulum)).alpha(pendulum);
+        let alpha = PendulumCounts(to_counts(record.alpha - PI, pendulum)).alpha(pendulum);
         (!same(alpha, record.alpha)).then_some(("alpha", record.alpha, why))
     }
 
@@ -113,8 +113,8 @@ impl<'a> Evidence<'a> {
 type Found = (&'static str, f64, &'static str);
 
 impl Evidence<'_> {
-    /// The rig counts microseconds from the first sample, and its ticks come by the period: late by a part of it where the board is busy, but
-    /// never a whole period beside both neighbours.
+    /// The rig counts microseconds from the first sample, and its ticks come by the period: late by a part of it where
+    /// the board is busy, but never a whole period beside both neighbours.
     fn time(&self, index: usize, records: &[Record]) -> Option<Found> {
         let here = records.get(index)?;
         let found = |why| Some(("t", here.t, why));

@@ -1,13 +1,14 @@
-//! A log through its pilot again: the very estimator, supervisor and controller that made it, rebuilt from what the log says of itself, on the
-//! logged measurements and their timing. What it commands must be what is logged, bit for bit; where it is not, the log was changed, or
-//! the program was.
+//! A log through its pilot again: the very estimator, supervisor and controller that made it, rebuilt from what the log
+//! says of itself, on the logged measurements and their timing. What it commands must be what is logged, bit for bit;
+//! where it is not, the log was changed, or the program was.
 //!
-//! With another controller or another rig file it is shown what they would have commanded at the same measurements. That is no
-//! simulation: the logged motion does not follow the other commands.
+//! With another controller or another rig file it is shown what they would have commanded at the same measurements.
+//! That is no simulation: the logged motion does not follow the other commands.
 //!
 //! ```
 //! use furuta_hw::{
-//!     EmulatedRig, EmulatedTransport, Emulation, LoopSettings, Reference, ReplayOptions, Session, SwingUpBalance, Task, provenance, replay,
+//!     EmulatedRig, EmulatedTransport, Emulation, LoopSettings, Reference, ReplayOptions, Session, SwingUpBalance,
+//!     Task, provenance, replay,
 //! };
 //! use furuta_ctrl::ControllerFile;
 //! use std::time::Duration;
@@ -48,9 +49,9 @@ pub use difference::{Difference, Quantity, ulps};
 pub use error::ReplayError;
 pub use evidence::Impossible;
 
-use crate::control_loop::RunError;
 use crate::pilot::{Measurement, Pilot};
-use crate::verdict::Judge;
+use crate::run_error::RunError;
+use crate::safety::SafetyMonitor;
 use evidence::Evidence;
 use source::{AnyPilot, Source};
 
@@ -135,7 +136,8 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Whether the log's own pilot answered every record of it as is logged, bit for bit: commands, modes, estimates and references.
+    /// Whether the log's own pilot answered every record of it as is logged, bit for bit: commands, modes, estimates
+    /// and references.
     #[must_use]
     pub fn is_identical(&self) -> bool {
         self.same_pilot && self.first.is_none() && self.hole.is_none()
@@ -144,8 +146,8 @@ impl Replay {
 
 /// Replays a log.
 ///
-/// A log that was cut off is replayed as far as it goes. Samples lost on the line are known to the log and bridged as they were; records
-/// that are missing ([`Hole`]) are not, so that an exact replay ends there.
+/// A log that was cut off is replayed as far as it goes. Samples lost on the line are known to the log and bridged as
+/// they were; records that are missing ([`Hole`]) are not, so that an exact replay ends there.
 ///
 /// # Errors
 /// [`ReplayError`] where the log does not hold what it takes, or is of another version or another rig.
@@ -170,7 +172,7 @@ fn replay_with<P: Pilot>(pilot: &P, source: &Source, records: &[Record]) -> Repl
     };
     let mut evidence = Evidence::new(&source.hello);
     let mut state = pilot.start();
-    let mut judge = Judge::new(source.limits, source.brake);
+    let mut monitor = SafetyMonitor::new(source.limits, source.brake);
     for (index, record) in records.iter().enumerate() {
         let before = index.checked_sub(1).and_then(|k| records.get(k));
         let periods = before.map_or(1, |before| record.seq.wrapping_sub(before.seq));
@@ -180,7 +182,7 @@ fn replay_with<P: Pilot>(pilot: &P, source: &Source, records: &[Record]) -> Repl
                 break;
             }
         }
-        let (answer, fault) = answer(pilot, &mut state, &mut judge, record, periods);
+        let (answer, fault) = answer(pilot, &mut state, &mut monitor, record, periods);
         if let Some(fault) = fault {
             replay.fault.get_or_insert((index, fault));
         }
@@ -193,7 +195,7 @@ fn replay_with<P: Pilot>(pilot: &P, source: &Source, records: &[Record]) -> Repl
 fn answer<P: Pilot>(
     pilot: &P,
     state: &mut P::State,
-    judge: &mut Judge,
+    monitor: &mut SafetyMonitor,
     record: &Record,
     periods: u32,
 ) -> (Replayed, Option<RunError>) {
@@ -206,15 +208,15 @@ fn answer<P: Pilot>(
     };
     let decision = pilot.process(state, &measurement);
     let status = Status::from_bits(record.status);
-    let verdict = judge.verdict(status, &measurement, &decision);
+    let safe = monitor.check(status, &measurement, &decision);
     let replayed = Replayed {
-        command: verdict.volts,
+        command: safe.volts,
         theta_dot: decision.theta_dot,
         alpha_dot: decision.alpha_dot,
         reference: decision.reference,
-        mode: verdict.mode,
+        mode: safe.mode,
     };
-    (replayed, verdict.end)
+    (replayed, safe.end)
 }
 
 /// A rig counts from its power-on and the log from the run's first sample: only the time tells whether that is here.
@@ -286,7 +288,8 @@ impl std::fmt::Display for Replay {
         if let Some(Hole { index, records, t }) = self.hole {
             write!(
                 f,
-                "; at least {records} records are missing before record {index}, after t = {t:.3} s (its writer did not keep up): what follows cannot be replayed"
+                "; at least {records} records are missing before record {index}, after t = {t:.3} s (its \
+                 writer did not keep up): what follows cannot be replayed"
             )?;
         }
         Ok(())

@@ -10,7 +10,7 @@ use super::{ReplayError, ReplayOptions};
 use crate::identity;
 use crate::pilot::{OpenLoop, Reference, SwingUpBalance, Task};
 use crate::provenance::{CONTROLLER_FILE, FORMAT, FORMAT_VERSION, HELLO, SOFTWARE, TASK};
-use crate::verdict;
+use crate::safety;
 
 /// Periods that a rig may have (us).
 const PERIODS: std::ops::RangeInclusive<u32> = 100..=1_000_000;
@@ -112,7 +112,7 @@ impl Source {
         };
         Ok(Self {
             limits: rig.limits,
-            brake: verdict::brake(rig, period),
+            brake: safety::brake(rig, period),
             same_pilot: same_controller && *rig == own_rig,
             hello,
             pilot,

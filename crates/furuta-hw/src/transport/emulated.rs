@@ -1,4 +1,5 @@
-//! An emulated rig without a port, a thread or a clock: it ticks when the host waits for it. As fast as the host, and the same every time.
+//! An emulated rig without a port, a thread or a clock: it ticks when the host waits for it. As fast as the host, and
+//! the same every time.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -11,7 +12,8 @@ use crate::emulate::EmulatedRig;
 /// Bytes the host may leave unread before frames are dropped, as a UART without flow control does.
 const UNREAD_LIMIT: usize = 4096;
 
-/// An emulated rig as a transport. Each read on an empty line is a tick: a host that only waits finds that time passes, that of the host included.
+/// An emulated rig as a transport. Each read on an empty line is a tick: a host that only waits finds that time passes,
+/// that of the host included.
 ///
 /// ```
 /// use furuta_hw::{EmulatedRig, EmulatedTransport, Emulation, Link};

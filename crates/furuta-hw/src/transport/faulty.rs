@@ -125,10 +125,10 @@ impl<T: Transport> Transport for FaultyTransport<T> {
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, TransportError> {
         // Room for every byte to be doubled, and for what is late.
         let mut raw = [0; LATE / 2];
-        let room = raw.len().min(buffer.len() / 4);
+        let size = raw.len().min(buffer.len() / 4);
         let n = self
             .inner
-            .read(raw.get_mut(..room).unwrap_or_default(), timeout)?;
+            .read(raw.get_mut(..size).unwrap_or_default(), timeout)?;
         let hold = n > 0 && self.late.is_empty() && self.uniform() < self.rates.delayed;
         let raw: arrayvec::ArrayVec<u8, LATE> = if hold {
             self.late = raw.iter().take(n.min(LATE)).copied().collect();

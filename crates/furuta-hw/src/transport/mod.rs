@@ -80,7 +80,8 @@ pub enum TransportError {
     },
     /// The port is there but cannot be used.
     #[error(
-        "port {port} cannot be opened ({reason}): close other programs that use it, or see that you may read and write it"
+        "port {port} cannot be opened ({reason}): close other programs that use it, or see that you may \
+         read and write it"
     )]
     Refused {
         /// The port asked for.

@@ -1,5 +1,5 @@
-//! A rig whose clock is wrong, or that says the same for ever: the motor goes off, and soon. The host's clock is the emulated rig's true time here, so each
-//! run is the same every time.
+//! A rig whose clock is wrong, or that says the same for ever: the motor goes off, and soon. The host's clock is the
+//! emulated rig's true time here, so each run is the same every time.
 
 use std::time::{Duration, Instant};
 
@@ -95,7 +95,8 @@ fn three_seconds() -> LoopSettings<'static> {
     }
 }
 
-/// A run of 3 s that drives with 1 V; how long it lasted on the host's clock. Afterwards the motor is off, by the host's word.
+/// A run of 3 s that drives with 1 V; how long it lasted on the host's clock. Afterwards the motor is off, by the
+/// host's word.
 fn drive(
     alter: impl FnMut(u32, Sample) -> Option<Sample>,
     host: fn(f64) -> f64,

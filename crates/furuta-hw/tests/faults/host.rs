@@ -51,15 +51,15 @@ fn nan_from_an_estimator_ends_the_run_with_the_motor_off() {
     );
 }
 
-/// A disk that takes so many bytes.
+/// A disk that takes `capacity` bytes.
 struct SmallDisk {
     bytes: Cursor<Vec<u8>>,
-    room: usize,
+    capacity: usize,
 }
 
 impl Write for SmallDisk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.bytes.get_ref().len() + bytes.len() > self.room {
+        if self.bytes.get_ref().len() + bytes.len() > self.capacity {
             return Err(io::ErrorKind::StorageFull.into());
         }
         self.bytes.write(bytes)
@@ -149,7 +149,7 @@ fn a_log_that_is_removed_replaced_or_truncated_is_told() {
 fn a_full_disk_costs_the_log_and_not_the_run() {
     let disk = SmallDisk {
         bytes: Cursor::default(),
-        room: 60_000,
+        capacity: 60_000,
     };
     let log = LogWriter::new(disk, &Metadata::default()).expect("room for the metadata");
     let (mut sender, recorder) = Recorder::start(log).expect("a thread");

@@ -6,7 +6,8 @@ use furuta_log::{Log, Mode};
 use super::common::{emulated, logged, pilot, settings, srv02};
 use super::link;
 
-/// Share of the samples after the first three seconds in which the pendulum was balanced, and the largest angle then (rad).
+/// Share of the samples after the first three seconds in which the pendulum was balanced, and the largest angle then
+/// (rad).
 fn balanced(log: &Log) -> (f64, f64) {
     let late = log.records.iter().filter(|r| r.t > 3.0);
     let (all, up) = late.fold((0, 0), |(all, up), r| {
@@ -36,7 +37,8 @@ fn over_a_line(name: &str, rates: FaultRates, seed: u64) -> (Summary, Log, u64) 
     assert_eq!(told, summary.lost);
     for pair in log.records.windows(2) {
         assert_eq!(pair[1].seq - pair[0].seq, pair[1].lost + 1);
-        // What the motor gets is the newest command that came through, the one before while none does, or nothing. Never anything else.
+        // What the motor gets is the newest command that came through, the one before while none does, or nothing.
+        // Never anything else.
         assert!(pair[1].u.abs() <= srv02().params.motor.command_limit);
     }
     let commands: std::collections::HashSet<u32> = log

@@ -37,7 +37,7 @@ fn a_cable_put_back_makes_a_new_run() {
     assert!(matches!(summary.end, End::Finished), "{summary:?}");
 }
 
-/// A transport that does something to the rig at a time of the test's choosing: after so many reads.
+/// A transport that does something to the rig at a time of the test's choosing: after a number of reads.
 struct Meanwhile<F> {
     transport: EmulatedTransport,
     reads: u32,
@@ -90,7 +90,8 @@ fn a_rig_that_resets_ends_the_run() {
     assert_eq!(line.transport.rig().tick().volts, 0.0);
 }
 
-/// The host's own clock is monotonic: what an administrator or NTP does to the time of day is not seen by the loop. The rig's clock is what can step.
+/// The host's own clock is monotonic: what an administrator or NTP does to the time of day is not seen by the loop. The
+/// rig's clock is what can step.
 #[test]
 fn a_clock_that_steps_ends_the_run() {
     for by_us in [3_600_000_000, -700_000] {

@@ -73,7 +73,8 @@ impl Seek for Counted {
     }
 }
 
-/// Sees that no command and no voltage is one that a motor must not get. A run that is two hundred times faster than real time waits for the log's writer now and then.
+/// Sees that no command and no voltage is one that a motor must not get. A run that is two hundred times faster than
+/// real time waits for the log's writer now and then.
 struct Watched {
     pilot: SwingUpBalance,
     limit: f64,
@@ -97,7 +98,8 @@ impl Pilot for Watched {
         );
         *calls += 1;
         if calls.is_multiple_of(4000) {
-            // Until it has begun to write what came since, and has come to an end with it; the ring holds twice as many.
+            // Until it has begun to write what came since, and has come to an end with it; the ring holds twice as
+            // many.
             let mut last = *before;
             for _ in 0..500 {
                 std::thread::sleep(Duration::from_millis(10));

@@ -1,4 +1,5 @@
-//! What the answers of all commands share: the measured angles, numbers for people, numbers that are not finite in JSON.
+//! What the answers of all commands share: the measured angles, numbers for people, numbers that are not finite in
+//! JSON.
 
 mod channel;
 mod fit_percent;

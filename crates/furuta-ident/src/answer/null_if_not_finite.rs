@@ -1,4 +1,5 @@
-//! JSON has no NaN and no infinity: they are written as `null`, whatever the serialiser's own habit is, and read back as NaN.
+//! JSON has no NaN and no infinity: they are written as `null`, whatever the serialiser's own habit is, and read back
+//! as NaN.
 
 use serde::{Deserialize, Deserializer, Serializer};
 

@@ -40,8 +40,8 @@ const COMBINATIONS: [(&str, &str, &str); 7] = [
     ("pendulum damping", "pendulum.viscous / (mass·g·com)", "s"),
 ];
 
-/// The seven that a recording shows, whose ratios to the weight's moment are the combinations: arm, swing, coupling, pendulum, drive, arm damping,
-/// pendulum damping.
+/// The seven that a recording shows, whose ratios to the weight's moment are the combinations: arm, swing, coupling,
+/// pendulum, drive, arm damping, pendulum damping.
 pub(super) fn base<S: Copy>(c: &Coefficients<S>) -> [S; 7] {
     [
         c.arm,
@@ -65,12 +65,12 @@ pub(super) fn combinations(
     free: &[usize],
     covariance: Option<&DMatrix<f64>>,
 ) -> Vec<Combination> {
-    let nominal = ratios(&space.coefficients::<1>(&space.nominal(), &[], 0));
+    let sheet = ratios(&space.coefficients::<1>(&space.sheet(), &[], 0));
     let found = ratios(&space.coefficients::<{ 4 + MAX_FREE }>(&fitted.values, free, 0));
     COMBINATIONS
         .iter()
-        .zip(nominal.iter().zip(&found))
-        .map(|((name, formula, unit), (nominal, found))| {
+        .zip(sheet.iter().zip(&found))
+        .map(|((name, formula, unit), (sheet, found))| {
             let slope = DVector::from_fn(free.len(), |k, _| found.d[k]);
             // What is at a bound is held: its slopes count for nothing.
             let std = covariance.map_or(f64::NAN, |c| {
@@ -80,7 +80,7 @@ pub(super) fn combinations(
             Combination {
                 name: (*name).to_owned(),
                 formula: (*formula).to_owned(),
-                nominal: nominal.v,
+                nominal: sheet.v,
                 fitted: found.v,
                 std: if std > 0.0 { std } else { f64::NAN },
                 unit: (*unit).to_owned(),

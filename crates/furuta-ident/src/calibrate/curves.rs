@@ -1,15 +1,15 @@
 //! Measured angles beside what rig file and calibrated model predict, and how well they follow.
 
 use super::Curve;
-use super::fit::{Fit, Problem};
+use super::fit::{CalibrationProblem, Fit};
 use super::result::ChannelFit;
 use crate::answer::{Channel, fit_percent};
 use crate::recording::Recording;
 use crate::shooting::Data;
 
 /// Measured angles beside the predictions, window after window.
-pub(super) fn curves(problem: &Problem<'_>, nominal: &Fit, fitted: &Fit) -> Vec<Curve> {
-    let predicted = [nominal, fitted].map(|f| problem.predictions(f));
+pub(super) fn curves(problem: &CalibrationProblem<'_>, as_given: &Fit, fitted: &Fit) -> Vec<Curve> {
+    let predicted = [as_given, fitted].map(|f| problem.predictions(f));
     let data = problem.data;
     data.runs
         .iter()

@@ -1,13 +1,13 @@
 //! Output-error fit of the numbers of a rig file, on the engine of `shooting`.
 
-use furuta_model::{Jet, State};
+use furuta_model::Jet;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::parameters::Space;
 use crate::shooting::{
-    self, Data, Effort, Layout, MAX_FREE, Model, Observed, Prior, Reduced, Run, Window, Windows,
-    ZEROS, reduced, with_zeros_found, zero_bounds, zero_priors,
+    self, Data, Effort, Layout, MAX_FREE, Model, Observed, Prior, Reduced, Run, Start, Window,
+    Windows, ZEROS, reduced, with_zeros_found, zero_bounds, zero_priors,
 };
 
 /// Near upright no model predicts for longer, s.
@@ -16,7 +16,7 @@ const UPRIGHT: f64 = 0.5;
 const BLOCK: f64 = 0.1;
 
 /// What is fitted to what.
-pub(super) struct Problem<'a> {
+pub(super) struct CalibrationProblem<'a> {
     pub(super) data: &'a Data,
     pub(super) space: &'a Space,
     pub(super) windows: Vec<Window>,
@@ -29,7 +29,7 @@ pub(super) struct Fit {
     pub(super) values: Vec<f64>,
     /// The zeros of each recording but the first, as the model counts them.
     zeros: Vec<f64>,
-    pub(super) states: Vec<State<f64>>,
+    pub(super) states: Vec<Start>,
     /// Squared residuals in units of the noise.
     pub(super) cost: f64,
 }
@@ -118,7 +118,7 @@ pub(super) fn windows(data: &Data, seconds: f64) -> Vec<Window> {
     windows
 }
 
-impl<'a> Problem<'a> {
+impl<'a> CalibrationProblem<'a> {
     pub(super) fn new(data: &'a Data, space: &'a Space, windows: Vec<Window>) -> Self {
         Self {
             data,
@@ -156,10 +156,10 @@ impl<'a> Problem<'a> {
     }
 
     /// The initial states that suit these values, from several starts.
-    pub(super) fn settle(&self, values: &[f64]) -> Fit {
+    pub(super) fn solve_states(&self, values: &[f64]) -> Fit {
         let model = self.model(values, &[]);
         let z = with_zeros_found(self.data, |_| true, &model, &model.vector(&[]));
-        Self::known(self.engine().settle(&model, &z, None))
+        Self::known(self.engine().solve_states(&model, &z, None))
     }
 
     /// The same fit after its values were changed a little.
@@ -204,10 +204,12 @@ impl<'a> Problem<'a> {
         Self::known(self.engine().fit(&model, z, &start.states, Effort::TIGHT))
     }
 
-    /// Covariance of the free parameters in units of their scales, those at a bound held; `None` where the data do not determine them all.
+    /// Covariance of the free parameters in units of their scales, those at a bound held; `None` where the data do not
+    /// determine them all.
     ///
-    /// `H⁻¹ B H⁻¹` with the curvature `H` and the scores' covariance `B`, added up over blocks of [`BLOCK`]: rounding repeats itself where a motion does,
-    /// and what a model lacks is never white. Not below what white noise of the encoders' size would give.
+    /// `H⁻¹ B H⁻¹` with the curvature `H` and the scores' covariance `B`, added up over blocks of [`BLOCK`]: rounding
+    /// repeats itself where a motion does, and what a model lacks is never white. Not below what white noise of the
+    /// encoders' size would give.
     pub(super) fn covariance(&self, fit: &Fit, free: &[usize]) -> Option<DMatrix<f64>> {
         let model = self.model(&fit.values, free);
         let layout = model.layout();
@@ -222,7 +224,7 @@ impl<'a> Problem<'a> {
                 let response = &r.windows[i].by_parameters;
                 let recording = self.data.runs[w.run].recording;
                 let len = ((BLOCK / self.data.runs[w.run].h).round() as usize).max(1);
-                let steps = windows.trace(self.data, w, fit.states[i]).steps;
+                let steps = windows.trace(self.data, w, &fit.states[i]).steps;
                 steps
                     .chunks(len)
                     .map(|chunk| {
@@ -296,7 +298,7 @@ impl<'a> Problem<'a> {
         self.windows
             .par_iter()
             .zip(&fit.states)
-            .map(|(w, x)| windows.predictions(self.data, w, *x))
+            .map(|(w, start)| windows.predictions(self.data, w, start))
             .collect()
     }
 }

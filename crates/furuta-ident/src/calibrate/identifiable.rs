@@ -1,8 +1,8 @@
 //! What recordings can tell, before anything is fitted: from the Fisher information, scaled by each parameter's size.
 //!
-//! With all parameters counted in their own sizes and the initial states eliminated, an eigenvalue of the information is one over the squared relative
-//! standard deviation of its eigenvector's combination. Where two parameters change the motion in the same way, the matrix is singular, and how one can be
-//! replaced by others is a regression within it.
+//! With all parameters counted in their own sizes and the initial states eliminated, an eigenvalue of the information
+//! is one over the squared relative standard deviation of its eigenvector's combination. Where two parameters change
+//! the motion in the same way, the matrix is singular, and how one can be replaced by others is a regression within it.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,11 +10,11 @@ use crate::answer::significant;
 
 use super::result::{Direction, Held, Identifiability, Partner, Why};
 
-/// Relative standard deviation up to which a parameter that nobody asked for is worth fitting.
-const WORTH: f64 = 0.2;
+/// Relative standard deviation up to which a parameter is fitted without being asked for.
+const UNASKED: f64 = 0.2;
 /// The same for one that was asked for.
 const ASKED: f64 = 1.0;
-/// A parameter of which so much of the information is left beside others (in squares) is its own.
+/// A parameter of which this share of the information is left beside others (in squares) is its own.
 const OWN: f64 = 1e-7;
 /// Alone, a parameter that would be known no better than to this many times itself does not show.
 const SHOWS: f64 = 10.0;
@@ -38,7 +38,7 @@ pub(super) fn select(
     question: &Question<'_>,
     information: &DMatrix<f64>,
 ) -> (Vec<usize>, Identifiability) {
-    let worth = if question.asked { ASKED } else { WORTH };
+    let known_enough = if question.asked { ASKED } else { UNASKED };
     let mut free: Vec<usize> = Vec::new();
     for &i in &question.order {
         let Some((_, left)) = beside(information, &free, i) else {
@@ -50,7 +50,7 @@ pub(super) fn select(
         let mut more = free.clone();
         more.push(i);
         let known = deviations(information, &more);
-        if known.is_some_and(|std| std.iter().all(|s| *s < worth)) {
+        if known.is_some_and(|std| std.iter().all(|s| *s < known_enough)) {
             free = more;
         }
     }

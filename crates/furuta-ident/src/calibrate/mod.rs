@@ -1,9 +1,13 @@
 //! Calibration in the time domain: the parameters of a rig file from recordings, with what they can tell and how sure.
 //!
-//! 1. A convex program gives the start from anywhere (`start`): the equations of motion are linear in what they are made of.
-//! 2. There, exact sensitivities give the scaled Fisher information: rank, condition, which parameters show and which only together (`identifiable`).
-//! 3. Those that show are fitted by multiple shooting, first over short windows, then over long ones (`fit`), within bounds that keep the rig physical.
-//! 4. Standard deviations do not trust the noise to be white; the cost along a parameter says where they can be trusted (`profile`).
+//! 1. A convex program gives the start from anywhere (`start`): the equations of motion are linear in what they are
+//!    made of.
+//! 2. There, exact sensitivities give the scaled Fisher information: rank, condition, which parameters show and which
+//!    only together (`identifiable`).
+//! 3. Those that show are fitted by multiple shooting, first over short windows, then over long ones (`fit`), within
+//!    bounds that keep the rig physical.
+//! 4. Standard deviations do not trust the noise to be white; the cost along a parameter says where they can be trusted
+//!    (`profile`).
 
 mod combinations;
 mod curves;
@@ -32,22 +36,22 @@ use crate::shooting::Data;
 use crate::validate::validate;
 use combinations::combinations;
 use curves::{channel_fits, curves};
-use fit::{Problem, windows};
+use fit::{CalibrationProblem, windows};
 use identifiable::Question;
 use parameters::Space;
 use result::{Calibrated, SCHEMA};
 
 /// Windows from which the fit sets out, s: there are no local minima.
 const SHORT: f64 = 0.25;
-/// The start is looked for in so many parameters, the first of the order.
+/// The start is looked for in this many parameters, the first of the order.
 const FIRST: usize = 6;
-/// A model that is off by more than so many times the noise over short windows does not follow.
+/// A model that is off by more than this many times the noise over short windows does not follow.
 const DOES_NOT_FOLLOW: f64 = 100.0;
-/// Residuals beyond so many times the noise are the model's, not the encoders'.
+/// Residuals beyond this many times the noise are the model's, not the encoders'.
 const EXPLAINED: f64 = 1.06;
-/// Of the normal distribution: 95 % lie within so many standard deviations.
+/// Of the normal distribution: 95 % lie within this many standard deviations.
 pub(crate) const NORMAL_95: f64 = 1.959_964;
-/// Windows may be so long, s.
+/// Windows may be this long, s.
 const HORIZON: [f64; 2] = [0.1, 60.0];
 
 /// What may be asked of a calibration.
@@ -59,9 +63,11 @@ pub struct Options {
     pub hold: Vec<String>,
     /// Keys of parameters whose profile likelihood is wanted, fitted or held.
     pub profile: Vec<String>,
-    /// Length of the predictions that are fitted where the pendulum hangs, s; near upright they are half a second at most.
+    /// Length of the predictions that are fitted where the pendulum hangs, s; near upright they are half a second at
+    /// most.
     pub horizon: f64,
-    /// Length of the pendulum's body from the hinge to its tip, m, where known: then neither centre of mass nor inertia lies beyond it.
+    /// Length of the pendulum's body from the hinge to its tip, m, where known: then neither centre of mass nor inertia
+    /// lies beyond it.
     pub body_length: Option<f64>,
 }
 
@@ -90,7 +96,8 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Judges rig file (`as_given`) and calibrated rig by recordings that the fit did not see; the answer is [`Calibration::verification`].
+    /// Judges rig file (`as_given`) and calibrated rig by recordings that the fit did not see; the answer is
+    /// [`Calibration::verification`].
     ///
     /// # Errors
     /// As [`validate`].
@@ -135,16 +142,15 @@ pub struct Curve {
 /// real.params.arm.inertia *= 1.5;
 /// let plant: Plant<f64> = Plant::new(&real.params, &[]).expect("no effects");
 /// let mut x = plant.rest(State::hanging());
-/// let mut csv = String::from("t,u,theta,alpha\n");
+/// let mut samples = Vec::new();
 /// for k in 0..3000 {
 ///     let t = f64::from(k) * 0.002;
 ///     let u = 3.0 * (2.0 * t * (1.0 + t)).sin();
-///     let [theta, alpha] = plant.measure(&x);
-///     let [p, q] = real.sensors.resolution();
-///     csv += &format!("{t},{u},{},{}\n", (theta / p).round() * p, (alpha / q).round() * q);
+///     let [theta, alpha] = real.sensors.quantised(plant.measure(&x));
+///     samples.push([t, u, theta, alpha]);
 ///     plant.step(&mut x, u, 0.002);
 /// }
-/// let (recording, _) = Recording::from_csv("sweep.csv", csv.as_bytes())?;
+/// let (recording, _) = Recording::from_samples("sweep", samples)?;
 /// let outcome = calibrate(&[recording], &sheet, &Options::default())?;
 /// let inertia = &outcome.calibration.parameters["arm.inertia"];
 /// assert!((inertia.fitted - real.params.arm.inertia).abs() < 4.0 * inertia.std);
@@ -167,11 +173,11 @@ pub fn calibrate(
     let profiles = places(&space, &options.profile)?;
 
     // Where to set out: the rig file, or what the convex program says, whichever follows the recordings better.
-    let short = Problem::new(&data, &space, windows(&data, SHORT));
-    let as_given = short.settle(&space.nominal());
+    let short = CalibrationProblem::new(&data, &space, windows(&data, SHORT));
+    let as_given = short.solve_states(&space.sheet());
     let begun = |free: &[usize]| {
         start::start(&space, &data, free)
-            .map(|values| short.settle(&values))
+            .map(|values| short.solve_states(&values))
             .filter(|found| found.cost < as_given.cost)
             .unwrap_or_else(|| as_given.clone())
     };
@@ -179,13 +185,13 @@ pub fn calibrate(
     let begun_with_all = begun(&first);
 
     // What the recordings can tell.
-    let long = Problem::new(&data, &space, windows(&data, options.horizon));
+    let long = CalibrationProblem::new(&data, &space, windows(&data, options.horizon));
     let everything: Vec<usize> = (0..space.parameters.len()).collect();
-    let settled = long.settle(&begun_with_all.values);
+    let solved = long.solve_states(&begun_with_all.values);
     let information = relative(
         &space,
-        &settled.values,
-        long.information(&settled, &everything),
+        &solved.values,
+        long.information(&solved, &everything),
     );
     if information.iter().any(|x| !x.is_finite()) {
         return Err(CalibrateError::DoesNotFollow {
@@ -212,12 +218,12 @@ pub fn calibrate(
             horizon: SHORT,
         });
     }
-    let fitted = long.fit(&long.settle(&near.values), &free);
+    let fitted = long.fit(&long.solve_states(&near.values), &free);
     let covariance = long.covariance(&fitted, &free);
 
     let rig_fitted = space.rig(&fitted.values);
-    let nominal = long.with_values(&fitted, space.nominal());
-    let curves = curves(&long, &nominal, &fitted);
+    let as_given_long = long.with_values(&fitted, space.sheet());
+    let curves = curves(&long, &as_given_long, &fitted);
     let mut calibration = Calibration {
         schema: SCHEMA,
         rig: rig.name.clone(),
@@ -258,7 +264,7 @@ pub fn calibrate(
         calibration.parameters.insert(
             p.key.clone(),
             Calibrated {
-                nominal: p.nominal,
+                nominal: p.sheet,
                 fitted: values[i],
                 std,
                 interval,
@@ -286,7 +292,8 @@ pub fn calibrate(
     })
 }
 
-/// The information in units of the values at which it was found, for sheets that are far off: a value of nearly zero counts as a part of its scale.
+/// The information in units of the values at which it was found, for sheets that are far off: a value of nearly zero
+/// counts as a part of its scale.
 fn relative(space: &Space, values: &[f64], mut information: DMatrix<f64>) -> DMatrix<f64> {
     const LEAST: f64 = 0.1;
     for (i, (p, value)) in space.parameters.iter().zip(values).enumerate() {
@@ -300,7 +307,7 @@ fn relative(space: &Space, values: &[f64], mut information: DMatrix<f64>) -> DMa
 /// The inertia that follows another in a rod.
 const TRANSVERSE: &str = "pendulum.inertia_transverse";
 
-/// Whether somebody asks for it.
+/// Whether a caller asks for it.
 fn asks_transverse(options: &Options) -> bool {
     let mut named = options.free.iter().chain(&options.profile);
     named.any(|key| key == TRANSVERSE)
@@ -344,7 +351,8 @@ fn question<'a>(space: &'a Space, options: &Options) -> Result<Question<'a>, Cal
     let hold = places(space, &options.hold)?;
     let asked = !order.is_empty();
     if !asked {
-        // Effects of the rig file come after the five that every rig has, before lengths and masses that a ruler and a balance know.
+        // Effects of the rig file come after the five that every rig has, before lengths and masses that a ruler and a
+        // balance know.
         const COMMON: usize = 5;
         let rigs = space
             .parameters
@@ -356,12 +364,12 @@ fn question<'a>(space: &'a Space, options: &Options) -> Result<Question<'a>, Cal
             .chain(COMMON.min(rigs)..rigs)
             .collect();
     }
-    // A slender rod has no inertia about its axis, unless somebody asks.
+    // A slender rod has no inertia about its axis, unless a caller asks for one.
     if !asked {
         order.retain(|&i| {
             let p = &space.parameters[i];
             // Nor is gravity what a pendulum's owner wants to know.
-            p.key != "environment.gravity" && (p.key != "pendulum.inertia_axial" || p.nominal > 0.0)
+            p.key != "environment.gravity" && (p.key != "pendulum.inertia_axial" || p.sheet > 0.0)
         });
     }
     let mut seen = Vec::new();

@@ -10,7 +10,8 @@ use crate::shooting::{MAX_FREE, ZEROS};
 const MOST: usize = MAX_FREE - ZEROS;
 /// By which factor a parameter may differ from the rig file.
 const MOST_FACTOR: f64 = 20.0;
-/// Keys of the rig file in the order in which they are preferred: what a ruler, a balance and a data sheet know least comes first.
+/// Keys of the rig file in the order in which they are preferred: what a ruler, a balance and a data sheet know least
+/// comes first.
 const ORDER: [&str; 16] = [
     "motor.torque_constant",
     "arm.inertia",
@@ -52,7 +53,7 @@ pub(super) struct Parameter {
     /// As in the rig file: `arm.inertia`, `arm.coulomb.torque`.
     pub(super) key: String,
     pub(super) unit: String,
-    pub(super) nominal: f64,
+    pub(super) sheet: f64,
     /// Its natural size: the rig file's value, or a guess where that is zero. Deviations are counted in it.
     pub(super) scale: f64,
     low: f64,
@@ -88,7 +89,7 @@ impl Space {
             .iter()
             .filter_map(|key| RANGES.iter().position(|r| r.key == *key))
             .map(|i| {
-                let (range, nominal) = (RANGES[i], values[i]);
+                let (range, sheet) = (RANGES[i], values[i]);
                 let guess = match range.key {
                     "arm.viscous" | "pendulum.viscous" => damping,
                     "pendulum.inertia"
@@ -97,20 +98,20 @@ impl Space {
                     "motor.back_emf_constant" => rig.params.motor.torque_constant,
                     _ => 1.0,
                 };
-                let scale = if nominal > 0.0 && !range.key.ends_with("viscous") {
-                    nominal
+                let scale = if sheet > 0.0 && !range.key.ends_with("viscous") {
+                    sheet
                 } else {
-                    nominal.max(guess)
+                    sheet.max(guess)
                 };
                 let low = if range.min_allowed {
                     range.min
                 } else {
-                    nominal / MOST_FACTOR
+                    sheet / MOST_FACTOR
                 };
                 Parameter {
                     key: range.key.to_owned(),
                     unit: unit(range.unit),
-                    nominal,
+                    sheet,
                     scale,
                     low,
                     high: range.max.min(MOST_FACTOR * scale),
@@ -131,7 +132,7 @@ impl Space {
                 parameters.push(Parameter {
                     key: format!("{}.{}", spec.id, p.name),
                     unit: unit(p.unit),
-                    nominal: value,
+                    sheet: value,
                     scale: (value - p.off).abs().max(typical),
                     low: p.min,
                     high: p.max,
@@ -164,11 +165,11 @@ impl Space {
         self.parameters.iter().position(|p| p.key == key)
     }
 
-    pub(super) fn nominal(&self) -> Vec<f64> {
-        self.parameters.iter().map(|p| p.nominal).collect()
+    pub(super) fn sheet(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.sheet).collect()
     }
 
-    /// Whether the transverse inertia follows the other: a rod, and nobody asked for it.
+    /// Whether the transverse inertia follows the other: a rod, and not asked for.
     pub(super) const fn follows(&self) -> bool {
         self.rod
     }
@@ -181,7 +182,8 @@ impl Space {
                 let p = &self.parameters[i];
                 let (mut low, mut high) = (p.low, p.high);
                 if let Some(body) = self.body {
-                    // Mass between hinge and tip: the centre of mass is there, and m c² + I = integral of r² dm <= l * integral of r dm.
+                    // Mass between hinge and tip: the centre of mass is there, and m c² + I = integral of r² dm <= l *
+                    // integral of r dm.
                     let (m, c) = (all[MASS], all[COM]);
                     if p.place == Place::Rig(COM) {
                         high = high.min(body);
@@ -190,13 +192,13 @@ impl Space {
                         high = high.min((m * c * (body - c)).max(0.0));
                     }
                 }
-                // About a body's own axes, none of the three inertias exceeds the other two together; files with a flat or a point-like pendulum
-                // (transverse 0, as in the papers) already break that, and are left alone.
-                let nominal = &self.rig.params.pendulum;
-                let sane = nominal.inertia
-                    <= (nominal.inertia_transverse + nominal.inertia_axial) * (1.0 + 1e-9)
-                    && nominal.inertia_transverse
-                        <= (nominal.inertia + nominal.inertia_axial) * (1.0 + 1e-9);
+                // About a body's own axes, none of the three inertias exceeds the other two together; files with a flat
+                // or a point-like pendulum (transverse 0, as in the papers) already break that, and are left alone.
+                let sheet = &self.rig.params.pendulum;
+                let sane = sheet.inertia
+                    <= (sheet.inertia_transverse + sheet.inertia_axial) * (1.0 + 1e-9)
+                    && sheet.inertia_transverse
+                        <= (sheet.inertia + sheet.inertia_axial) * (1.0 + 1e-9);
                 if sane && p.place == Place::Rig(AXIAL) {
                     low = low.max((all[INERTIA] - all[TRANSVERSE]).abs());
                     high = high.min(all[INERTIA] + all[TRANSVERSE]);
@@ -220,7 +222,8 @@ impl Space {
         all
     }
 
-    /// What the equations of motion are made of; the `i`-th of `free` is variable `offset + i`, its derivative with respect to units of its scale.
+    /// What the equations of motion are made of; the `i`-th of `free` is variable `offset + i`, its derivative with
+    /// respect to units of its scale.
     pub(super) fn coefficients<const N: usize>(
         &self,
         values: &[f64],
@@ -323,8 +326,9 @@ impl Space {
         late.map(|e| e.values()[0]).sum()
     }
 
-    /// The least that the coefficients may be for the bodies named in the rig file to be real, in the order arm, pendulum: a point mass at the
-    /// arm's end, and one at the centre of mass. The last is the most that the pendulum's inertia about the hinge can be.
+    /// The least that the coefficients may be for the bodies named in the rig file to be real, in the order arm,
+    /// pendulum: a point mass at the arm's end, and one at the centre of mass. The last is the most that the pendulum's
+    /// inertia about the hinge can be.
     pub(super) fn point_masses(&self) -> ([f64; 2], Option<f64>) {
         let all = self.rig.params.to_array();
         let (m, l, c) = (all[MASS], all[ARM_LENGTH], all[COM]);

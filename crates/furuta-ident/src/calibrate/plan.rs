@@ -1,16 +1,18 @@
 //! What to record so that the parameters are known well: D-optimal over a small family of test signals.
 //!
-//! The rig file is driven by each signal, as hard as its limits allow and more gently, and read by its encoders. Exact sensitivities of that motion give the
-//! Fisher information `F`, in units of the parameters' own sizes, initial states eliminated as in a fit. The best signal has the largest `log det (F + 1)`: its
-//! confidence ellipsoid is the smallest. The unit matrix is what is known beforehand, that the rig file is right to within a factor of two or so; without it a
-//! signal that says nothing about one parameter could not be compared with others. A sequence is chosen greedily: each further experiment adds its information.
+//! The rig file is driven by each signal, as hard as its limits allow and more gently, and read by its encoders. Exact
+//! sensitivities of that motion give the Fisher information `F`, in units of the parameters' own sizes, initial states
+//! eliminated as in a fit. The best signal has the largest `log det (F + 1)`: its confidence ellipsoid is the smallest.
+//! The unit matrix is what is known beforehand, that the rig file is right to within a factor of two or so; without it
+//! a signal that says nothing about one parameter could not be compared with others. A sequence is chosen greedily:
+//! each further experiment adds its information.
 
 use furuta_model::Rig;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::fit::{Problem, windows};
+use super::fit::{CalibrationProblem, windows};
 use super::parameters::Space;
 use super::{CalibrateError, Options, identifiable, question, relative};
 use crate::answer::{null_if_not_finite, significant};
@@ -73,7 +75,8 @@ struct Tried {
 
 /// Proposes recordings by what they would tell about the parameters of a rig file, effects included.
 ///
-/// `options` are those of the calibration to come; `rate` in samples per second, `count` how many experiments to propose.
+/// `options` are those of the calibration to come; `rate` in samples per second, `count` how many experiments to
+/// propose.
 ///
 /// ```
 /// use furuta_ident::calibrate::{Options, plan};
@@ -197,11 +200,11 @@ fn try_signal(
     }
     let amplitude = two_digits(level * amplitude);
     let data = recorded(amplitude)?;
-    let problem = Problem::new(&data, space, windows(&data, horizon));
-    let settled = problem.settle(&space.nominal());
+    let problem = CalibrationProblem::new(&data, space, windows(&data, horizon));
+    let solved = problem.solve_states(&space.sheet());
     let everything: Vec<usize> = (0..space.parameters.len()).collect();
-    let known = problem.information(&settled, &everything);
-    let information = relative(space, &settled.values, known);
+    let known = problem.information(&solved, &everything);
+    let information = relative(space, &solved.values, known);
     let run = &data.runs[0];
     let largest =
         |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |m: f64, v| m.max(v.abs()));
@@ -237,8 +240,8 @@ impl Plan {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 
-    /// The plan for a person: all experiments by what they tell, the sequence to make, and the commands that make it. `rig` is how the rig file is named on
-    /// the command line.
+    /// The plan for a person: all experiments by what they tell, the sequence to make, and the commands that make it.
+    /// `rig` is how the rig file is named on the command line.
     #[must_use]
     pub fn summary(&self, rig: &str) -> String {
         let mut out = format!(

@@ -1,9 +1,10 @@
-//! The cost along one parameter, all others fitted anew at each point: where the quadratic approximation behind a standard deviation fails, this does not.
+//! The cost along one parameter, all others fitted anew at each point: where the quadratic approximation behind a
+//! standard deviation fails, this does not.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::fit::{Fit, Problem};
+use super::fit::{CalibrationProblem, Fit};
 use super::result::Profile;
 
 /// Points either side of the optimum, and how far they reach, in standard deviations.
@@ -16,7 +17,7 @@ const BOUND: f64 = 3.841;
 
 /// The profile of parameter `i`, which may be one that was held.
 pub(super) fn profile(
-    problem: &Problem<'_>,
+    problem: &CalibrationProblem<'_>,
     fitted: &Fit,
     free: &[usize],
     covariance: Option<&DMatrix<f64>>,

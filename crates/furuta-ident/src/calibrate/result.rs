@@ -1,4 +1,5 @@
-//! What a calibration says: read by other programs, so fields may be added, but none changes name, unit or meaning without a new [`SCHEMA`].
+//! What a calibration says: read by other programs, so fields may be added, but none changes name, unit or meaning
+//! without a new [`SCHEMA`].
 //!
 //! A number that could not be determined is `NaN` here and `null` in the JSON.
 
@@ -51,7 +52,7 @@ pub enum Why {
     OnlyTogether,
     /// It would be known too badly.
     TooWeak,
-    /// Nobody asked for it.
+    /// It was not asked for.
     NotAsked,
 }
 
@@ -93,7 +94,8 @@ pub struct Identifiability {
     pub rank: usize,
     /// Of how many parameters.
     pub parameters: usize,
-    /// Condition number of the scaled sensitivities of what is fitted: 1 is best, beyond some hundreds the parameters are known as a bundle only.
+    /// Condition number of the scaled sensitivities of what is fitted: 1 is best, beyond some hundreds the parameters
+    /// are known as a bundle only.
     #[serde(with = "null_if_not_finite")]
     pub condition: f64,
     /// All of them, the best known first.

@@ -1,16 +1,18 @@
-//! Where a fit starts: the equations of motion are linear in what they are made of, so that a convex program finds it from anywhere.
+//! Where a fit starts: the equations of motion are linear in what they are made of, so that a convex program finds it
+//! from anywhere.
 //!
-//! Both equations are multiplied by a bump and integrated over its width, which moves the derivative from the momenta to the bump: only speeds are
-//! needed, which a difference over two samples gives, its noise averaged by the integral.
+//! Both equations are multiplied by a bump and integrated over its width, which moves the derivative from the momenta
+//! to the bump: only speeds are needed, which a difference over two samples gives, its noise averaged by the integral.
 //!
 //! ```text
 //! -∫ b' (arm θ' + swing sin²α θ' - coupling cos α α')  = ∫ b (drive u - arm_damping θ')
 //! -∫ b' (pendulum α' - coupling cos α θ') = ∫ b (swing sin α cos α θ'² + coupling sin α θ' α' + weight sin α - pendulum_damping α')
 //! ```
 //!
-//! From angles and voltage one scale of torque cannot be seen, so `weight` is held at the rig file's value. The seven others minimise the squared residuals
-//! under what makes bodies real: none is negative, kinetic energy is positive (`arm pendulum >= coupling²`, a second-order cone), neither axis has less
-//! inertia than the point masses on it. The program is solved by clarabel.
+//! From angles and voltage one scale of torque cannot be seen, so `weight` is held at the rig file's value. The seven
+//! others minimise the squared residuals under what makes bodies real: none is negative, kinetic energy is positive
+//! (`arm pendulum >= coupling²`, a second-order cone), neither axis has less inertia than the point masses on it. The
+//! program is solved by clarabel.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
@@ -48,16 +50,16 @@ struct Row {
 
 /// The start: values of all parameters, those of `free` moved to what the convex program says.
 pub(super) fn start(space: &Space, data: &Data, free: &[usize]) -> Option<Vec<f64>> {
-    let nominal = space
-        .coefficients::<1>(&space.nominal(), &[], 0)
+    let sheet = space
+        .coefficients::<1>(&space.sheet(), &[], 0)
         .cast::<f64>();
     let rows: Vec<Row> = data
         .runs
         .iter()
-        .flat_map(|run| rows(run, nominal.weight, space.late()))
+        .flat_map(|run| rows(run, sheet.weight, space.late()))
         .collect();
-    let found = solve(space, &nominal, &rows)?;
-    Some(towards(space, free, &found, nominal.weight))
+    let found = solve(space, &sheet, &rows)?;
+    Some(towards(space, free, &found, sheet.weight))
 }
 
 /// The equations of a run.
@@ -117,17 +119,18 @@ fn rows(run: &Run, weight: f64, late: f64) -> Vec<Row> {
     out
 }
 
-/// What the regression says: base parameters in units of the rig file's, and how firmly (the matrix of the normal equations).
+/// What the regression says: base parameters in units of the rig file's, and how firmly (the matrix of the normal
+/// equations).
 struct Found {
     unit: [f64; BASE],
     value: [f64; BASE],
     firmness: SMatrix<f64, BASE, BASE>,
 }
 
-fn solve(space: &Space, nominal: &Coefficients<f64>, rows: &[Row]) -> Option<Found> {
-    let small = 0.02 * (nominal.weight * nominal.pendulum).sqrt();
-    let mut unit = base(nominal);
-    for (i, least) in [(1, 0.1 * nominal.pendulum), (5, small), (6, small)] {
+fn solve(space: &Space, sheet: &Coefficients<f64>, rows: &[Row]) -> Option<Found> {
+    let small = 0.02 * (sheet.weight * sheet.pendulum).sqrt();
+    let mut unit = base(sheet);
+    for (i, least) in [(1, 0.1 * sheet.pendulum), (5, small), (6, small)] {
         unit[i] = unit[i].max(least);
     }
     let unit = SVector::from(unit);
@@ -250,8 +253,8 @@ fn cone_program(
     .then(|| SVector::from_fn(|i, _| solver.solution.x[i]))
 }
 
-/// The free parameters whose base parameters come nearest to those found, in the regression's own metric; what it does not know stays where the rig
-/// file has it.
+/// The free parameters whose base parameters come nearest to those found, in the regression's own metric; what it does
+/// not know stays where the rig file has it.
 fn towards(space: &Space, free: &[usize], found: &Found, weight: f64) -> Vec<f64> {
     let size = found.firmness.trace() / BASE as f64;
     let nearest = Nearest {
@@ -261,7 +264,7 @@ fn towards(space: &Space, free: &[usize], found: &Found, weight: f64) -> Vec<f64
         firmness: found.firmness / size + SMatrix::identity() * 1e-6,
         weight,
     };
-    let start = nearest.at(space.nominal());
+    let start = nearest.at(space.sheet());
     minimise(&nearest, start, &RULES).0.values
 }
 
@@ -272,7 +275,7 @@ const RULES: Rules = Rules {
     ease: (0.2, 1e-9),
     stiffen: (10.0, 0.0),
     most: 1e6,
-    hopeless: 0.0,
+    abandoned: 0.0,
 };
 /// A step that gains less than this share of the cost is the last.
 const SMALL: f64 = 1e-9;
@@ -323,7 +326,7 @@ impl Nearest<'_> {
     /// How far a value is from the rig file's, in its scale.
     fn moved(&self, values: &[f64], i: usize) -> f64 {
         let q = &self.space.parameters[i];
-        (values[i] - q.nominal) / q.scale
+        (values[i] - q.sheet) / q.scale
     }
 }
 

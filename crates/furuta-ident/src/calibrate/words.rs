@@ -9,7 +9,7 @@ use crate::answer::significant;
 const ILL: f64 = 300.0;
 /// Errors of two parameters that are correlated by more than this are spoken of.
 const CORRELATED: f64 = 0.95;
-/// So many singular values are printed.
+/// At most this many singular values are printed.
 const DIRECTIONS: usize = 12;
 
 /// The keys of all parameters, with commas.
@@ -115,7 +115,8 @@ impl Calibration {
         out
     }
 
-    /// The calibration for a person: what can be told, the parameters with their 95 % intervals, the ratios, how well the model follows.
+    /// The calibration for a person: what can be told, the parameters with their 95 % intervals, the ratios, how well
+    /// the model follows.
     #[must_use]
     pub fn summary(&self) -> String {
         let mut out = self.identifiability_text();

@@ -1,4 +1,4 @@
-//! One more effect: where each candidate of the catalogue may start, which are worth a fit, and what the fits say.
+//! One more effect: where each candidate of the catalogue may start, which are fitted, and what the fits say.
 
 use furuta_model::effects::Acts;
 use furuta_model::{CATALOGUE, Spec};
@@ -8,30 +8,14 @@ use super::Fit;
 use super::criteria::CRITERIA;
 use super::evidence::Evidence;
 use super::hypothesis::{FIRST_EFFECT, is_late};
+use super::savers::Savers;
 use super::screen::{self, Screen};
 use crate::shooting::{Effort, MAX_FREE, Model, Problem};
 
-/// Full fits go to this many of the candidates at most, of so many steps.
-const SHORT_LIST: usize = 4;
-const FULL_STEPS: usize = 20;
-/// So many candidates are fitted, the most promising by a score test.
-const FOLLOWED: usize = 8;
-/// Each from so many starts.
-const STARTS: usize = 2;
-/// So many are fitted before the others, whose fits are given up when they cannot come near the best of these.
-const FAVOURITES: usize = 2;
-/// What promises less than this share of the best, or of what would convince, is not followed: over the catalogue, a fit gains up to four times what
-/// the score test promises where the effect's form depends on its parameters.
-const WORTH: f64 = 0.1;
-/// The same for effects whose place (order, frequency, moment) was looked for: there the score test promises what a fit then gains.
-const WORTH_SCANNED: f64 = 0.7;
-/// The same beside one that explains everything.
-const WORTH_BESIDE: f64 = 0.5;
-/// The last digits are for those that gain at least this share of what the best gains; the fits of others are given up.
-pub(super) const CLOSE: f64 = 0.8;
 /// Strength (in units of the typical one) at which a candidate that starts from none is tried.
 const TOUCH: f64 = 0.3;
-/// Below this (in units of the noise) what is left is small, and effects of about the strength that the score test says.
+/// Below this (in units of the noise) what is left is small, and effects of about the strength that the score test
+/// says.
 const SMALL: f64 = 1.5;
 /// No start is stronger than this, in units of the typical strength.
 const STRONGEST: f64 = 3.0;
@@ -44,8 +28,8 @@ pub(super) struct Trial {
     pub(super) evidence: Evidence,
 }
 
-/// The catalogue's entries that are looked for. Late encoders are the same as a late command on recorded input and output, which stands
-/// for both.
+/// The catalogue's entries that are looked for. Late encoders are the same as a late command on recorded input and
+/// output, which stands for both.
 pub fn candidates() -> impl Iterator<Item = &'static Spec> {
     CATALOGUE
         .iter()
@@ -61,10 +45,10 @@ pub(super) fn same_class(spec: &'static Spec) -> impl Iterator<Item = &'static S
         .filter(move |s| s.id != spec.id && is_late(s) && is_late(spec))
 }
 
-/// A start that is worth a fit.
-struct Start {
+/// A start, and its score statistic.
+struct FitStart {
     /// By how much the score test says that the cost will fall.
-    promise: f64,
+    statistic: f64,
     spec: &'static Spec,
     z: Vec<f64>,
 }
@@ -72,15 +56,16 @@ struct Start {
 impl Problem<'_> {
     /// Where to start a fit with `spec` added to `from`.
     pub(super) fn starts(&self, from: &Fit, spec: &'static Spec, screen: &Screen) -> Vec<Vec<f64>> {
-        // A recalibration without the effect may be far off: where the gap is large, the data sheet is a better start.
+        // Parameters refitted without the effect may be far off: where the gap is large, the data sheet is a better
+        // start.
         let far = !self.explains(from) && from.model.effects.is_empty();
         let mut starts = Vec::new();
-        for nominal in [true, false] {
-            if nominal && !far {
+        for sheet in [true, false] {
+            if sheet && !far {
                 continue;
             }
             let mut z = from.z.clone();
-            if nominal {
+            if sheet {
                 z[..FIRST_EFFECT].fill(0.0);
             }
             starts.push(z);
@@ -88,7 +73,7 @@ impl Problem<'_> {
         let typical: Vec<f64> = spec
             .parameters
             .iter()
-            .map(|p| (p.typical)(&from.model.nominal.params))
+            .map(|p| (p.typical)(&from.model.sheet.params))
             .collect();
         // In units of the vector, with where the zeros of theta go.
         let places: Vec<(Vec<f64>, Option<Vec<f64>>)> = if screen::is_placed(spec) {
@@ -136,7 +121,7 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// The candidates that are neither in `from` nor in the rig file, and for whose parameters a fit has room.
+    /// The candidates that are neither in `from` nor in the rig file, and whose parameters a fit can still hold.
     pub(super) fn addable(&self, from: &Fit) -> impl Iterator<Item = &'static Spec> {
         candidates()
             .filter(|s| {
@@ -144,7 +129,7 @@ impl Problem<'_> {
                 !from.model.has(s.id) && numbers <= MAX_FREE
             })
             .filter(|s| {
-                let present = &from.model.nominal.present;
+                let present = &from.model.sheet.present;
                 present
                     .iter()
                     .map(|e| e.spec())
@@ -152,61 +137,65 @@ impl Problem<'_> {
             })
     }
 
-    /// Fits every candidate added to `from`, the best first; `report` hears of each. `instead` is an effect that is known to bring the cost down to
-    /// somewhat less than the number beside it: others that cannot are given up.
+    /// Fits every candidate added to `from`, the best first; `report` is told of each. `instead` is an effect that is
+    /// known to bring the cost down to somewhat less than the number beside it: others that cannot are given up.
     pub(super) fn additions(
         &self,
         from: &Fit,
         instead: Option<(&'static Spec, f64)>,
+        savers: &Savers,
         report: &(dyn Fn(&str) + Sync),
     ) -> Vec<Trial> {
         let screen = Screen::new(self, from);
-        let mut starts = self.promising(from, &screen, report);
+        let mut starts = self.scored(from, &screen, report);
         let per_sample = self.per_sample(from);
-        let mut bar = from.cost - WORTH_SCANNED * CRITERIA.effect * per_sample;
+        let mut goal = from.cost - savers.least_share_scanned * CRITERIA.effect * per_sample;
         if let Some((known, reaches)) = instead {
             starts.retain(|s| s.spec.id != known.id);
-            bar = bar.min(reaches);
+            goal = goal.min(reaches);
         }
-        self.keep_promising(from, from.cost - bar, &mut starts);
-        let promised = starts.first().map_or(0.0, |s| s.promise);
+        keep_scored(self.per_sample(from), from.cost - goal, savers, &mut starts);
+        let best_statistic = starts.first().map_or(0.0, |s| s.statistic);
         let mut favourites: Vec<&str> = Vec::new();
         for s in &starts {
-            if favourites.len() < FAVOURITES && !favourites.contains(&s.spec.id) {
+            if favourites.len() < savers.favourites && !favourites.contains(&s.spec.id) {
                 favourites.push(s.spec.id);
             }
         }
-        let (first, mut others): (Vec<Start>, Vec<Start>) = starts
+        let (first, mut others): (Vec<FitStart>, Vec<FitStart>) = starts
             .into_iter()
             .partition(|s| favourites.contains(&s.spec.id));
-        let mut fits = self.quick(from, first, bar, report);
-        let bar = bar.min(close(from, &fits));
+        let mut fits = self.quick(from, first, goal, savers, report);
+        let goal = goal.min(close(from, &fits, savers));
         if self.is_answered(from, &fits) {
-            // The answer is there: what is left is to see who else comes near. Beside other effects that is asked once more, of each of them.
+            // The answer is there: what is left is to see which others come near. Beside other effects that is asked
+            // once more, of each of them.
             let asked_again = instead.is_none() && !from.model.effects.is_empty();
-            let plays = fits.iter().any(|(_, f)| f.model.has_play());
+            let blows = fits.iter().any(|(_, f)| f.model.has_blows());
             let mut is_new = news();
             others.retain(|s| {
-                is_new(s) && s.promise >= WORTH_BESIDE * promised && (plays || !asked_again)
+                is_new(s)
+                    && s.statistic >= savers.least_share_beside * best_statistic
+                    && (blows || !asked_again)
             });
         }
-        fits.extend(self.quick(from, others, bar, report));
+        fits.extend(self.quick(from, others, goal, savers, report));
         fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let gain = from.cost - lowest(&fits, from.cost);
-        let near = close(from, &fits);
+        let near = close(from, &fits, savers);
         let known = instead.map_or(f64::INFINITY, |(_, reaches)| reaches);
         let mut trials: Vec<Trial> = fits
             .into_par_iter()
             .enumerate()
             .map(|(rank, (spec, fit))| {
-                let fit = if rank < SHORT_LIST && fit.cost <= near {
-                    let beside_best = from.cost - (1.0 - 0.5 * (1.0 - CLOSE)) * gain;
-                    let bar = known.min(if rank == 0 {
+                let fit = if rank < savers.short_list && fit.cost <= near {
+                    let beside_best = from.cost - (1.0 - 0.5 * (1.0 - savers.close)) * gain;
+                    let goal = known.min(if rank == 0 {
                         f64::INFINITY
                     } else {
                         beside_best
                     });
-                    let effort = Effort::FULL.within(FULL_STEPS).towards(bar);
+                    let effort = Effort::FULL.within(savers.full_steps).towards(goal);
                     self.fit(&fit.model.clone(), fit.z.clone(), &fit.states, effort)
                 } else {
                     fit
@@ -223,8 +212,8 @@ impl Problem<'_> {
         trials
     }
 
-    /// A score test for each start of each candidate, with one simulation; the most promising first.
-    fn promising(&self, from: &Fit, screen: &Screen, report: &(dyn Fn(&str) + Sync)) -> Vec<Start> {
+    /// A score test for each start of each candidate, with one simulation; the largest statistic first.
+    fn scored(&self, from: &Fit, screen: &Screen, report: &(dyn Fn(&str) + Sync)) -> Vec<FitStart> {
         let jobs: Vec<(&'static Spec, Vec<f64>)> = self
             .addable(from)
             .flat_map(|s| {
@@ -234,12 +223,12 @@ impl Problem<'_> {
             })
             .collect();
         let small = self.chi(from) < SMALL;
-        let mut starts: Vec<Start> = jobs
+        let mut starts: Vec<FitStart> = jobs
             .into_par_iter()
             .map(|(spec, mut z)| {
                 if self.stop.wanted() {
-                    let promise = f64::NEG_INFINITY;
-                    return Start { promise, spec, z };
+                    let statistic = f64::NEG_INFINITY;
+                    return FitStart { statistic, spec, z };
                 }
                 let h = from.model.with(spec);
                 let first = from.model.shared();
@@ -253,8 +242,8 @@ impl Problem<'_> {
                 }
                 let one_way = spec.parameters[0].min >= spec.parameters[0].off;
                 let score = screen.score(self, from, &h, &here);
-                let promise = score.map_or(f64::INFINITY, |s| s.statistic(one_way));
-                if small && !screen::is_placed(spec) && promise > 0.0 {
+                let statistic = score.map_or(f64::INFINITY, |s| s.statistic(one_way));
+                if small && !screen::is_placed(spec) && statistic > 0.0 {
                     // What is missing is small: so is this effect, if it is the one.
                     let factor = score.map_or(1.0, |s| s.product / s.square);
                     for i in strengths {
@@ -262,42 +251,11 @@ impl Problem<'_> {
                     }
                 }
                 report(spec.id);
-                Start { promise, spec, z }
+                FitStart { statistic, spec, z }
             })
             .collect();
-        starts.sort_by(|a, b| b.promise.total_cmp(&a.promise));
+        starts.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
         starts
-    }
-
-    /// Keeps the starts that are worth a fit: of those whose promise is enough to convince (and for a gain of `wanted`), the best few of what promises
-    /// nearly as much as the best.
-    fn keep_promising(&self, from: &Fit, wanted: f64, starts: &mut Vec<Start>) {
-        let per_sample = self.per_sample(from);
-        let best = starts.first().map_or(0.0, |s| s.promise);
-        let mut kept: Vec<(&'static str, usize)> = Vec::new();
-        starts.retain(|start| {
-            let spec = start.spec;
-            let worth = if screen::is_scanned(spec) {
-                WORTH_SCANNED
-            } else {
-                WORTH
-            };
-            if start.promise < WORTH * best
-                || start.promise < worth * CRITERIA.least(spec) * per_sample
-                || start.promise < WORTH * wanted
-            {
-                return false;
-            }
-            if let Some((_, n)) = kept.iter_mut().find(|(id, _)| *id == spec.id) {
-                *n += 1;
-                return *n <= STARTS;
-            }
-            let room = kept.len() < FOLLOWED;
-            if room {
-                kept.push((spec.id, 1));
-            }
-            room
-        });
     }
 
     /// Whether one of the fits explains what `from` does not.
@@ -305,35 +263,37 @@ impl Problem<'_> {
         !self.explains(from) && fits.iter().any(|(_, f)| self.explains(f))
     }
 
-    /// Quick fits; of each effect the best. Of an effect with several starts the others wait for the first: where one fit explains the data, nobody needs
-    /// them, and elsewhere they have to come near the best.
+    /// Quick fits; of each effect the best. Of an effect with several starts the others wait for the first: where one
+    /// fit explains the data, they are not needed, and elsewhere they have to come near the best.
     fn quick(
         &self,
         from: &Fit,
-        starts: Vec<Start>,
-        bar: f64,
+        starts: Vec<FitStart>,
+        goal: f64,
+        savers: &Savers,
         report: &(dyn Fn(&str) + Sync),
     ) -> Vec<(&'static Spec, Fit)> {
         let mut is_new = news();
-        let (first, others): (Vec<Start>, Vec<Start>) = starts.into_iter().partition(|s| is_new(s));
-        let each = |starts: Vec<Start>, bar: f64| -> Vec<(&'static Spec, Fit)> {
+        let (first, others): (Vec<FitStart>, Vec<FitStart>) =
+            starts.into_iter().partition(|s| is_new(s));
+        let each = |starts: Vec<FitStart>, goal: f64| -> Vec<(&'static Spec, Fit)> {
             starts
                 .into_par_iter()
                 .filter(|_| !self.stop.wanted())
-                .map(|Start { spec, z, .. }| {
+                .map(|FitStart { spec, z, .. }| {
                     let h = from.model.with(spec);
-                    let fit = self.fit(&h, z, &from.states, Effort::QUICK.towards(bar));
+                    let fit = self.fit(&h, z, &from.states, Effort::QUICK.towards(goal));
                     report(spec.id);
                     (spec, fit)
                 })
                 .collect()
         };
-        let mut best = each(first, bar);
+        let mut best = each(first, goal);
         if self.is_answered(from, &best) {
             return best;
         }
-        let bar = bar.min(close(from, &best));
-        for (spec, fit) in each(others, bar) {
+        let goal = goal.min(close(from, &best, savers));
+        for (spec, fit) in each(others, goal) {
             match best.iter_mut().find(|(s, _)| s.id == spec.id) {
                 Some((_, known)) if fit.cost < known.cost => *known = fit,
                 Some(_) => {}
@@ -345,7 +305,7 @@ impl Problem<'_> {
 }
 
 /// Whether a start is the first of its effect, asked of one after the other.
-fn news() -> impl FnMut(&Start) -> bool {
+fn news() -> impl FnMut(&FitStart) -> bool {
     let mut seen: Vec<&'static str> = Vec::new();
     move |start| {
         let new = !seen.contains(&start.spec.id);
@@ -359,6 +319,36 @@ fn lowest(fits: &[(&'static Spec, Fit)], from: f64) -> f64 {
 }
 
 /// The cost to which a fit must come down to be near the best of `fits`.
-fn close(from: &Fit, fits: &[(&'static Spec, Fit)]) -> f64 {
-    from.cost - CLOSE * (from.cost - lowest(fits, from.cost))
+fn close(from: &Fit, fits: &[(&'static Spec, Fit)], savers: &Savers) -> f64 {
+    from.cost - savers.close * (from.cost - lowest(fits, from.cost))
+}
+
+/// Keeps the starts to be fitted: of those whose score statistic could convince (and could gain `wanted`), the few with
+/// a statistic near the best.
+fn keep_scored(per_sample: f64, wanted: f64, savers: &Savers, starts: &mut Vec<FitStart>) {
+    let best = starts.first().map_or(0.0, |s| s.statistic);
+    let mut kept: Vec<(&'static str, usize)> = Vec::new();
+    starts.retain(|start| {
+        let spec = start.spec;
+        let least_share = if screen::is_scanned(spec) {
+            savers.least_share_scanned
+        } else {
+            savers.least_share
+        };
+        if start.statistic < savers.least_share * best
+            || start.statistic < least_share * CRITERIA.least(spec) * per_sample
+            || start.statistic < savers.least_share * wanted
+        {
+            return false;
+        }
+        if let Some((_, n)) = kept.iter_mut().find(|(id, _)| *id == spec.id) {
+            *n += 1;
+            return *n <= savers.starts;
+        }
+        let is_kept = kept.len() < savers.followed;
+        if is_kept {
+            kept.push((spec.id, 1));
+        }
+        is_kept
+    });
 }

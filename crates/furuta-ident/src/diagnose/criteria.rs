@@ -1,17 +1,18 @@
-//! The numbers that decide a name, in one place. Numbers that only save time stand where they are used (`additions`, `screen`).
+//! The numbers that decide a name, in one place. Numbers that only save time stand in `savers`.
 
 use furuta_model::Spec;
 use furuta_model::effects::{Acts, Kind};
 
 use super::screen;
 
-/// What decides whether an effect is named. Gains are falls of the cost (chi²) in units of what the better model leaves per sample.
+/// What decides whether an effect is named. Gains are falls of the cost (chi²) in units of what the better model leaves
+/// per sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Criteria {
     /// A model explains the data when its mean squared residual is within this factor of the noise's.
     pub(super) explained: f64,
-    /// The same where there is play: how rotor and arm stand to each other at the start of a window is only inferred, and blows multiply what is wrong.
-    pub(super) explained_with_play: f64,
+    /// The same where bodies meet in blows, which multiply what is wrong before them.
+    pub(super) explained_with_blows: f64,
     /// Gain of an effect with one number.
     pub(super) effect: f64,
     /// Gain of each further number.
@@ -26,15 +27,18 @@ pub(super) struct Criteria {
     pub(super) elsewhere: f64,
     /// Effective number of windows that a gain must come from; an eighth of them where there are few.
     pub(super) windows: f64,
-    /// A gain of less than this many least gains is judged by a deviation that does not trust the noise to be white as well.
+    /// A gain of less than this many least gains is judged by a deviation that does not trust the noise to be white as
+    /// well.
     pub(super) weak: f64,
     /// Factor by which the excess over the noise must fall where there is much of it.
     pub(super) factor: f64,
     /// Relative uncertainty of the noise floor's square: below, the excess is not known.
     pub(super) floor_uncertainty: f64,
-    /// In the windows over which it lasts, a kick must gain this many times what nine of ten windows have left at most.
+    /// In the windows over which it lasts, a transient must gain this many times what nine of ten windows have left at
+    /// most.
     pub(super) stands_out: f64,
-    /// A kick must gain this many times more where a window's start is partly inferred.
+    /// A transient must gain this many times more where a window's start is partly inferred: a blow that comes a little
+    /// later looks like one.
     pub(super) inferred: f64,
     /// A rival is confusable within this share of the excess.
     pub(super) confusable: f64,
@@ -44,18 +48,21 @@ pub(super) struct Criteria {
 
 /// The criteria of every diagnosis.
 pub(super) const CRITERIA: Criteria = Criteria {
-    // The noise floor is estimated to 3 % (its square to 6), and models at the truth leave 1.00 to 1.06 (docs/diagnosis.md).
+    // The noise floor is estimated to 3 % (its square to 6), and models at the truth leave 1.00 to 1.06
+    // (docs/diagnosis.md).
     explained: 1.12,
-    explained_with_play: 1.4,
-    // White noise gains 25 from the best of some hundred entries and starts, of two numbers each, once in 2,700 data sets: `100 exp(-25/2)`.
+    explained_with_blows: 1.4,
+    // White noise gains 25 from the best of some hundred entries and starts, of two numbers each, once in 2,700 data
+    // sets: `100 exp(-25/2)`.
     effect: 25.0,
     // Above `ln(3e4) = 10.3`, what the Bayesian criterion charges at 30 s of 500 Hz, two angles.
     number: 25.0,
     // White noise gains 1 from each; `chi²` of one degree of freedom exceeds 6 once in 70.
     zero: 6.0,
-    // Some 700 orders and frequencies: `2 ln 700 = 13` more for the same rate, of which the first number's 25 holds a part already.
+    // Some 700 orders and frequencies: `2 ln 700 = 13` more for the same rate, of which the first number's 25 holds a
+    // part already.
     scanned: 10.0,
-    // Thousands of moments, and any one spoilt window must not pass for a kick.
+    // Thousands of moments, and any one spoilt window must not pass for a transient.
     moment: 20.0,
     elsewhere: 0.6,
     windows: 2.5,
@@ -102,7 +109,7 @@ mod tests {
         // Without `..`: a criterion that is added has to be described.
         let Criteria {
             explained,
-            explained_with_play,
+            explained_with_blows,
             effect,
             number,
             zero,
@@ -125,9 +132,9 @@ mod tests {
                 explained,
             ),
             (
-                "explained_with_play",
-                "the same of a model with play in the drive",
-                explained_with_play,
+                "explained_with_blows",
+                "the same of a model in which bodies meet in blows (backlash)",
+                explained_with_blows,
             ),
             ("effect", "least gain (fall of chi²) of an effect", effect),
             (
@@ -182,7 +189,7 @@ mod tests {
             ),
             (
                 "inferred",
-                "a kick must gain this many times more where a window's start is partly inferred",
+                "a kick must gain this many times more where a window's start is partly inferred (backlash, bristles)",
                 inferred,
             ),
             (

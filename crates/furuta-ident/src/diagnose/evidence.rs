@@ -4,19 +4,22 @@ use super::Fit;
 use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use crate::shooting::{Problem, Window};
-use furuta_model::effects::Law;
+use furuta_model::effects::{Kind, Law};
 
 /// What speaks for the larger of two nested hypotheses.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Evidence {
     /// Fall of the cost, in the same units as `elsewhere`.
     pub(super) gain: f64,
-    /// The same from how far the effect's strength is from none, in standard deviations that do not trust the noise to be white: rounding repeats itself where
-    /// a motion does, and then looks like a vibration. Only where the gain is weak.
+    /// The same from how far the effect's strength is from none, in standard deviations that do not trust the noise to
+    /// be white: rounding repeats itself where a motion does, and then looks like a vibration. Only where the gain is
+    /// weak.
     pub(super) robust: f64,
-    /// Fall of the cost without the window that gains most, in units of what the larger model leaves per sample (at least the noise).
+    /// Fall of the cost without the window that gains most, in units of what the larger model leaves per sample (at
+    /// least the noise).
     pub(super) elsewhere: f64,
-    /// From how many windows it comes, effectively: its square over the sum of its windows' squares, each counted up to the least gain.
+    /// From how many windows it comes, effectively: its square over the sum of its windows' squares, each counted up to
+    /// the least gain.
     pub(super) windows: f64,
     /// How many there must be.
     pub(super) windows_needed: f64,
@@ -26,12 +29,15 @@ pub(super) struct Evidence {
     pub(super) factor: f64,
     /// Fall of the Bayesian information criterion.
     pub(super) delta_bic: f64,
+    /// Whether what was added has values that can be: none ended at a bound of its range, where it stands for something
+    /// else (a rotor without inertia is a lag).
+    pub(super) possible: bool,
 }
 
 impl Evidence {
     /// Whether the larger hypothesis is to be believed.
     pub(super) fn convinces(&self) -> bool {
-        self.helps() && self.delta_bic > 0.0 && self.factor > CRITERIA.factor
+        self.possible && self.helps() && self.delta_bic > 0.0 && self.factor > CRITERIA.factor
     }
 
     /// Whether the larger hypothesis is better, and not in one place alone.
@@ -45,8 +51,8 @@ impl Evidence {
 impl Problem<'_> {
     /// Whether a fit leaves no more than the noise.
     pub(super) fn explains(&self, fit: &Fit) -> bool {
-        let most = if fit.model.has_play() {
-            CRITERIA.explained_with_play
+        let most = if fit.model.has_blows() {
+            CRITERIA.explained_with_blows
         } else {
             CRITERIA.explained
         };
@@ -77,7 +83,7 @@ impl Problem<'_> {
         let excess = |f: &Fit| (f.cost - floor).max(CRITERIA.floor_uncertainty * floor);
         let parameters = larger.model.free() as f64 - smaller.model.free() as f64;
         let significant = (smaller.cost - floor) > CRITERIA.floor_uncertainty * floor;
-        if larger.model.jumps() && !smaller.model.jumps() {
+        if larger.model.is_transient() && !smaller.model.is_transient() {
             // Judged where it acts: what the other windows gain is another minimum's.
             let kicked = gains.iter().zip(&self.windows);
             let kicked: Vec<f64> = kicked
@@ -93,7 +99,7 @@ impl Problem<'_> {
             // The part of it that is not the encoders' noise.
             let usual = usual * (1.0 - 1.0 / per_sample) * kicked.len() as f64;
             let local = CRITERIA.effect + CRITERIA.moment;
-            // Where a window's start is only inferred and the model explains the data, what is left of a window is the inference's.
+            // A blow that comes a little later, or bristles bent a little otherwise, look like a kick.
             let least = match larger.model.infers() {
                 true if self.explains(smaller) => f64::INFINITY,
                 true => CRITERIA.inferred * local,
@@ -108,6 +114,7 @@ impl Problem<'_> {
                 least: least.max(CRITERIA.stands_out * usual),
                 factor: f64::INFINITY,
                 delta_bic: gain - parameters * self.samples().ln(),
+                possible: true,
             };
         }
         let added = larger
@@ -139,6 +146,7 @@ impl Problem<'_> {
                 f64::INFINITY
             },
             delta_bic: gain - parameters * self.samples().ln(),
+            possible: possible(smaller, larger),
         }
     }
 
@@ -172,6 +180,24 @@ impl Problem<'_> {
             })
     }
 }
+
+/// Whether no number of what `larger` has and `smaller` has not ended at a bound of its range, none at all left out.
+fn possible(smaller: &Fit, larger: &Fit) -> bool {
+    let h: &Hypothesis = &larger.model;
+    let values = h.physical(&larger.z);
+    (h.effects.iter().enumerate())
+        .filter(|(_, e)| !smaller.model.has(e.id))
+        .flat_map(|(i, e)| e.parameters.iter().zip(&values[h.offset(i)..]))
+        .filter(|(p, _)| p.kind == Kind::Real)
+        .all(|(p, value)| {
+            let scale = (p.typical)(&h.sheet.params).abs();
+            let at = |bound: f64| bound != p.off && (value - bound).abs() <= ROUNDING * scale;
+            !at(p.min) && !at(p.max)
+        })
+}
+
+/// A step that ends at a bound is at it but for rounding, in units of the typical size.
+const ROUNDING: f64 = 1e-9;
 
 /// How far the strongest of what `larger` has and `smaller` has not is from none: its square over its variance.
 fn farthest(smaller: &Fit, larger: &Fit) -> f64 {

@@ -12,7 +12,8 @@ use crate::answer::{null_if_not_finite, significant};
 ///
 /// ```
 /// use furuta_ident::diagnose::result::{Channels, Expression};
-/// let nothing = Expression { terms: vec![], held_out_gain: 0.63, without: [0.02, 0.01].into(), with: [0.012, 0.006].into() };
+/// let (without, with) = ([0.02, 0.01].into(), [0.012, 0.006].into());
+/// let nothing = Expression { terms: vec![], held_out_gain: 0.63, without, with };
 /// assert!(nothing.sentence().contains("63 %"));
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,7 +34,8 @@ pub struct Expression {
 pub struct CustomTerm {
     /// Its table in the rig file, `custom.1` and so on.
     pub id: String,
-    /// The torque in N m: `-0.0021*theta_dot*abs(theta_dot)`, angles in rad, speeds in rad/s, `u` the motor's voltage in V.
+    /// The torque in N m: `-0.0021*theta_dot*abs(theta_dot)`, angles in rad, speeds in rad/s, `u` the motor's voltage
+    /// in V.
     pub expression: String,
     /// The axis it acts on, `arm` or `pendulum`.
     pub on: String,
@@ -66,7 +68,8 @@ impl CustomTerm {
 }
 
 impl Expression {
-    /// The torques on one axis in a line, `arm: -0.0021*theta_dot*abs(theta_dot) + 0.003*u*theta`; axes without one are left out.
+    /// The torques on one axis in a line, `arm: -0.0021*theta_dot*abs(theta_dot) + 0.003*u*theta`; axes without one are
+    /// left out.
     #[must_use]
     pub fn torques(&self) -> Vec<String> {
         ["arm", "pendulum"]

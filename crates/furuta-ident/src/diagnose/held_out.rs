@@ -5,6 +5,7 @@ use super::predict::{self, Predictor, rms};
 use super::result::HeldOut;
 use super::{Fit, LONG, REPORT, SEARCH};
 use crate::shooting::{Data, Effort, Problem, Run, Window, with_zeros_found};
+use crate::stop::Stop;
 
 use rayon::prelude::*;
 
@@ -48,8 +49,8 @@ impl Folds {
 }
 
 impl Folds {
-    /// What predicts a part that a fit has not seen. A recording that was kept apart comes with data of its own, since its
-    /// encoders' zeros are found in its first seconds.
+    /// What predicts a part that a fit has not seen. A recording that was kept apart comes with data of its own, since
+    /// its encoders' zeros are found in its first seconds.
     fn apart(&self, data: &Data, part: usize, fitted: &Fit) -> (Option<Data>, Predictor) {
         if !self.comes_apart(fitted) {
             return (None, fitted.into());
@@ -66,7 +67,7 @@ impl Folds {
     }
 
     fn comes_apart(&self, fitted: &Fit) -> bool {
-        matches!(self, Self::Recordings(_)) && fitted.model.nominal.own_zeros
+        matches!(self, Self::Recordings(_)) && fitted.model.sheet.own_zeros
     }
 
     /// The index of a part's recording in the data that [`Self::apart`] gives.
@@ -87,13 +88,15 @@ impl Folds {
 pub(super) struct Unseen {
     /// Errors over windows of [`REPORT`], rad.
     pub(super) errors: Vec<[f64; 2]>,
-    /// Geometric means over windows of the mean squared error in units of the noise: over windows of [`SEARCH`] and of [`REPORT`] and, where the pendulum
-    /// hangs, of [`LONG`] and over whole runs; not a number where there are none. One window that settles beside its best initial state, as one in sixty
-    /// does where something sticks, does not decide them.
+    /// Geometric means over windows of the mean squared error in units of the noise: over windows of [`SEARCH`] and of
+    /// [`REPORT`] and, where the pendulum hangs, of [`LONG`] and over whole runs; not a number where there are none.
+    /// One window that ends beside its best initial state, as one in sixty does where something sticks, does not decide
+    /// them.
     pub(super) horizons: [f64; 4],
 }
 
-/// The least mean square that counts, in units of the noise: a window at rest leaves less than any model can take credit for.
+/// The least mean square that counts, in units of the noise: a window at rest leaves less than any model can take
+/// credit for.
 const LEAST: f64 = 1e-2;
 
 impl Unseen {
@@ -117,14 +120,16 @@ impl Unseen {
     }
 }
 
-/// Errors over windows of [`REPORT`] on one part, and for each horizon the sum of the windows' logarithms with their number.
+/// Errors over windows of [`REPORT`] on one part, and for each horizon the sum of the windows' logarithms with their
+/// number.
 type OfPart = (Vec<[f64; 2]>, [(f64, usize); 4]);
 
 /// What a model leaves on every part, its parameters fitted to the others (`refit`) or taken as they are.
-pub(super) fn unseen(data: &Data, folds: &Folds, fit: &Fit, refit: bool) -> Unseen {
+/// Where `stop` is wanted, fits end where they are: what is left then says nothing.
+pub(super) fn unseen(data: &Data, folds: &Folds, fit: &Fit, refit: bool, stop: Stop<'_>) -> Unseen {
     let parts: Vec<OfPart> = (0..folds.count())
         .into_par_iter()
-        .map(|part| of_part(data, folds, part, fit, refit))
+        .map(|part| of_part(data, folds, part, (fit, refit), stop))
         .collect();
     let horizons = std::array::from_fn(|h| {
         let (sum, count) = parts
@@ -138,7 +143,13 @@ pub(super) fn unseen(data: &Data, folds: &Folds, fit: &Fit, refit: bool) -> Unse
     }
 }
 
-fn of_part(data: &Data, folds: &Folds, part: usize, fit: &Fit, refit: bool) -> OfPart {
+fn of_part(
+    data: &Data,
+    folds: &Folds,
+    part: usize,
+    (fit, refit): (&Fit, bool),
+    stop: Stop<'_>,
+) -> OfPart {
     // The states of the full fit belong to the same windows.
     let (kept, states): (Vec<_>, Vec<_>) = data
         .windows(SEARCH, |_| true)
@@ -150,7 +161,8 @@ fn of_part(data: &Data, folds: &Folds, part: usize, fit: &Fit, refit: bool) -> O
         return (Vec::new(), [(0.0, 0); 4]);
     }
     let fitted = if refit {
-        Problem::new(data, kept).fit(&fit.model, fit.z.clone(), &states, Effort::FULL)
+        let problem = Problem::new(data, kept).until(stop);
+        problem.fit(&fit.model, fit.z.clone(), &states, Effort::FULL)
     } else {
         fit.clone()
     };

@@ -1,11 +1,13 @@
-//! What long windows say of a model that short ones leave incomplete: what else is missing, which kicks last, and with which parameters whole runs are
-//! predicted best.
+//! What long windows say of a model that short ones leave incomplete: what else is missing, which transients stay, and
+//! with which parameters whole runs are predicted best.
 
+use furuta_model::Spec;
 use furuta_model::effects::Acts;
 
 use super::additions::Trial;
 use super::hypothesis::Hypothesis;
 use super::predict;
+use super::savers::Savers;
 use super::search::Search;
 use super::{Fit, LONG, REPORT};
 use crate::shooting::{Data, Effort, Problem, Run, Window};
@@ -23,7 +25,7 @@ fn long_windows(data: &Data, seconds: f64) -> Vec<Window> {
 
 /// A fit from windows whose initial states are not yet known.
 fn fitted(problem: &Problem<'_>, h: &Hypothesis, z: &[f64]) -> Fit {
-    let start = problem.settle(h, z, None);
+    let start = problem.solve_states(h, z, None);
     problem.fit(h, z.to_vec(), &start.states, Effort::FULL)
 }
 
@@ -32,6 +34,7 @@ pub(super) fn search(
     short: &Problem<'_>,
     data: &Data,
     named: Fit,
+    savers: &'static Savers,
     report: &(dyn Fn(&str) + Sync),
 ) -> Fit {
     if !data.runs.iter().any(Run::hangs) {
@@ -47,40 +50,45 @@ pub(super) fn search(
         let larger = short.fit(h, t.fit.z.clone(), &smaller.states, Effort::FULL);
         short.evidence(&smaller, &larger).helps()
     };
-    let found = Search::new(&long, start, &helps_at_short, report).run();
+    let found = Search::new(&long, start, &helps_at_short, savers, report).run();
     if found.model.effects.len() == named.model.effects.len() {
         return named;
     }
     short.fit(&found.model, found.z.clone(), &named.states, Effort::FULL)
 }
 
-/// An incomplete model without those of its kicks that do not help over long windows: what is wrong everywhere looks like a kick somewhere.
-pub(super) fn lasting(short: &Problem<'_>, data: &Data, mut named: Fit) -> Fit {
-    let long = Problem::new(data, long_windows(data, LONG)).until(short.stop);
-    for spec in named.model.effects.clone() {
-        if !spec.acts.includes(Acts::JUMPS) {
-            continue;
-        }
-        let h = named.model.without(spec.id);
-        let z = named.model.reduced(&named.z, spec.id);
-        let smaller = fitted(&long, &h, &z);
-        let larger = fitted(&long, &named.model, &named.z);
-        if !long.evidence(&smaller, &larger).helps() {
-            named = short.without(&named, spec.id, Effort::FULL);
-        }
+/// The transient effects of an incomplete model that do not help over long windows: what is wrong everywhere looks like
+/// a transient somewhere.
+pub(super) fn transients_to_drop(problem: &Problem<'_>, named: &Fit) -> Vec<&'static Spec> {
+    let transients = named
+        .model
+        .effects
+        .iter()
+        .filter(|e| e.acts.includes(Acts::JUMPS));
+    let transients: Vec<&Spec> = transients.copied().collect();
+    if transients.is_empty() {
+        return transients;
     }
-    named
+    let long = Problem::new(problem.data, long_windows(problem.data, LONG));
+    let larger = fitted(&long, &named.model, &named.z);
+    let helps = |spec: &Spec| {
+        let z = named.model.reduced(&named.z, spec.id);
+        let smaller = fitted(&long, &named.model.without(spec.id), &z);
+        long.evidence(&smaller, &larger).helps()
+    };
+    transients.into_iter().filter(|spec| !helps(spec)).collect()
 }
 
-/// The parameters to be used: from half-second windows for a model that explains the data. For one that does not, what it lacks pulls the
-/// parameters of each horizon elsewhere: of those led to longer and longer windows, those that predict whole runs best. In a hurry, those at hand.
+/// The parameters to be used: from half-second windows for a model that explains the data. For one that does not, what
+/// it lacks pulls the parameters of each horizon elsewhere: of those led to longer and longer windows, those that
+/// predict whole runs best. In a hurry, those at hand.
 pub(super) fn finish(data: &Data, fit: &Fit, explained: bool, stop: Stop<'_>) -> Fit {
     if stop.wanted() {
         return fit.clone();
     }
     let h = &fit.model;
     let refit = |last: &Fit, seconds: f64| {
-        let problem = Problem::new(data, long_windows(data, seconds));
+        let problem = Problem::new(data, long_windows(data, seconds)).until(stop);
         fitted(&problem, h, &last.z)
     };
     let mut last = refit(fit, REPORT);

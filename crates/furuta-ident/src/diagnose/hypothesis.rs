@@ -31,10 +31,10 @@ const MOST_LENGTH: f64 = 3.0 * RULER;
 const RULER: f64 = 0.02;
 /// The rig as given, and what a step in each parameter means.
 #[derive(Clone, Debug)]
-pub(super) struct Nominal {
+pub(super) struct Sheet {
     pub(super) params: Params<f64>,
     pub(super) coefficients: Coefficients<f64>,
-    /// A natural size of each base parameter: its nominal value, or a guess where that is zero.
+    /// A natural size of each base parameter: the sheet's value, or a guess where that is zero.
     pub(super) scale: [f64; BASE],
     pub(super) period: f64,
     /// Where the longest recording ends, s.
@@ -49,7 +49,7 @@ pub(super) struct Nominal {
     pub(super) present: Vec<Effect<f64>>,
 }
 
-impl Nominal {
+impl Sheet {
     pub(super) fn new(rig: &Rig, data: &Data, own_zeros: bool) -> Self {
         let c = rig.params.coefficients();
         // Damping ratio one per cent: a small friction, for sheets that leave it out.
@@ -107,27 +107,28 @@ pub(super) fn is_late(spec: &Spec) -> bool {
 
 /// A set of effects to be fitted beside the base parameters.
 ///
-/// The vector: base parameters, timing, the parameters of the effects, and for each recording the zeros of its encoders.
+/// The vector: base parameters, timing, the parameters of the effects, and for each recording the zeros of its
+/// encoders.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
     pub(super) effects: Vec<&'static Spec>,
-    pub(super) nominal: Arc<Nominal>,
+    pub(super) sheet: Arc<Sheet>,
 }
 
 impl Hypothesis {
-    pub(super) fn base(nominal: &Arc<Nominal>) -> Self {
+    pub(super) fn base(sheet: &Arc<Sheet>) -> Self {
         Self {
             effects: Vec::new(),
-            nominal: Arc::clone(nominal),
+            sheet: Arc::clone(sheet),
         }
     }
 
-    /// The same effects for recordings that the fit has not seen, their zeros where they should be, and the vector for them: what acts once in a recording
-    /// acts in none of these.
+    /// The same effects for recordings that the fit has not seen, their zeros where they should be, and the vector for
+    /// them: what acts once in a recording acts in none of these.
     pub(super) fn for_others(&self, z: &[f64], data: &Data) -> (Self, Vec<f64>) {
         let other = Self {
             effects: self.effects.clone(),
-            nominal: Arc::new(self.nominal.for_others(data)),
+            sheet: Arc::new(self.sheet.for_others(data)),
         };
         let mut z = z[..self.shared()].to_vec();
         z.resize(other.len(), 0.0);
@@ -150,7 +151,7 @@ impl Hypothesis {
         effects.push(spec);
         Self {
             effects,
-            nominal: Arc::clone(&self.nominal),
+            sheet: Arc::clone(&self.sheet),
         }
     }
 
@@ -158,7 +159,7 @@ impl Hypothesis {
         let kept = self.effects.iter().copied().filter(|e| e.id != id);
         Self {
             effects: kept.collect(),
-            nominal: Arc::clone(&self.nominal),
+            sheet: Arc::clone(&self.sheet),
         }
     }
 
@@ -205,20 +206,22 @@ impl Hypothesis {
             })
     }
 
-    /// Whether something about the start of a window is only inferred from the motion before: how the rotor stands, how bristles are bent.
+    /// Whether a window's start holds what is only computed from the motion before: which flanks touch, how far
+    /// bristles are bent.
     pub(super) fn infers(&self) -> bool {
-        let inferred = Acts::DRIVE.and(Acts::MEMORY);
+        let inferred = Acts::BLOWS.and(Acts::MEMORY);
         self.effects.iter().any(|e| e.acts.touches(inferred))
     }
 
-    /// Whether there is play in the drive.
-    pub(super) fn has_play(&self) -> bool {
-        self.has("drive.backlash")
+    /// Whether bodies meet in blows.
+    pub(super) fn has_blows(&self) -> bool {
+        self.effects.iter().any(|e| e.acts.includes(Acts::BLOWS))
     }
 
-    /// Whether something in the plant depends on the arm's absolute angle: then the zero of each recording's encoder shows.
+    /// Whether something in the plant depends on the arm's absolute angle: then the zero of each recording's encoder
+    /// shows.
     pub(super) fn sees_angle(&self) -> bool {
-        let present = self.nominal.present.iter().map(|e| e.spec());
+        let present = self.sheet.present.iter().map(|e| e.spec());
         present
             .chain(self.effects.iter().copied())
             .any(|e| e.acts.includes(Acts::ANGLE))
@@ -247,15 +250,15 @@ impl Hypothesis {
 
     /// How many recordings have a zero of theta of their own that shows.
     pub(super) fn free_zeros(&self) -> usize {
-        if self.nominal.own_zeros && self.sees_angle() {
-            self.nominal.recordings - 1
+        if self.sheet.own_zeros && self.sees_angle() {
+            self.sheet.recordings - 1
         } else {
             0
         }
     }
 
-    /// Whether one of the effects is local in time, as a kick is.
-    pub(super) fn jumps(&self) -> bool {
+    /// Whether one of the effects is a transient (local in time), as a kick is.
+    pub(super) fn is_transient(&self) -> bool {
         self.effects.iter().any(|e| e.acts.includes(Acts::JUMPS))
     }
 
@@ -270,11 +273,11 @@ impl Hypothesis {
 
     /// Physical size of one unit of each component of the vector.
     pub(super) fn scales(&self) -> Vec<f64> {
-        let nominal = &self.nominal;
-        let mut scales = nominal.scale.to_vec();
-        scales.push(nominal.period);
+        let sheet = &self.sheet;
+        let mut scales = sheet.scale.to_vec();
+        scales.push(sheet.period);
         for e in &self.effects {
-            scales.extend(e.parameters.iter().map(|p| (p.typical)(&nominal.params)));
+            scales.extend(e.parameters.iter().map(|p| (p.typical)(&sheet.params)));
         }
         scales.extend(zero_units(&self.layout()));
         scales
@@ -282,7 +285,7 @@ impl Hypothesis {
 
     /// Where each component of the vector is zero: data sheet, effects that do nothing, the first recording's zeros.
     fn origins(&self) -> Vec<f64> {
-        let mut origins = self.nominal.base().to_vec();
+        let mut origins = self.sheet.base().to_vec();
         origins.push(0.0);
         let parameters = self.effects.iter().flat_map(|e| e.parameters);
         origins.extend(parameters.map(|p| p.off));
@@ -306,7 +309,7 @@ impl Hypothesis {
             0 => 0.0,
             _ => values[layout.zero(r, k)],
         };
-        (0..self.nominal.recordings)
+        (0..self.sheet.recordings)
             .map(|r| std::array::from_fn(|k| zero(r, k)))
             .collect()
     }
@@ -317,16 +320,16 @@ impl Model for Hypothesis {
         Layout {
             shared: self.shared(),
             lead: FIRST_EFFECT,
-            zeros: if self.nominal.own_zeros { ZEROS } else { 0 },
-            recordings: self.nominal.recordings,
+            zeros: if self.sheet.own_zeros { ZEROS } else { 0 },
+            recordings: self.sheet.recordings,
         }
     }
 
-    /// Positive inertias and gains within a factor of the data sheet's, friction that does not drive, effects within their ranges; whole numbers and
-    /// choices stay as they are.
+    /// Positive inertias and gains within a factor of the data sheet's, friction that does not drive, effects within
+    /// their ranges; whole numbers and choices stay as they are.
     fn bounds(&self, z: &[f64]) -> Vec<(f64, f64)> {
-        let nominal = &self.nominal;
-        let (base, scale) = (nominal.base(), nominal.scale);
+        let sheet = &self.sheet;
+        let (base, scale) = (sheet.base(), sheet.scale);
         let mut bounds: Vec<(f64, f64)> = (0..BASE)
             .map(|i| {
                 let (least, most) = match i {
@@ -350,14 +353,14 @@ impl Model for Hypothesis {
             if !p.kind.is_continuous() {
                 return (*z, *z);
             }
-            let scale = (p.typical)(&nominal.params);
+            let scale = (p.typical)(&sheet.params);
             if p.kind == Kind::Time {
-                return (0.0, (nominal.end - p.off) / scale);
+                return (0.0, (sheet.end - p.off) / scale);
             }
             // A push shorter than a sample is none.
             let lasts = e.acts.includes(Acts::JUMPS) && k >= e.strengths;
             let least = if lasts {
-                p.min.max(nominal.period)
+                p.min.max(sheet.period)
             } else {
                 p.min
             };
@@ -366,7 +369,7 @@ impl Model for Hypothesis {
         bounds.extend(zero_bounds(
             &self.layout(),
             self.sees_angle(),
-            nominal.reference,
+            sheet.reference,
         ));
         bounds
     }
@@ -392,12 +395,12 @@ impl Model for Hypothesis {
             }
             x
         };
-        let nominal = &self.nominal;
-        let c = nominal.coefficients;
+        let sheet = &self.sheet;
+        let c = sheet.coefficients;
         let (arm, pendulum) = (variable(0), variable(1));
         // Lengths enter by their ratio to the sheet's; what the pendulum's mass adds to the arm goes with the square.
-        let longer = variable(LENGTH) / Jet::constant(nominal.params.arm.length);
-        let carried = nominal.params.pendulum.mass * nominal.params.arm.length.powi(2);
+        let longer = variable(LENGTH) / Jet::constant(sheet.params.arm.length);
+        let carried = sheet.params.pendulum.mass * sheet.params.arm.length.powi(2);
         let fixed = c.arm - c.hub - carried;
         let coefficients = Coefficients {
             arm,
@@ -418,7 +421,7 @@ impl Model for Hypothesis {
             variable(TIMING)
         };
         let mut effects = Vec::new();
-        for e in &nominal.present {
+        for e in &sheet.present {
             let e: Effect<Jet<f64, N>> = e.cast();
             if is_late(e.spec()) {
                 late += e.values()[0];

@@ -4,6 +4,7 @@ use furuta_model::effects::Acts;
 
 use super::Fit;
 use super::held_out::Unseen;
+use super::horizons;
 use super::result::Suspected;
 use super::search::{Rival, Search};
 use crate::shooting::{Effort, Problem};
@@ -18,8 +19,9 @@ pub(super) struct Judged {
     pub(super) unseen: Option<Unseen>,
 }
 
-/// Takes out, one at a time, the effects without which data kept apart are predicted better. What acts once is judged by its own windows (`evidence`):
-/// no other recording holds it. Where there is no time to judge, nothing but `base` is left.
+/// Takes out, one at a time, the effects without which data kept apart are predicted better. What acts once is judged
+/// by long windows of its own
+/// recording (`horizons`): no other recording holds it. Where there is no time to judge, nothing but `base` is left.
 pub(super) fn judge(
     problem: &Problem<'_>,
     unseen: &(dyn Fn(&Fit) -> Unseen + Sync),
@@ -28,6 +30,11 @@ pub(super) fn judge(
     (search, stop): (&Search<'_>, Stop<'_>),
 ) -> Judged {
     let mut suspected = Vec::new();
+    for spec in horizons::transients_to_drop(problem, &named) {
+        suspected.push(Suspected::transient(spec));
+        named = problem.without(&named, spec.id, Effort::FULL);
+        rivals = search.rivals(&named);
+    }
     let mut with = None;
     while !named.model.effects.is_empty() {
         if stop.wanted() {
@@ -43,6 +50,11 @@ pub(super) fn judge(
             .map(|r| (r, unseen(&r.without)))
             .filter(|(_, without)| !here.is_better_than(without))
             .min_by(|a, b| a.1.level().total_cmp(&b.1.level()));
+        if stop.wanted() {
+            // What was judged in a hurry was not judged.
+            with = None;
+            continue;
+        }
         let Some((rival, without)) = worst else { break };
         suspected.push(Suspected::new(rival.spec, here.horizons, without.horizons));
         let again = problem.without(&named, rival.spec.id, Effort::FULL);

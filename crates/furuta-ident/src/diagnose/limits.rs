@@ -1,7 +1,8 @@
 //! How large each effect that was not named could still be.
 //!
-//! A score test gives the strength at which an effect would explain most of what the fit leaves, and how sharply the data say so. Its shape (a rest angle,
-//! a frequency) is taken from the starts of a search: of those the one that leaves most room counts.
+//! A score test gives the strength at which an effect would explain most of what the fit leaves, and how sharply the
+//! data say so. Its shape (a rest angle, a frequency) is taken from the starts of a search: of those the largest bound
+//! counts.
 
 use furuta_model::Spec;
 use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
@@ -12,18 +13,19 @@ use super::result::Limit;
 use super::screen::{self, Screen};
 use crate::shooting::{MAX_FREE, Model, Problem};
 
-/// 95 % of a normal distribution lie within so many standard deviations, to both sides or below.
+/// 95 % of a normal distribution lie within this many standard deviations, to both sides or below.
 const TWO_SIDED: f64 = 1.96;
 const ONE_SIDED: f64 = 1.645;
 /// The strength of the first test, in units of the typical one; the second is made at the limit that the first gives.
 const FIRST: f64 = 0.1;
-/// Strengths between which a second test is worth making, in the same units.
+/// Strengths between which a second test is made, in the same units.
 const TESTED: [f64; 2] = [1e-3, 3.0];
 
-/// For every candidate that `named` lacks and whose strength is one plain number, beside what is named and as it is named. Cogging, ripple, kicks and vibration
-/// (any order, any moment, any frequency) and a drive with play or spring are left out.
+/// For every candidate that `named` lacks and whose strength is one plain number, beside what is named and as it is
+/// named. Cogging, ripple, transients and vibration (any order, any moment, any frequency) and a drive with backlash or
+/// spring are left out.
 pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
-    // Room for the largest effect is needed in the fit's fixed size.
+    // The largest effect must go in the fit's fixed size.
     if named.model.layout().local() + MAX_PARAMETERS > MAX_FREE {
         return Vec::new();
     }
@@ -40,17 +42,17 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
     let mut limits: Vec<Limit> = specs
         .into_par_iter()
         .filter_map(|spec| {
-            let (room, deviation) = problem
+            let (bound, deviation) = problem
                 .starts(named, spec, &screen)
                 .into_iter()
-                .filter_map(|z| room(problem, named, spec, &screen, &z))
+                .filter_map(|z| upper_bound(problem, named, spec, &screen, &z))
                 .max_by(|a, b| a.0.total_cmp(&b.0))?;
             let p = &spec.parameters[0];
-            let typical = (p.typical)(&named.model.nominal.params);
-            room.is_finite().then(|| Limit {
+            let typical = (p.typical)(&named.model.sheet.params);
+            bound.is_finite().then(|| Limit {
                 id: spec.id.into(),
                 parameter: p.name.into(),
-                at_most: room * typical,
+                at_most: bound * typical,
                 std: deviation * typical,
                 typical,
                 unit: if p.unit == "-" { "1" } else { p.unit }.into(),
@@ -61,8 +63,9 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
     limits
 }
 
-/// The largest strength that the data leave to an effect of this shape, and the standard deviation of its strength, in units of the typical one.
-fn room(
+/// The largest strength that the data leave to an effect of this shape, and the standard deviation of its strength, in
+/// units of the typical one.
+fn upper_bound(
     problem: &Problem<'_>,
     named: &Fit,
     spec: &'static Spec,

@@ -8,8 +8,8 @@ use crate::shooting::{Data, Run};
 pub(super) struct Residual {
     pub(super) run: usize,
     pub(super) sample: usize,
-    pub(super) recalibrated: [f64; 2],
-    pub(super) augmented: [f64; 2],
+    pub(super) refitted: [f64; 2],
+    pub(super) repaired: [f64; 2],
 }
 
 type Test = Box<dyn Fn(&Run, usize) -> bool>;
@@ -33,7 +33,8 @@ fn condition(
     }
 }
 
-/// The conditions, with limits taken from the data: a third of the samples lie below the lower, a third above the higher one.
+/// The conditions, with limits taken from the data: a third of the samples lie below the lower, a third above the
+/// higher one.
 fn conditions(data: &Data) -> Vec<Condition> {
     let thirds = |value: &dyn Fn(&Run, usize) -> f64| {
         let mut all: Vec<f64> = data
@@ -127,8 +128,7 @@ fn round(x: f64) -> f64 {
 /// The bars of the report, and the conditions that hold more of the gap than their share of the samples.
 pub(super) fn locate(data: &Data, residuals: &[Residual]) -> (Vec<GapBar>, Vec<GapShare>) {
     let (mut bars, mut shares) = (Vec::new(), Vec::new());
-    let total: [f64; 2] =
-        std::array::from_fn(|c| residuals.iter().map(|r| r.recalibrated[c]).sum());
+    let total: [f64; 2] = std::array::from_fn(|c| residuals.iter().map(|r| r.refitted[c]).sum());
     for condition in conditions(data) {
         let inside: Vec<&Residual> = residuals
             .iter()
@@ -140,8 +140,8 @@ pub(super) fn locate(data: &Data, residuals: &[Residual]) -> (Vec<GapBar>, Vec<G
         let count = inside.len() as f64;
         let share_of_samples = count / residuals.len() as f64;
         for (c, channel) in Channel::ALL.into_iter().enumerate() {
-            let sum: f64 = inside.iter().map(|r| r.recalibrated[c]).sum();
-            let after: f64 = inside.iter().map(|r| r.augmented[c]).sum();
+            let sum: f64 = inside.iter().map(|r| r.refitted[c]).sum();
+            let after: f64 = inside.iter().map(|r| r.repaired[c]).sum();
             bars.push(GapBar {
                 channel,
                 group: condition.group.into(),
@@ -151,7 +151,7 @@ pub(super) fn locate(data: &Data, residuals: &[Residual]) -> (Vec<GapBar>, Vec<G
                 augmented: after / count,
             });
             let share = sum / total[c].max(1e-300);
-            // Worth telling where the angle is wrong at all, and more here than elsewhere.
+            // Told where the angle is wrong at all, and more here than elsewhere.
             if total[c] > 1.5 * residuals.len() as f64
                 && share > 0.4
                 && share > 1.3 * share_of_samples

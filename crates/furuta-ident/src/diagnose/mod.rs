@@ -1,8 +1,10 @@
 //! Finds where model and data disagree, and names what is missing.
 //!
-//! 1. The noise floor is estimated from the encoders themselves (`crate::shooting`), so that "explained" is an absolute statement.
-//! 2. The model is fitted by multiple shooting over short windows (`crate::shooting`): first its parameters alone, in the combinations that data
-//!    can show (`hypothesis`), then with each effect of the catalogue added, the most convincing one kept, until none is left (`search`).
+//! 1. The noise floor is estimated from the encoders themselves (`crate::shooting`), so that "explained" is an absolute
+//!    statement.
+//! 2. The model is fitted by multiple shooting over short windows (`crate::shooting`): first its parameters alone, in
+//!    the combinations that data can show (`hypothesis`), then with each effect of the catalogue added, the most
+//!    convincing one kept, until none is left (`search`).
 //! 3. What short windows leave unexplained is looked at again over long ones: a name must help at both.
 //! 4. The named effects are judged on data they were not fitted to (`held_out`), and their rivals listed.
 //! 5. The repaired model goes back into a rig file (`repair`), and whole recordings are predicted with it (`predict`).
@@ -18,12 +20,14 @@ mod hypothesis;
 mod judge;
 mod limits;
 mod location;
+mod naming;
 mod parts;
 mod plan;
 mod predict;
 mod progress;
 mod repair;
 pub mod result;
+mod savers;
 mod screen;
 mod search;
 mod torque;
@@ -33,7 +37,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use furuta_model::{Rig, effects};
+use furuta_model::Rig;
 
 pub use additions::candidates;
 pub use parts::Parts;
@@ -44,12 +48,12 @@ use crate::insufficient::{self, Insufficient};
 use crate::recording::Recording;
 use crate::shooting::{self, Data, Effort, Problem};
 use crate::stop::Stop;
-use hypothesis::{Hypothesis, Nominal};
+use hypothesis::{Hypothesis, Sheet};
 use location::Residual;
 use predict::{Predictor, rms};
 use progress::Teller;
-use result::{Best, CandidateEvidence, NamedEffect, RunCurves, Zero};
-use search::{Rival, Search};
+use result::{Best, CandidateEvidence, RunCurves, Suspected};
+use search::Search;
 
 /// A fitted hypothesis.
 type Fit = shooting::Fit<Hypothesis>;
@@ -79,16 +83,22 @@ pub struct Request<'a> {
 /// What may be asked of a diagnosis beside its [`Request`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options<'a> {
-    /// Set (by Ctrl-C, say), it ends the search within a fraction of a second; what was found by then is fitted and given as
-    /// [`Diagnosis::interrupted`], with [`Diagnosis::unfinished`] saying what was left undone.
+    /// Set (by Ctrl-C, say), it ends the search within a fraction of a second; what was found by then is fitted and
+    /// given as [`Diagnosis::interrupted`], with [`Diagnosis::unfinished`] saying what was left undone.
     pub stop: Option<&'a AtomicBool>,
     /// Look for the experiments that would tell confusable effects apart: [`Diagnosis::plan`].
     pub plan: bool,
-    /// All recordings count their angles from the same zeros: no encoder was switched off between them. Otherwise each recording has zeros of its own.
+    /// All recordings count their angles from the same zeros: no encoder was switched off between them. Otherwise each
+    /// recording has zeros of its own.
     pub same_zero: bool,
-    /// After this long the search ends with what was found by then: [`Diagnosis::unfinished`] says what was left undone. What is named then is what
-    /// explains the data; other effects found are [`Diagnosis::suspected`]. With it, the answer may depend on the machine's speed.
+    /// After this long the search ends with what was found by then: [`Diagnosis::unfinished`] says what was left
+    /// undone. What
+    /// explains the data is named then, and what was judged on data kept apart; other effects found are
+    /// [`Diagnosis::suspected`]. With it, the answer may depend on the machine's speed.
     pub time_limit: Option<Duration>,
+    /// Follow every candidate from every start to the end, however small its score statistic: several times as slow,
+    /// and to the same names where what saves time is sound.
+    pub thorough: bool,
 }
 
 /// Everything a diagnosis gives.
@@ -99,7 +109,8 @@ pub struct Outcome {
     pub diagnosis: Diagnosis,
     /// Curves and evidence for the report.
     pub curves: Curves,
-    /// The rig that predicts data kept apart best ([`Diagnosis::best`]): most often the one with refitted parameters and the named effects.
+    /// The rig that predicts data kept apart best ([`Diagnosis::best`]): most often the one with refitted parameters
+    /// and the named effects.
     pub repaired: Rig,
 }
 
@@ -117,16 +128,15 @@ pub struct Outcome {
 /// let cable = Effect::new("arm.spring", &[2e-3, 0.2]).expect("valid");
 /// let plant: Plant<f64> = Plant::new(&rig.params, &[cable]).expect("one effect");
 /// let mut x = plant.rest(State::hanging());
-/// let mut csv = String::from("t,u,theta,alpha\n");
+/// let mut samples = Vec::new();
 /// for k in 0..3000 {
 ///     let t = f64::from(k) * 0.002;
 ///     let u = 1.5 * (3.0 * t * (1.0 + t)).sin();
-///     let [theta, alpha] = rig.sensors.resolution().into_iter().zip(plant.measure(&x)).map(|(q, y)| (y / q).round() * q).collect::<Vec<_>>()[..]
-///     else { unreachable!() };
-///     csv += &format!("{t},{u},{theta},{alpha}\n");
+///     let [theta, alpha] = rig.sensors.quantised(plant.measure(&x));
+///     samples.push([t, u, theta, alpha]);
 ///     plant.step(&mut x, u, 0.002);
 /// }
-/// let (recording, _) = Recording::from_csv("sweep.csv", csv.as_bytes())?;
+/// let (recording, _) = Recording::from_samples("sweep", samples)?;
 /// let outcome = diagnose(&Request { recordings: &[recording], rig: &rig, verify: &[] }, &|_| ())?;
 /// assert_eq!(outcome.diagnosis.verdict, Verdict::MissingEffects);
 /// assert_eq!(outcome.diagnosis.effects[0].id, "arm.spring");
@@ -176,18 +186,25 @@ fn search(
     let stop = Stop::when(options.stop).or_at(by(1.0));
     // The rest of the time is for judging what was found.
     let hurry = Stop::when(options.stop).or_at(by(FOR_SEARCH));
+    let savers = if options.thorough {
+        &savers::NONE
+    } else {
+        &savers::USUAL
+    };
     let mut unfinished: Vec<Part> = Vec::new();
     let data = Data::new(request.recordings, request.rig);
     insufficient::check(request.recordings, request.rig, &data)?;
-    let nominal = Arc::new(Nominal::new(request.rig, &data, !options.same_zero));
+    let sheet = Arc::new(Sheet::new(request.rig, &data, !options.same_zero));
     let teller = Teller::new(progress);
     let stage = |stage| teller.stage(stage);
 
     stage("recalibrating");
     let short = Problem::new(&data, data.windows(SEARCH, |_| true)).until(hurry);
-    let base = Hypothesis::base(&nominal);
-    let as_given = short.settle(&base, &vec![0.0; base.len()], None);
-    let recalibrated = short.fit(&base, as_given.z.clone(), &as_given.states, Effort::FULL);
+    let out_of_time = Stop::NEVER.or_at(by(1.0));
+    let calm = Problem::new(&data, short.windows.clone()).until(out_of_time);
+    let base = Hypothesis::base(&sheet);
+    let as_given = short.solve_states(&base, &vec![0.0; base.len()], None);
+    let refitted = short.fit(&base, as_given.z.clone(), &as_given.states, Effort::FULL);
 
     if hurry.wanted() {
         unfinished.push(Part::Parameters);
@@ -195,8 +212,9 @@ fn search(
 
     stage("searching");
     let searching = teller.candidates("searching");
-    let mut search = Search::new(&short, recalibrated.clone(), &|_| true, &searching);
+    let mut search = Search::new(&short, refitted.clone(), &|_| true, savers, &searching);
     let mut named = search.run();
+    let cut = !search.is_through();
     let first = std::mem::take(&mut search.first);
     let mut rivals = search.rivals(&named);
     let explains = |f: &Fit| short.explains(f);
@@ -206,6 +224,7 @@ fn search(
             &short,
             &data,
             named.clone(),
+            savers,
             &teller.candidates("searching over long windows"),
         );
         if further.model.effects.len() > named.model.effects.len() {
@@ -214,46 +233,34 @@ fn search(
         }
     }
 
-    if !explains(&named) && named.model.jumps() && !hurry.wanted() {
-        let lasting = horizons::lasting(&short, &data, named.clone());
-        if lasting.model.effects.len() < named.model.effects.len() {
-            named = lasting;
-            rivals = search.rivals(&named);
-        }
-    }
-
-    // From here on every fit is made to its end.
-    let calm = Problem::new(&data, short.windows.clone());
-    if hurry.wanted() {
-        // Names of finished rounds stay if they stand up to a fit to the end; who else might stand in their place was not looked at.
+    // From here on every fit is made to its end, as long as there is time at all.
+    search.calmly(&calm);
+    let mut suspected = Vec::new();
+    if cut || (!explains(&named) && hurry.wanted()) {
+        // Names of finished rounds stay if they stand up to a fit to the end; who else might stand in their place was
+        // not looked at.
         unfinished.extend([Part::Search, Part::Rivals]);
         if !named.model.effects.is_empty() {
-            named = calm.fit(
-                &named.model.clone(),
-                named.z.clone(),
-                &named.states,
-                Effort::FULL,
-            );
-            named = calm.simplified(named);
+            let (model, z) = (named.model.clone(), named.z.clone());
+            named = calm.simplified(calm.fit(&model, z, &named.states, Effort::FULL));
         }
-        rivals = Search::new(&calm, recalibrated.clone(), &|_| true, &searching).rivals(&named);
+        rivals = search.rivals(&named);
+        if out_of_time.wanted() {
+            // Even that was not made to its end.
+            suspected.extend(named.model.effects.iter().map(|e| Suspected::unjudged(e)));
+            (named, rivals) = (refitted.clone(), Vec::new());
+        }
     }
 
     let folds = held_out::folds(&data);
-    let unseen = |fit: &Fit| held_out::unseen(&data, &folds, fit, true);
-    let mut suspected = Vec::new();
+    let unseen = |fit: &Fit| held_out::unseen(&data, &folds, fit, true, out_of_time);
     let mut after = None;
     // A model that leaves no more than the noise has nothing that a name could stand in for.
     if !explains(&named) {
         stage("judging");
-        let judged = judge::judge(
-            &calm,
-            &unseen,
-            (named, rivals),
-            &recalibrated,
-            (&search, stop),
-        );
-        (named, rivals, suspected) = (judged.named, judged.rivals, judged.suspected);
+        let judged = judge::judge(&calm, &unseen, (named, rivals), &refitted, (&search, stop));
+        (named, rivals) = (judged.named, judged.rivals);
+        suspected.extend(judged.suspected);
         after = judged.unseen;
     }
     let explained = explains(&named);
@@ -263,14 +270,17 @@ fn search(
     } else if !explained {
         stage("looking for an expression");
         let without = after.get_or_insert_with(|| unseen(&named));
-        custom = custom::propose(&calm, &folds, &recalibrated, (&named, &without.errors));
+        custom = custom::propose(&calm, &folds, &refitted, (&named, &without.errors));
+        if out_of_time.wanted() {
+            unfinished.push(Part::Expression);
+        }
     }
     let whole = custom.as_ref().map_or(&named, |c| &c.fit);
     rivals.retain(|r| whole.model.has(r.spec.id));
 
     stage("fitting");
     let (base_fit, named_fit) = rayon::join(
-        || horizons::finish(&data, &recalibrated, explained, stop),
+        || horizons::finish(&data, &refitted, explained, stop),
         || horizons::finish(&data, whole, explains(whole), stop),
     );
     if stop.wanted() && !explained {
@@ -293,18 +303,15 @@ fn search(
             unfinished.push(Part::Plan);
         }
     }
-    if stop.wanted() {
-        unfinished.push(Part::HeldOut);
-        diagnosis.effects = name(&calm, &named, &named_fit, rivals, &|_| f64::NAN);
-    } else {
-        let before = unseen(&recalibrated);
+    let judged = (!stop.wanted()).then(|| {
+        let before = unseen(&refitted);
         let after = match after {
             Some(after) => after,
             None if named.model.effects.is_empty() => before.clone(),
             None => unseen(&named),
         };
         let whole = custom.as_ref().map_or(&after.errors, |c| &c.errors);
-        diagnosis.held_out = held_out::compared(&data, &before.errors, whole);
+        let held_out = held_out::compared(&data, &before.errors, whole);
         let gain = |without: &Fit| {
             let without = if without.model.effects.is_empty() {
                 before.clone()
@@ -313,21 +320,34 @@ fn search(
             };
             held_out::removed(&data, &without.errors, &after.errors)
         };
-        diagnosis.effects = name(&calm, &named, &named_fit, rivals, &gain);
+        let gains: Vec<f64> = rivals.iter().map(|r| gain(&r.without)).collect();
         let repaired = custom
             .as_ref()
             .map_or(after.level(), |c| unseen(&c.fit).level());
-        let given = held_out::unseen(&data, &folds, &as_given, false);
-        diagnosis.best = Best::of([given.level(), before.level(), repaired]);
-    }
+        let given = held_out::unseen(&data, &folds, &as_given, false, out_of_time);
+        let best = Best::of([given.level(), before.level(), repaired]);
+        (held_out, gains, best)
+    });
+    // What ran out of time says nothing.
+    let gains = match judged.filter(|_| !out_of_time.wanted()) {
+        Some((held_out, gains, best)) => {
+            (diagnosis.held_out, diagnosis.best) = (held_out, best);
+            gains
+        }
+        None => {
+            unfinished.push(Part::HeldOut);
+            vec![f64::NAN; rivals.len()]
+        }
+    };
+    diagnosis.effects = naming::effects(&calm, &named, &named_fit, rivals, &gains);
     diagnosis.suspected = suspected;
     diagnosis.custom = custom.as_ref().map(|c| c.refitted(&named_fit));
     if unfinished.contains(&Part::Rivals) {
         for effect in &mut diagnosis.effects {
-            effect.confusable_with = not_ruled_out(&effect.id, &named);
+            effect.confusable_with = naming::not_ruled_out(&effect.id, &named);
         }
     }
-    diagnosis.next_experiment = next_experiment(&diagnosis.effects);
+    diagnosis.next_experiment = naming::next_experiment(&diagnosis.effects);
     if stop.wanted() {
         unfinished.push(Part::Limits);
     } else {
@@ -343,7 +363,7 @@ fn search(
         Best::Repaired => repaired.clone(),
     };
     diagnosis.parameters = repair::parameters(request.rig, &repaired, &named_fit);
-    diagnosis.zeros = zeros(request.recordings, &named_fit);
+    diagnosis.zeros = naming::zeros(request.recordings, &named_fit);
     let mut curves = Curves {
         rig: request.rig.name.clone(),
         repaired_rig: Some(best.to_toml()),
@@ -354,7 +374,6 @@ fn search(
         .map(|t| CandidateEvidence {
             id: t.spec.id.into(),
             delta_bic: t.evidence.delta_bic,
-            held_out_gain: f64::NAN,
             named: whole.model.has(t.spec.id),
         })
         .collect();
@@ -372,84 +391,15 @@ fn search(
     })
 }
 
-fn name(
-    short: &Problem<'_>,
-    named: &Fit,
-    named_fit: &Fit,
-    rivals: Vec<Rival>,
-    held_out_gain: &dyn Fn(&Fit) -> f64,
-) -> Vec<NamedEffect> {
-    let mut effects: Vec<NamedEffect> = rivals
-        .into_iter()
-        .enumerate()
-        .map(|(i, rival)| NamedEffect {
-            id: rival.spec.id.into(),
-            name: rival.spec.name.into(),
-            parameters: repair::effect_parameters(named_fit, i),
-            delta_bic: short.evidence(&rival.without, named).delta_bic,
-            held_out_gain: held_out_gain(&rival.without),
-            confusable_with: rival
-                .near
-                .iter()
-                .map(|t| t.spec)
-                .chain(additions::same_class(rival.spec))
-                .map(|s| s.id.to_owned())
-                .collect(),
-        })
-        .collect();
-    effects.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
-    effects
-}
-
-/// The zeros of each recording's encoders against those of the first.
-fn zeros(recordings: &[Recording], fit: &Fit) -> Vec<Zero> {
-    if !fit.model.nominal.own_zeros || recordings.len() < 2 {
-        return Vec::new();
-    }
-    let shows = fit.model.sees_angle();
-    fit.model
-        .zeros(&fit.z)
-        .into_iter()
-        .zip(recordings)
-        .map(|([theta, alpha], recording)| Zero {
-            run: recording.name.clone(),
-            theta: if shows { theta } else { f64::NAN },
-            alpha,
-        })
-        .collect()
-}
-
-/// The look-alikes that the catalogue lists, for an effect whose rivals were not compared.
-fn not_ruled_out(id: &str, named: &Fit) -> Vec<String> {
-    effects::spec(id)
-        .map_or(&[][..], |spec| spec.look_alikes)
-        .iter()
-        .filter(|other| !named.model.has(other))
-        .map(|&other| other.to_owned())
-        .collect()
-}
-
-fn next_experiment(named: &[NamedEffect]) -> Option<String> {
-    let effect = named.iter().find(|e| !e.confusable_with.is_empty())?;
-    let spec = effects::spec(&effect.id)?;
-    Some(format!(
-        "{} would separate {} from {}",
-        spec.experiment,
-        effect.id,
-        effect.confusable_with.join(", ")
-    ))
-}
-
 /// Prediction errors over the reported horizon by model, where they sit, and the curves.
 fn gap(data: &Data, models: &[Predictor; 3], diagnosis: &mut Diagnosis, curves: &mut Curves) {
     let problem = Problem::new(data, data.windows(REPORT, |_| true));
     let predictions = predict::of_each(models, |m| predict::windowed(&problem, m));
     let errors = predictions.each_ref().map(|p| predict::errors(&problem, p));
-    let [given, recalibrated, augmented] =
-        errors.each_ref().map(|e| rms(e.iter().flatten()).into());
+    let [as_given, refitted, repaired] = errors.each_ref().map(|e| rms(e.iter().flatten()).into());
     let gap = &mut diagnosis.gap;
     gap.horizon = REPORT;
-    (gap.nominal, gap.recalibrated, gap.augmented) = (given, recalibrated, augmented);
+    (gap.nominal, gap.recalibrated, gap.augmented) = (as_given, refitted, repaired);
     gap.noise_floor = data.noise.into();
     let mut residuals = Vec::new();
     for (i, w) in problem.windows.iter().enumerate() {
@@ -458,8 +408,8 @@ fn gap(data: &Data, models: &[Predictor; 3], diagnosis: &mut Diagnosis, curves: 
             residuals.push(Residual {
                 run: w.run,
                 sample: w.start + 1 + k,
-                recalibrated: squared(before),
-                augmented: squared(after),
+                refitted: squared(before),
+                repaired: squared(after),
             });
         }
     }

@@ -4,7 +4,7 @@ use furuta_model::{Rig, effects};
 
 use std::sync::Arc;
 
-use super::hypothesis::{Hypothesis, Nominal};
+use super::hypothesis::{Hypothesis, Sheet};
 use super::{Fit, SEARCH};
 use crate::insufficient::{self, Insufficient};
 use crate::recording::Recording;
@@ -20,15 +20,15 @@ use crate::shooting::{Data, Effort, Model, Problem, Windows};
 /// let rig = Rig::builtin("qube-servo-2").expect("built in");
 /// let plant: Plant<f64> = Plant::new(&rig.params, &rig.effects).expect("no effects");
 /// let mut x = plant.rest(State::hanging());
-/// let mut csv = String::from("t,u,theta,alpha\n");
+/// let mut samples = Vec::new();
 /// for k in 0..2000 {
 ///     let t = f64::from(k) * 0.002;
 ///     let [theta, alpha] = plant.measure(&x);
 ///     let u = 1.5 * (3.0 * t * (1.0 + t)).sin();
-///     csv += &format!("{t},{u},{theta},{alpha}\n");
+///     samples.push([t, u, theta, alpha]);
 ///     plant.step(&mut x, u, 0.002);
 /// }
-/// let recordings = [Recording::from_csv("sweep.csv", csv.as_bytes())?.0];
+/// let recordings = [Recording::from_samples("sweep", samples)?.0];
 /// let parts = Parts::new(&recordings, &rig)?;
 /// assert_eq!(parts.windows(), 16); // four seconds in quarters
 /// assert!(parts.fit("arm.spring").expect("in the catalogue") <= parts.cost());
@@ -47,10 +47,10 @@ impl Parts {
     pub fn new(recordings: &[Recording], rig: &Rig) -> Result<Self, Insufficient> {
         let data = Data::new(recordings, rig);
         insufficient::check(recordings, rig, &data)?;
-        let base = Hypothesis::base(&Arc::new(Nominal::new(rig, &data, true)));
+        let base = Hypothesis::base(&Arc::new(Sheet::new(rig, &data, true)));
         let problem = Problem::new(&data, data.windows(SEARCH, |_| true));
         let z = vec![0.0; base.layout().len()];
-        let given = problem.settle(&base, &z, None);
+        let given = problem.solve_states(&base, &z, None);
         let base = problem.fit(&base, z, &given.states, Effort::FULL);
         Ok(Self { data, base })
     }
@@ -77,7 +77,8 @@ impl Parts {
         self.problem().linearise(&self.base).gradient.norm()
     }
 
-    /// Solves one window (from 0) for its initial state from a guess; the cost that is left, nothing if there is no such window.
+    /// Solves one window (from 0) for its initial state from a guess; the cost that is left, nothing if there is no
+    /// such window.
     #[must_use]
     pub fn solve_window(&self, window: usize) -> Option<f64> {
         let problem = self.problem();
@@ -86,7 +87,8 @@ impl Parts {
         Some(windows.search(&self.data, w, None).1)
     }
 
-    /// Fits the model with one more effect from its typical strength; the cost that is left, nothing if the catalogue has no such effect.
+    /// Fits the model with one more effect from its typical strength; the cost that is left, nothing if the catalogue
+    /// has no such effect.
     #[must_use]
     pub fn fit(&self, id: &str) -> Option<f64> {
         let spec = effects::spec(id)?;

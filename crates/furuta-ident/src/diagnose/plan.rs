@@ -1,8 +1,9 @@
 //! What to measure next: the test signal that would tell two explanations apart, and how clearly.
 //!
-//! Both explanations are made into rigs, each rig is driven by every signal of a family, as hard as its limits allow and more gently, and read by the
-//! encoders that the data had. To each such recording both explanations are fitted as `diagnose` would fit them. What the wrong one leaves more than the
-//! right one, whichever of the two is right, is the evidence to expect.
+//! Both explanations are made into rigs, each rig is driven by every signal of a family, as hard as its limits allow
+//! and more gently, and read by the encoders that the data had. To each such recording both explanations are fitted as
+//! `diagnose` would fit them. What the wrong one leaves more than the right one, whichever of the two is right, is the
+//! evidence to expect.
 
 use std::sync::Arc;
 
@@ -10,7 +11,7 @@ use furuta_model::Rig;
 use furuta_model::signals::Excitation;
 use rayon::prelude::*;
 
-use super::hypothesis::{Hypothesis, Nominal, TIMING, is_late};
+use super::hypothesis::{Hypothesis, Sheet, TIMING, is_late};
 use super::repair;
 use super::result::PlannedExperiment;
 use super::search::Rival;
@@ -19,7 +20,7 @@ use crate::experiment::{FAMILY, HALVED, LEVELS, SECONDS, Shape, record, two_digi
 use crate::shooting::{Data, Effort, Problem};
 use crate::stop::Stop;
 
-/// So many rivals of each named effect are looked at, the nearest first.
+/// This many rivals of each named effect are looked at, the nearest first.
 const RIVALS: usize = 2;
 /// Rows kept for each pair.
 const ROWS: usize = 5;
@@ -44,22 +45,23 @@ impl<'a> Explanation<'a> {
     }
 }
 
-/// By how much the Bayesian information criterion of `wrong` would be above that of `right`, both fitted to what the latter's rig would show.
-fn evidence(right: &Explanation<'_>, wrong: &Explanation<'_>, sheet: &Rig, data: &Data) -> f64 {
+/// By how much the Bayesian information criterion of `wrong` would be above that of `right`, both fitted to what the
+/// latter's rig would show.
+fn evidence(right: &Explanation<'_>, wrong: &Explanation<'_>, rig: &Rig, data: &Data) -> f64 {
     // As in a diagnosis: the new recording's encoders have zeros of their own.
-    let own_zeros = right.fit.model.nominal.own_zeros;
-    let nominal = Arc::new(Nominal::new(sheet, data, own_zeros));
+    let own_zeros = right.fit.model.sheet.own_zeros;
+    let sheet = Arc::new(Sheet::new(rig, data, own_zeros));
     let problem = Problem::new(data, data.windows(SEARCH, |_| true));
     let fitted = |e: &Explanation<'_>| {
         let h = Hypothesis {
             effects: e.fit.model.effects.clone(),
-            nominal: Arc::clone(&nominal),
+            sheet: Arc::clone(&sheet),
         };
         let mut z = e.fit.z[..h.shared()].to_vec();
         z.resize(h.len(), 0.0);
         // The simulated samples come on time.
         z[TIMING] = 0.0;
-        let start = problem.settle(&h, &z, None);
+        let start = problem.solve_states(&h, &z, None);
         problem.fit(&h, z, &start.states, Effort::FULL)
     };
     let (right, wrong) = (fitted(right), fitted(wrong));
@@ -131,7 +133,7 @@ pub(super) fn plan(
             .near
             .iter()
             .filter(|t| !(is_late(t.spec) && is_late(rival.spec)))
-            .filter(|t| !t.fit.model.jumps() && !named.model.jumps());
+            .filter(|t| !t.fit.model.is_transient() && !named.model.is_transient());
         for trial in near.take(RIVALS) {
             let other = Explanation::new(&trial.fit, sheet);
             let jobs: Vec<_> = FAMILY

@@ -38,13 +38,13 @@ pub(super) fn of_each<T: Send>(
 
 /// Predictions over the problem's windows, each from its own best initial state.
 pub(super) fn windowed(problem: &Problem<'_>, model: &Predictor) -> Vec<Vec<[f64; 2]>> {
-    let settled = problem.settle(&model.hypothesis, &model.z, None);
+    let solved = problem.solve_states(&model.hypothesis, &model.z, None);
     let windows = Windows::<4>::new(&model.hypothesis, &model.z);
     problem
         .windows
         .iter()
-        .zip(&settled.states)
-        .map(|(w, x)| windows.predictions(problem.data, w, *x))
+        .zip(&solved.states)
+        .map(|(w, x)| windows.predictions(problem.data, w, x))
         .collect()
 }
 
@@ -65,7 +65,8 @@ pub(super) fn errors(problem: &Problem<'_>, predictions: &[Vec<[f64; 2]>]) -> Ve
         .collect()
 }
 
-/// The windows of one run joined to `[theta, alpha]` series as long as the run; samples outside all windows as measured.
+/// The windows of one run joined to `[theta, alpha]` series as long as the run; samples outside all windows as
+/// measured.
 pub(super) fn joined(
     problem: &Problem<'_>,
     run: usize,
@@ -108,10 +109,7 @@ pub(super) fn rms<'a>(errors: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 2] {
 }
 
 /// The measured series and the predictions of the three models, for the report.
-pub(super) fn curves(
-    run: &Run,
-    [nominal, recalibrated, augmented]: [[Vec<f64>; 2]; 3],
-) -> RunCurves {
+pub(super) fn curves(run: &Run, [as_given, refitted, repaired]: [[Vec<f64>; 2]; 3]) -> RunCurves {
     RunCurves {
         name: run.name.clone(),
         t: (0..run.y.len())
@@ -119,9 +117,9 @@ pub(super) fn curves(
             .collect(),
         u: run.u.clone(),
         measured: std::array::from_fn(|c| run.y.iter().map(|y| y[c]).collect()),
-        nominal,
-        recalibrated,
-        augmented,
+        nominal: as_given,
+        recalibrated: refitted,
+        augmented: repaired,
         ..RunCurves::default()
     }
 }
@@ -142,7 +140,7 @@ pub(super) fn whole(data: &Data, run: usize, model: &Predictor) -> [Vec<f64>; 2]
         start: 0,
         len: last,
     };
-    let predicted = windows.predictions(data, &all, x0);
+    let predicted = windows.predictions(data, &all, &x0);
     std::array::from_fn(|c| {
         std::iter::once(r.y[0][c])
             .chain(predicted.iter().map(|p| p[c]))

@@ -2,7 +2,8 @@
 
 use std::sync::Mutex;
 
-/// The stages of a diagnosis in their order, with the per cent that a progress bar shows when each begins. Some are skipped where there is nothing to
+/// The stages of a diagnosis in their order, with the per cent that a progress bar shows when each begins. Some are
+/// skipped where there is nothing to
 /// do.
 const BEGINS: [(&str, f64); 8] = [
     ("recalibrating", 0.0),
@@ -26,7 +27,8 @@ pub const STAGES: [&str; BEGINS.len()] = {
     names
 };
 
-/// Of a stage's share, each candidate of it is counted as this part of what is left: how many there will be is not known beforehand.
+/// Of a stage's share, each candidate of it is counted as this part of what is left: how many there will be is not
+/// known beforehand.
 const EACH: f64 = 0.01;
 
 /// What a diagnosis is doing.
@@ -59,7 +61,7 @@ impl<'a> Teller<'a> {
         self.tell(stage, None);
     }
 
-    /// What hears of each candidate of a stage.
+    /// What is told of each candidate of a stage.
     pub(super) fn candidates(&self, stage: &'static str) -> impl Fn(&str) + Sync {
         move |id| self.tell(stage, Some(id.to_owned()))
     }

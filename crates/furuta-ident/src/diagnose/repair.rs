@@ -12,11 +12,12 @@ use super::result::{Estimate, ParameterEstimate};
 
 /// The rig with the fitted parameters and effects.
 ///
-/// Data show only combinations; where one stands for several parameters, the change goes to the one that is known least: inertias to
-/// `arm.inertia` and `pendulum.inertia`, the coupling of both axes to `arm.length`, gain to `motor.torque_constant`, damping to `arm.viscous`.
+/// Data show only combinations; where one stands for several parameters, the change goes to the one that is known
+/// least: inertias to `arm.inertia` and `pendulum.inertia`, the coupling of both axes to `arm.length`, gain to
+/// `motor.torque_constant`, damping to `arm.viscous`.
 pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
     let mut rig = rig.clone();
-    let nominal = &fit.model.nominal;
+    let sheet = &fit.model.sheet;
     let v = fit.model.physical(&fit.z);
     let p = &mut rig.params;
     let moment = p.pendulum.mass * p.pendulum.com;
@@ -34,7 +35,7 @@ pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
     p.arm.length = v[LENGTH];
     let carried = p.pendulum.mass * p.arm.length * p.arm.length + p.pendulum.inertia_axial;
     p.arm.inertia = (v[0] - carried).max(1e-3 * v[0]);
-    p.motor.torque_constant *= v[2] / nominal.coefficients.drive;
+    p.motor.torque_constant *= v[2] / sheet.coefficients.drive;
     let m = &p.motor;
     let per_back_emf =
         m.torque_constant * m.gear_ratio * m.gear_ratio * m.efficiency / m.resistance;
@@ -62,9 +63,9 @@ pub(super) fn parameters(
     repaired: &Rig,
     fit: &Fit,
 ) -> BTreeMap<String, ParameterEstimate> {
-    let nominal = &fit.model.nominal;
-    let scale = |i: usize| fit.std[i] * nominal.scale[i];
-    let relative_gain = scale(2) / nominal.coefficients.drive;
+    let sheet = &fit.model.sheet;
+    let scale = |i: usize| fit.std[i] * sheet.scale[i];
+    let relative_gain = scale(2) / sheet.coefficients.drive;
     let determined: [(&str, f64); BASE] = [
         ("arm.inertia", scale(0)),
         ("pendulum.inertia", scale(1)),
@@ -84,13 +85,13 @@ pub(super) fn parameters(
                 .into_iter()
                 .zip(repaired.params.to_array()),
         )
-        .map(|(range, (nominal, fitted))| {
+        .map(|(range, (sheet, fitted))| {
             let std = determined
                 .iter()
                 .find(|(key, _)| *key == range.key)
                 .map(|(_, std)| *std);
             let estimate = ParameterEstimate {
-                nominal,
+                nominal: sheet,
                 fitted,
                 std: std.unwrap_or(f64::NAN),
                 unit: if range.unit == "-" { "1" } else { range.unit }.to_owned(),

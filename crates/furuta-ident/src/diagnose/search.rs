@@ -1,8 +1,9 @@
 //! Which effects are missing: a best-first search over sets of effects.
 //!
-//! Every set that was fitted is kept with its best fit. The search takes the set with the best score that it has not been through, and tries what is one
-//! step away: one effect more, one fewer, another one in the place of one. A neighbour is fitted from where the set ended, so a fit that stopped short is
-//! found out by its neighbours. It ends when no neighbour of the best set is better; what came near the best is a rival.
+//! Every set that was fitted is kept with its best fit. The search takes the set with the best score that it has not
+//! been through, and tries what is one step away: one effect more, one fewer, another one in the place of one. A
+//! neighbour is fitted from where the set ended, so a fit that stopped short is found out by its neighbours. It ends
+//! when no neighbour of the best set is better; what came near the best is a rival.
 
 use std::collections::BTreeMap;
 
@@ -10,14 +11,15 @@ use furuta_model::Spec;
 use rayon::prelude::*;
 
 use super::Fit;
-use super::additions::{CLOSE, Trial};
+use super::additions::Trial;
 use super::hypothesis::Hypothesis;
+use super::savers::Savers;
 use crate::shooting::{Effort, Problem};
 
 /// The most effects that are looked for together.
 pub(super) const MOST_EFFECTS: usize = 4;
-/// Sets that are gone through side by side, where the best is still further than `ASTRAY` times the noise from the data: alone, neither of a pair need
-/// be the best.
+/// Sets that are gone through side by side, where the best is still further than `ASTRAY` times the noise from the
+/// data: alone, neither of a pair need be the best.
 const BEAM: usize = 3;
 const ASTRAY: f64 = 3.0;
 /// Sets that are gone through at most.
@@ -59,10 +61,13 @@ pub(super) struct Search<'a> {
     problem: &'a Problem<'a>,
     known: BTreeMap<Set, Node>,
     /// Effects that stay.
-    settled: Hypothesis,
+    fixed: Hypothesis,
     /// Whether an addition may be taken up, beside its evidence.
     acceptable: &'a (dyn Fn(&Trial) -> bool + Sync),
+    savers: &'static Savers,
     report: &'a (dyn Fn(&str) + Sync),
+    /// How often a set was gone through.
+    gone_through: usize,
     /// What was added to the start.
     pub(super) first: Vec<Trial>,
 }
@@ -73,14 +78,17 @@ impl<'a> Search<'a> {
         problem: &'a Problem<'a>,
         start: Fit,
         acceptable: &'a (dyn Fn(&Trial) -> bool + Sync),
+        savers: &'static Savers,
         report: &'a (dyn Fn(&str) + Sync),
     ) -> Self {
         let mut search = Self {
             problem,
             known: BTreeMap::new(),
-            settled: start.model.clone(),
+            fixed: start.model.clone(),
             acceptable,
+            savers,
             report,
+            gone_through: 0,
             first: Vec::new(),
         };
         search.keep(start, true);
@@ -89,19 +97,26 @@ impl<'a> Search<'a> {
 
     /// Goes through sets until no neighbour of the best is better; the best fit.
     pub(super) fn run(&mut self) -> Fit {
-        let mut gone_through = 0;
-        while let Some(next) = self.next().filter(|_| gone_through < 2 * MOST_SETS) {
-            if self.problem.stop.wanted() {
-                break;
-            }
+        while !self.problem.stop.wanted() && !self.is_through() {
+            let Some(next) = self.next() else { break };
             if self.known[&next].grown {
                 self.exchange(&next);
             } else {
                 self.grow(&next);
             }
-            gone_through += 1;
+            self.gone_through += 1;
         }
         self.best()
+    }
+
+    /// Whether nothing is left to go through.
+    pub(super) fn is_through(&self) -> bool {
+        self.gone_through >= 2 * MOST_SETS || self.next().is_none()
+    }
+
+    /// Goes on with the same windows in a problem whose fits have more time.
+    pub(super) fn calmly(&mut self, problem: &'a Problem<'a>) {
+        self.problem = problem;
     }
 
     /// Keeps the better fit of a set.
@@ -147,7 +162,7 @@ impl<'a> Search<'a> {
             .or(ranked.first());
         match best {
             Some(s) => self.known[*s].fit.clone(),
-            None => self.known[&set(&self.settled)].fit.clone(),
+            None => self.known[&set(&self.fixed)].fit.clone(),
         }
     }
 
@@ -166,7 +181,7 @@ impl<'a> Search<'a> {
     fn grow(&mut self, here: &Set) {
         let fit = self.known[here].fit.clone();
         for (spec, smaller) in self.without_each(&fit) {
-            let stays = self.settled.has(spec.id);
+            let stays = self.fixed.has(spec.id);
             let convinces = self.problem.evidence(&smaller, &fit).convinces();
             self.keep(smaller, true);
             if !stays
@@ -185,16 +200,18 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Adds one effect to a fit. `instead` is an effect that is known to bring the cost down to somewhat less than the number beside it: others that
-    /// cannot are abandoned, and none is taken up that does not convince beside the rest.
+    /// Adds one effect to a fit. `instead` is an effect that is known to bring the cost down to somewhat less than the
+    /// number beside it: others that cannot are abandoned, and none is taken up that does not convince beside the rest.
     fn add(&mut self, from: &Fit, instead: Option<(&'static Spec, f64)>) {
-        let trials = self.problem.additions(from, instead, self.report);
+        let trials = self
+            .problem
+            .additions(from, instead, self.savers, self.report);
         // Of a round that was broken off, the best may not have been looked at: no effect is named by it.
         if self.problem.stop.wanted() {
             return;
         }
         if let Some(node) = self.known.get_mut(&set(&from.model)) {
-            node.followed = instead.map_or(f64::INFINITY, |(_, bar)| bar);
+            node.followed = instead.map_or(f64::INFINITY, |(_, goal)| goal);
         }
         if self.first.is_empty() && instead.is_none() {
             self.first.clone_from(&trials);
@@ -208,23 +225,24 @@ impl<'a> Search<'a> {
     /// Tries others in the place of each effect of a set, and the set again from where they ended.
     fn exchange(&mut self, here: &Set) {
         let fit = self.known[here].fit.clone();
-        let bar = fit.cost + self.problem.tolerance(&fit);
+        let goal = fit.cost + self.problem.tolerance(&fit);
         for (spec, smaller) in self.without_each(&fit) {
             self.keep(smaller.clone(), true);
-            if self.settled.has(spec.id) {
+            if self.fixed.has(spec.id) {
                 continue;
             }
             let looked_at = !smaller.model.effects.is_empty()
-                && self.known[&set(&smaller.model)].followed >= bar
+                && self.known[&set(&smaller.model)].followed >= goal
                 && self.known[&set(&smaller.model)].grown;
             if !smaller.model.effects.is_empty() && !looked_at {
-                self.add(&smaller, Some((spec, bar)));
+                self.add(&smaller, Some((spec, goal)));
             }
             if self.problem.stop.wanted() {
                 return;
             }
-            // Those that come near, and those that are nested in what they stand for, are fitted from where this set ended.
-            let limit = fit.cost + (1.0 - CLOSE) * (smaller.cost - fit.cost);
+            // Those that come near, and those that are nested in what they stand for, are fitted from where this set
+            // ended.
+            let limit = fit.cost + (1.0 - self.savers.close) * (smaller.cost - fit.cost);
             let again: Vec<Hypothesis> = self
                 .problem
                 .addable(&smaller)
@@ -245,7 +263,7 @@ impl<'a> Search<'a> {
                     let from_here = self.moved(&fit, &h, known);
                     from_here
                         .into_iter()
-                        .chain(known.map(|k| self.finished(k, bar)))
+                        .chain(known.map(|k| self.finished(k, goal)))
                 })
                 .collect();
             for f in fits {
@@ -258,17 +276,17 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A fit followed to its end, as long as it can come down to `bar`.
-    fn finished(&self, fit: &Fit, bar: f64) -> Fit {
-        let effort = Effort::FULL.towards(bar);
+    /// A fit followed to its end, as long as it can come down to `goal`.
+    fn finished(&self, fit: &Fit, goal: f64) -> Fit {
+        let effort = Effort::FULL.towards(goal);
         self.problem
             .fit(&fit.model, fit.z.clone(), &fit.states, effort)
     }
 
-    /// A neighbour's hypothesis fitted from where `here` ended: what both have stays, what it alone has is as in `known`, or as what has the same name in
-    /// the effect that it replaces.
+    /// A neighbour's hypothesis fitted from where `here` ended: what both have stays, what it alone has is as in
+    /// `known`, or as what has the same name in the effect that it replaces.
     fn moved(&self, here: &Fit, to: &Hypothesis, known: Option<&Fit>) -> Option<Fit> {
-        let nominal = &to.nominal;
+        let sheet = &to.sheet;
         let mut z = here.z[..to.offset(0)].to_vec();
         let physical = here.model.physical(&here.z);
         let replaced = here.model.effects.iter().position(|e| !to.has(e.id));
@@ -285,16 +303,14 @@ impl<'a> Search<'a> {
                 let same = replaced.and_then(|i| {
                     let names = here.model.effects[i].parameters;
                     let k = names.iter().position(|q| q.name == p.name)?;
-                    Some(
-                        (physical[here.model.offset(i) + k] - p.off) / (p.typical)(&nominal.params),
-                    )
+                    Some((physical[here.model.offset(i) + k] - p.off) / (p.typical)(&sheet.params))
                 });
                 z.push(same.unwrap_or(p.starts[0]));
             }
         }
         z.extend(&here.z[here.model.shared()..]);
-        let bar = here.cost + self.problem.tolerance(here);
-        let effort = Effort::FULL.towards(bar);
+        let goal = here.cost + self.problem.tolerance(here);
+        let effort = Effort::FULL.towards(goal);
         (z.len() == to.len()).then(|| self.problem.fit(to, z, &here.states, effort))
     }
 
@@ -317,7 +333,7 @@ impl<'a> Search<'a> {
 
     /// For each effect of a fit, the fit without it and what came near in its place, the nearest first.
     pub(super) fn rivals(&self, here: &Fit) -> Vec<Rival> {
-        let bar = here.cost + self.problem.tolerance(here);
+        let goal = here.cost + self.problem.tolerance(here);
         self.without_each(here)
             .into_iter()
             .map(|(spec, without)| {
@@ -327,7 +343,7 @@ impl<'a> Search<'a> {
                     .filter(|c| c.id != spec.id)
                     .filter_map(|c| {
                         let fit = &self.known.get(&set(&without.model.with(c)))?.fit;
-                        (fit.cost < bar).then(|| Trial {
+                        (fit.cost < goal).then(|| Trial {
                             spec: c,
                             evidence: self.problem.evidence(&without, fit),
                             fit: fit.clone(),

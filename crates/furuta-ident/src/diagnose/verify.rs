@@ -5,8 +5,9 @@ use super::result::{Channel, Curves, Diagnosis, RunCurves, VerificationRow};
 use super::{REPORT, Request};
 use crate::shooting::{Data, Problem, with_zeros_found};
 
-/// Adds to diagnosis and curves the predictions of the recordings in `request.verify`: over their whole length where the pendulum hangs, over
-/// the reported horizon where it does not (upright, no model predicts for long without its controller).
+/// Adds to diagnosis and curves the predictions of the recordings in `request.verify`: over their whole length where
+/// the pendulum hangs, over the reported horizon where it does not (upright, no model predicts for long without its
+/// controller).
 pub(super) fn verify(
     request: &Request<'_>,
     models: &[Predictor; 3],

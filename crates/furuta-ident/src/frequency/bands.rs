@@ -21,8 +21,8 @@ pub struct Band {
     pub relative: f64,
 }
 
-/// The errors of `model`, a function of frequency in Hz, between each two of `edges` (Hz, ascending); bands without lines are left out. A line at
-/// an edge belongs to the band above it, one at the last edge to the last band.
+/// The errors of `model`, a function of frequency in Hz, between each two of `edges` (Hz, ascending); bands without
+/// lines are left out. A line at an edge belongs to the band above it, one at the last edge to the last band.
 pub fn errors(frf: &Frf, edges: &[f64], model: impl Fn(f64) -> Complex<f64>) -> Vec<Band> {
     let band = |(i, pair): (usize, &[f64])| {
         let (low, high) = (pair[0], pair[1]);

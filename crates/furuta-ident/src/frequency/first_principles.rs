@@ -7,8 +7,8 @@ use nalgebra::RowVector4;
 
 use super::transfer::{Transfer, TransferError};
 
-/// Angle over voltage of a rig whose pendulum hangs, its effects left out. What cancels exactly, the free turning of the arm in the pendulum's
-/// response, is cancelled.
+/// Angle over voltage of a rig whose pendulum hangs, its effects left out. What cancels exactly, the free turning of
+/// the arm in the pendulum's response, is cancelled.
 ///
 /// ```
 /// use furuta_ident::frequency::first_principles::{Output, of_rig};
@@ -27,7 +27,7 @@ pub fn of_rig(rig: &Rig, output: Output) -> Result<Transfer, TransferError> {
     of_plant(&rig.nominal_plant(), output)
 }
 
-/// The same for a plant with effects; those with a memory of their own (delay, lag, play) are not seen.
+/// The same for a plant with effects; those with a memory of their own (delay, lag, backlash) are not seen.
 ///
 /// # Errors
 /// As [`of_rig`].

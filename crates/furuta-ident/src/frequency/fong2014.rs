@@ -1,8 +1,10 @@
-//! Fong, Jamaludin, Abdullah 2014, section 3.2: a hanging pendulum is driven with band-limited white noise, and its response measured and fitted.
+//! Fong, Jamaludin, Abdullah 2014, section 3.2: a hanging pendulum is driven with band-limited white noise, and its
+//! response measured and fitted.
 //!
-//! 1 kHz, 180 s, H1 under Hann's window, transfer functions with a numerator of order 2 or 3 and a denominator of order 4, by nonlinear least
-//! squares in the frequency domain; first-principles model (28), fit and response over one another up to 23 Hz. What they measured is not printed
-//! but for the fit (29); in the measurement's place stands the emulated rig: the nonlinear model with its encoders' counts.
+//! 1 kHz, 180 s, H1 under Hann's window, transfer functions with a numerator of order 2 or 3 and a denominator of order
+//! 4, by nonlinear least squares in the frequency domain; first-principles model (28), fit and response over one
+//! another up to 23 Hz. What they measured is not printed but for the fit (29); in the measurement's place stands the
+//! emulated rig: the nonlinear model with its encoders' counts.
 
 use furuta_model::published::{Paper, Quantity};
 use furuta_model::signals::{Noise, SignalError};
@@ -38,8 +40,8 @@ pub struct Experiment {
 }
 
 impl Default for Experiment {
-    /// The paper's settings, and where it is silent: 0.5 units of command up to 30 Hz, at which the pendulum swings by 5 degrees RMS;
-    /// segments of 20 s, in which its swinging has died away.
+    /// The paper's settings, and where it is silent: 0.5 units of command up to 30 Hz, at which the pendulum swings by
+    /// 5 degrees RMS; segments of 20 s, in which its swinging has died away.
     fn default() -> Self {
         Self {
             duration: 180.0,
@@ -71,7 +73,7 @@ pub struct Outcome {
     pub bands: Vec<Vec<Band>>,
     /// RMS of the pendulum's angle from hanging, rad.
     pub swing: f64,
-    /// Worth knowing.
+    /// What the reader should know.
     pub notices: Vec<FrequencyNotice>,
 }
 
@@ -179,13 +181,12 @@ impl Experiment {
         plant.check_period(h)?;
         let noise = Noise::new(self.rms, 0.0, self.high, self.seed)?;
         let limit = rig.params.motor.command_limit;
-        let [_, count] = rig.sensors.resolution();
         let samples = (self.duration * self.rate).round() as usize;
         let mut state = plant.rest(State::hanging());
         let (mut u, mut alpha) = (Vec::with_capacity(samples), Vec::with_capacity(samples));
         for k in 0..samples {
             let volts = noise.volts(k as f64 * h).clamp(-limit, limit);
-            alpha.push((plant.measure(&state)[1] / count).round() * count);
+            alpha.push(rig.sensors.quantised(plant.measure(&state))[1]);
             u.push(volts);
             plant.step(&mut state, volts, h);
         }

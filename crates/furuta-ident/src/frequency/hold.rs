@@ -9,7 +9,8 @@ pub enum Hold {
     /// Nothing: the response is that of the continuous plant, as a table or an analogue instrument gives it.
     #[default]
     None,
-    /// The command is held from one sample to the next, the output read where the command is about to change, samples so many seconds apart.
+    /// The command is held from one sample to the next, the output read where the command is about to change, samples
+    /// this many seconds apart.
     ZeroOrder(f64),
 }
 
@@ -48,7 +49,8 @@ impl Hold {
         // Pair by pair, so that a gain that falls slowly still sums up.
         let pair = |k: i32| image(k) + image(-k);
         let sum: Complex<f64> = (1..=IMAGES).rev().map(pair).sum();
-        // The pairs fall like a power of their number, the second with one pole more than zeros: their tail is an integral.
+        // The pairs fall like a power of their number, the second with one pole more than zeros: their tail is an
+        // integral.
         let (half, last) = (pair(IMAGES / 2), pair(IMAGES));
         let power = (half.norm() / last.norm()).log2();
         if !(1.5..60.0).contains(&power) {

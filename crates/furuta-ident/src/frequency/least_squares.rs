@@ -24,7 +24,7 @@ const RULES: Rules = Rules {
     ease: (0.2, 1e-12),
     stiffen: (4.0, 0.0),
     most: 1e12,
-    hopeless: 0.0,
+    abandoned: 0.0,
 };
 /// This many steps in a row that gain less than this share of the sum end a fit.
 const STILL: usize = 3;
@@ -162,7 +162,8 @@ pub(super) fn solve(a: DMatrix<f64>, mut b: DVector<f64>) -> Option<DVector<f64>
     x.iter().all(|x| x.is_finite()).then_some(x)
 }
 
-/// `(J'J)^-1`, and the number of directions that the data determine; the others have been given no variance but infinity.
+/// `(J'J)^-1`, and the number of directions that the data determine; the others have been given no variance but
+/// infinity.
 pub(super) fn covariance(jacobian: &DMatrix<f64>) -> (DMatrix<f64>, usize) {
     let n = jacobian.ncols();
     let sizes: Vec<f64> = jacobian

@@ -16,9 +16,9 @@
 //! | [`bode`], [`words`] | responses, fits and comparisons as pictures, tables and words |
 //! | [`record`] | which columns of which recordings, cut at their gaps |
 //!
-//! A response measured at samples is that of the sampled plant, with the hold in front of it: `u` is held from one sample to the next, and
-//! `y` is read where `u` is about to change. It is `G(j w)` times `(1 - e^(-j w h)) / (j w h)`, half a sample of delay and a little less gain, plus
-//! images from beyond half the sampling rate: [`hold::Hold`].
+//! A response measured at samples is that of the sampled plant, with the hold in front of it: `u` is held from one
+//! sample to the next, and `y` is read where `u` is about to change. It is `G(j w)` times `(1 - e^(-j w h)) / (j w h)`,
+//! half a sample of delay and a little less gain, plus images from beyond half the sampling rate: [`hold::Hold`].
 
 pub mod bands;
 pub mod bode;

@@ -1,4 +1,5 @@
-//! The response to a periodic signal, a multisine above all: whole periods have no leakage, and their spread is the noise.
+//! The response to a periodic signal, a multisine above all: whole periods have no leakage, and their spread is the
+//! noise.
 
 use nalgebra::Complex;
 use realfft::RealFftPlanner;
@@ -14,9 +15,10 @@ const REPEATS: f64 = 0.1;
 
 /// The response at the excited lines, from whole periods.
 ///
-/// `H = mean(Y) / mean(U)` over `M` periods, its variance from what each period leaves: `sum |Y_m - H U_m|² / (M (M - 1) |mean U|²)`. Where the
-/// stretches have an external signal, the periodic one is that, and the same quotient is the joint input-output estimate: what the
-/// controller adds to the input repeats with it or averages out.
+/// `H = mean(Y) / mean(U)` over `M` periods, its variance from what each period leaves:
+/// `sum |Y_m - H U_m|² / (M (M - 1) |mean U|²)`. Where the stretches have an external signal, the periodic one is that,
+/// and the same quotient is the joint input-output estimate: what the controller adds to the input repeats with it or
+/// averages out.
 ///
 /// `discard` periods at the start of each stretch are left out: those in which the start still rings.
 ///
@@ -38,8 +40,8 @@ const REPEATS: f64 = 0.1;
 /// ```
 ///
 /// # Errors
-/// A period that is no whole number of samples or with fewer than two periods left, an input that does not repeat, and as
-/// [`Spectra::of`](super::Spectra::of).
+/// A period that is no whole number of samples or with fewer than two periods left, an input that does not repeat, and
+/// as [`Spectra::of`](super::Spectra::of).
 pub fn response(
     stretches: &[Stretch<'_>],
     sample_period: f64,

@@ -22,8 +22,8 @@ pub fn derivative(coefficients: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// All roots, conjugate pairs side by side, from slow to fast: eigenvalues of the companion matrix, polished by Newton's method. Leading zeros are
-/// no roots; roots at exactly 0 are.
+/// All roots, conjugate pairs side by side, from slow to fast: eigenvalues of the companion matrix, refined by Newton's
+/// method. Leading zeros are no roots; roots at exactly 0 are.
 ///
 /// ```
 /// use furuta_ident::frequency::polynomial::roots;

@@ -92,8 +92,8 @@ impl<'a> Taken<'a> {
     }
 }
 
-/// The mode of a log in which the rig had a say in the command for at least a tenth of the time: a controller chose it, or the arm was pulled to its
-/// middle beside a test signal, which alone gives that mode a reference.
+/// The mode of a log in which the rig had a say in the command for at least a tenth of the time: a controller chose it,
+/// or the arm was pulled to its middle beside a test signal, which alone gives that mode a reference.
 fn feedback(recording: &Recording) -> Option<String> {
     let extra = |name: &str| recording.extra.iter().find(|c| c.name == name);
     let Values::Text(modes) = &extra("mode")?.values else {

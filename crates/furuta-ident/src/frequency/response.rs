@@ -13,7 +13,8 @@ pub enum Estimator {
     H1,
     /// `S_yy / S_yu`: right where the noise is on the input; too large where it is on the output.
     H2,
-    /// `S_ry / S_ru`: the joint input-output method, right in closed loop too, where the input answers the output's noise.
+    /// `S_ry / S_ru`: the joint input-output method, right in closed loop too, where the input answers the output's
+    /// noise.
     Joint,
 }
 
@@ -53,8 +54,9 @@ pub struct Frf {
 impl Frf {
     /// The response from averaged spectra.
     ///
-    /// Its deviation is `S_ee / S_uu` over the number of independent averages, `S_ee` the density of what the input does not explain (of `y - H u`
-    /// in closed loop, and `|S_ru|² / S_rr` in the place of `S_uu`). Line 0, where the mean was taken away, is left out.
+    /// Its deviation is `S_ee / S_uu` over the number of independent averages, `S_ee` the density of what the input
+    /// does not explain (of `y - H u` in closed loop, and `|S_ru|² / S_rr` in the place of `S_uu`). Line 0, where the
+    /// mean was taken away, is left out.
     ///
     /// # Errors
     /// One average alone; [`Estimator::Joint`] without an external signal.
@@ -219,8 +221,8 @@ impl Frf {
         continuous_phase(self.response.iter().copied())
     }
 
-    /// Radius of the circle about each line's response in which the true one lies with this probability: from the F distribution
-    /// of 2 and `2 n - 2` degrees of freedom, whose quantile has a closed form.
+    /// Radius of the circle about each line's response in which the true one lies with this probability: from the F
+    /// distribution of 2 and `2 n - 2` degrees of freedom, whose quantile has a closed form.
     ///
     /// # Errors
     /// A probability that is not between 0 and 1.
@@ -277,7 +279,8 @@ pub fn decibels(magnitude: f64) -> f64 {
     20.0 * magnitude.log10()
 }
 
-/// Phase in degrees without jumps of a turn; the first lies between -180 and 180, but for one a hair above -180, which is shown as 180.
+/// Phase in degrees without jumps of a turn; the first lies between -180 and 180, but for one a hair above -180, which
+/// is shown as 180.
 pub fn continuous_phase(response: impl IntoIterator<Item = Complex<f64>>) -> Vec<f64> {
     let mut before: Option<f64> = None;
     let unwrap = |h: Complex<f64>| {

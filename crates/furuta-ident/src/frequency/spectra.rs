@@ -18,7 +18,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Segments of so many samples, half overlapping, under Hann's window.
+    /// Segments of this many samples, half overlapping, under Hann's window.
     #[must_use]
     pub fn new(segment: usize) -> Self {
         Self {
@@ -36,7 +36,8 @@ pub struct Stretch<'a> {
     pub u: &'a [f64],
     /// Its output.
     pub y: &'a [f64],
-    /// What no controller chose: the input itself in open loop (`None`), a reference or an added excitation in closed loop.
+    /// What no controller chose: the input itself in open loop (`None`), a reference or an added excitation in closed
+    /// loop.
     pub r: Option<&'a [f64]>,
 }
 
@@ -57,7 +58,7 @@ pub struct Spectra {
     pub external: Option<External>,
     /// Segments averaged.
     pub segments: usize,
-    /// Independent averages that they are worth: overlapping ones know of one another.
+    /// Independent averages that they amount to: overlapping ones are correlated.
     pub averages: f64,
     /// Stretches that were too short for a segment.
     pub unused: usize,
@@ -92,8 +93,8 @@ impl Spectra {
     /// ```
     ///
     /// # Errors
-    /// Signals of different lengths or with numbers that are not finite, settings out of range, a constant input, stretches that are all
-    /// shorter than a segment.
+    /// Signals of different lengths or with numbers that are not finite, settings out of range, a constant input,
+    /// stretches that are all shorter than a segment.
     pub fn of(
         stretches: &[Stretch<'_>],
         sample_period: f64,
@@ -188,8 +189,8 @@ impl Spectra {
     }
 }
 
-/// How much the spectra of two segments, one, two, ... steps apart, know of each other: the square of the correlation of what the window
-/// lets through of white noise.
+/// How much the spectra of two segments, one, two, ... steps apart, know of each other: the square of the correlation
+/// of what the window lets through of white noise.
 fn overlaps(window: &[f64], step: usize) -> Vec<f64> {
     let power: f64 = window.iter().map(|w| w * w).sum();
     let shared = |shift: usize| -> f64 {
@@ -207,7 +208,7 @@ fn overlaps(window: &[f64], step: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Independent averages in so many overlapping segments (Welch 1967).
+/// Independent averages in this many overlapping segments (Welch 1967).
 fn independent(count: usize, overlaps: &[f64]) -> f64 {
     let count = count as f64;
     let more: f64 = overlaps

@@ -31,11 +31,13 @@ impl Rational {
     }
 }
 
-/// Levi's least squares on `B - H A`, each line with its weight, and from there the iterations of Sanathanan and Koerner: the same, divided by
-/// the denominator before, which takes away Levi's stress on high frequencies. The iterate that fits best is given.
+/// Levi's least squares on `B - H A`, each line with its weight, and from there the iterations of Sanathanan and
+/// Koerner: the same, divided by the denominator before, which takes away Levi's stress on high frequencies. The
+/// iterate that fits best is given.
 ///
-/// Vector fitting does the same iterations on partial fractions, for the sake of their condition; with frequencies scaled and columns normalised,
-/// polynomials up to order 6 come back to eight digits over a band of 1 to 250, which is all that is asked of a start.
+/// Vector fitting does the same iterations on partial fractions, for the sake of their condition; with frequencies
+/// scaled and columns normalised, polynomials up to order 6 come back to eight digits over a band of 1 to 250, which is
+/// all that is asked of a start.
 pub(super) fn sanathanan_koerner(
     s: &[Complex<f64>],
     h: &[Complex<f64>],

@@ -49,7 +49,8 @@ pub enum TransferError {
 }
 
 impl Transfer {
-    /// A transfer function without delay; both are divided by the denominator's first coefficient, leading zeros are dropped.
+    /// A transfer function without delay; both are divided by the denominator's first coefficient, leading zeros are
+    /// dropped.
     ///
     /// ```
     /// use furuta_ident::frequency::transfer::Transfer;

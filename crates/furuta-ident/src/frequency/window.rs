@@ -85,9 +85,9 @@ impl Window {
         (0..n).map(value).collect()
     }
 
-    /// How many lines side by side hold the information of one: neighbouring lines of a windowed spectrum know of one another, and a fit that
-    /// takes them as independent would think itself too sure by the root of this. `sum over d of |sum w^2 e^(-2 pi j d n / N)|^2 / (sum w^2)^2`;
-    /// 1 for the rectangular window, 1.94 for Hann's.
+    /// How many lines side by side hold the information of one: neighbouring lines of a windowed spectrum know of one
+    /// another, and a fit that takes them as independent would think itself too sure by the root of this.
+    /// `sum over d of |sum w^2 e^(-2 pi j d n / N)|^2 / (sum w^2)^2`; 1 for the rectangular window, 1.94 for Hann's.
     #[must_use]
     pub fn lines_for_one(self) -> f64 {
         // By Parseval, N sum w^4 / (sum w^2)^2; long enough that every term of a window is a whole number of lines.

@@ -11,7 +11,8 @@ use crate::answer::significant;
 /// Lines shown; all of them are in [`csv`].
 const SHOWN: usize = 24;
 
-/// A response as a table: how it was measured, and some two dozen of its lines, evenly in the logarithm. `what` it is of: `alpha / u`.
+/// A response as a table: how it was measured, and some two dozen of its lines, evenly in the logarithm. `what` it is
+/// of: `alpha / u`.
 ///
 /// # Errors
 /// As [`Frf::confidence`].

@@ -1,8 +1,8 @@
 //! Whether recordings can be of the rig they are said to be of, and of one rig.
 //!
-//! The pendulum's equation and the arm's, regressed on second differences, need no fit: they show the pendulum's frequency, the ratio of the
-//! angles' scales and the sign of the command, each within some per cent. A data sheet, or an effect that is worth a diagnosis, is not off by as much as is asked
-//! for here.
+//! The pendulum's equation and the arm's, regressed on second differences, need no fit: they show the pendulum's
+//! frequency, the ratio of the angles' scales and the sign of the command, each within some per cent. A data sheet, or
+//! an effect to be diagnosed, is not off by as much as is asked for here.
 
 use furuta_model::Rig;
 
@@ -15,9 +15,10 @@ const SIGNIFICANT: f64 = 12.0;
 const LEFT_AT_MOST: f64 = 0.5;
 /// The same where two recordings are compared, whose noise and motion differ.
 const LEFT_BETWEEN: f64 = 0.1;
-/// Least squared frequency worth comparing, 1/s^2: time stamps may be stretched.
+/// Least squared frequency that is compared, 1/s^2: time stamps may be stretched.
 const LEAST_FREQUENCY: f64 = 0.5;
-/// A pendulum that swings faster or slower than the sheet's by this factor is another one, or its time stamps are wrong.
+/// A pendulum that swings faster or slower than the sheet's by this factor is another one, or its time stamps are
+/// wrong.
 const FREQUENCY_FACTOR: f64 = 1.5;
 /// By this factor the coupling may differ from the sheet's; degrees for radians make it 57.
 const COUPLING_FACTOR: f64 = 5.0;
@@ -34,15 +35,15 @@ const COUPLING_BETWEEN: f64 = 1.5;
 /// let plant: Plant<f64> = Plant::new(&rig.params, &[]).expect("no effects");
 /// let recorded = |sign: f64| {
 ///     let mut x = plant.rest(State::hanging());
-///     let mut csv = String::from("t,u,theta,alpha\n");
+///     let mut samples = Vec::new();
 ///     for k in 0..2000 {
 ///         let t = 0.002 * f64::from(k);
 ///         let u = 1.5 * (3.0 * t * (1.0 + t)).sin();
 ///         let [theta, alpha] = plant.measure(&x);
-///         csv += &format!("{t},{},{theta},{alpha}\n", sign * u);
+///         samples.push([t, sign * u, theta, alpha]);
 ///         plant.step(&mut x, u, 0.002);
 ///     }
-///     Recording::from_csv("sweep.csv", csv.as_bytes()).map(|(recording, _)| recording)
+///     Recording::from_samples("sweep", samples).map(|(recording, _)| recording)
 /// };
 /// assert!(against_rig(&[recorded(1.0)?], &rig).is_empty());
 /// assert_eq!(against_rig(&[recorded(-1.0)?], &rig)[0].kind, NoticeKind::CommandSignSuspected);
@@ -58,7 +59,8 @@ pub fn against_rig(recordings: &[Recording], rig: &Rig) -> Vec<Notice> {
 pub(crate) fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usize, Notice)> {
     let mut notices = Vec::new();
     let mut known: Vec<(usize, &Recording, PendulumLaw)> = Vec::new();
-    // Upright, the controller answers every disturbance, and a regression takes the answer for the law: only what hangs is judged, if anything does.
+    // Upright, the controller answers every disturbance, and a regression takes the answer for the law: only what hangs
+    // is judged, if anything does.
     let judged = |r: &&Recording| r.hangs() || !recordings.iter().any(Recording::hangs);
     for (i, recording) in recordings.iter().enumerate() {
         let notice = |kind| {

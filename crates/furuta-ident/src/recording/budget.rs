@@ -20,7 +20,7 @@ impl<'a> Budget<'a> {
         }
     }
 
-    /// Takes so many bytes.
+    /// Takes `bytes` of what is left.
     pub(super) fn take(&mut self, bytes: usize) -> Result<(), RecordingError> {
         let left = self.left.checked_sub(bytes as u64);
         self.left = left.ok_or_else(|| RecordingError::TooMuchMemory {

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use super::{Notice, NoticeKind, Recording, RecordingError, Table, Values, clipped, convention};
 
-/// An interval may differ from the sample period by this fraction of it and still count as jitter. Time stamps in whole milliseconds
-/// need 0.2 at 400 Hz and 0.33 at 667 Hz.
+/// An interval may differ from the sample period by this fraction of it and still count as jitter. Time stamps in whole
+/// milliseconds need 0.2 at 400 Hz and 0.33 at 667 Hz.
 pub const JITTER_TOLERATED: f64 = 0.35;
 /// An interval longer than this many sample periods is a gap: at least one sample is missing.
 pub const GAP_FACTOR: f64 = 1.5;
@@ -18,9 +18,9 @@ pub const MIN_SEGMENT: usize = 20;
 
 /// Two intervals at least, or there is no rate to speak of.
 const MIN_ROWS: usize = 3;
-/// Jitter below this fraction of the period is rounding and not worth a word.
+/// Jitter below this fraction of the period is rounding and not told.
 const JITTER_MENTIONED: f64 = 0.02;
-/// So many gaps are described one by one, more of them together.
+/// Up to this number, gaps are described one by one; more of them together.
 const GAPS_LISTED: usize = 5;
 /// Shortest recording that is not called short, s: several swings of the pendulum.
 const DURATION_ADVISED: f64 = 2.0;
@@ -271,8 +271,8 @@ impl Timing {
     }
 }
 
-/// Mean of the intervals that are not gaps. The median, which tells the gaps, would be off where time stamps are rounded to the
-/// millisecond (2, 3, 2, 3 ms at 400 Hz).
+/// Mean of the intervals that are not gaps. The median, which tells the gaps, would be off where time stamps are
+/// rounded to the millisecond (2, 3, 2, 3 ms at 400 Hz).
 fn period(intervals: &[f64]) -> f64 {
     let mut sorted = intervals.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -309,8 +309,8 @@ fn segments(table: &Table, breaks: &[usize], notices: &mut Vec<NoticeKind>) -> V
     useful
 }
 
-/// Makes an angle continuous that was recorded modulo a turn. A pendulum that then starts near -pi starts at +pi: which of the two was
-/// written is chance where it hangs, and alpha = pi is the convention.
+/// Makes an angle continuous that was recorded modulo a turn. A pendulum that then starts near -pi starts at +pi: which
+/// of the two was written is chance where it hangs, and alpha = pi is the convention.
 fn unwrap_turns(
     column: &'static str,
     values: &mut [f64],

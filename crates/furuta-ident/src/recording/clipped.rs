@@ -2,19 +2,20 @@
 
 use super::{NoticeKind, Recording};
 
-/// A plateau at an extreme lasts at least so many samples.
+/// A plateau at an extreme lasts at least this many samples.
 const PLATEAU: usize = 8;
-/// The motion over so many counts before a plateau is compared with that over as many before those.
+/// The motion over this many counts before a plateau is compared with the motion over as many before those.
 const COUNTS: f64 = 6.0;
-/// An axis that comes to rest takes 2.4 times as long for the last counts as for as many before them, one whose encoder ends as long.
+/// An axis that comes to rest takes 2.4 times as long for the last counts as for as many before them, one whose encoder
+/// ends as long.
 const SLOWING: f64 = 1.5;
-/// At its speed the axis would have gone beyond the plateau by so many counts at least before it came back.
+/// At its speed the axis would have gone beyond the plateau by at least this many counts before it came back.
 const BEYOND: f64 = 4.0;
-/// So many such plateaus there are at least.
+/// There are at least this many such plateaus.
 const TIMES: usize = 2;
 
-/// Suspects an encoder (or a column of fixed range) that ends at a value: motion that stops dead at the largest or smallest value, stays there
-/// and leaves it as suddenly, more than once.
+/// Suspects an encoder (or a column of fixed range) that ends at a value: motion that stops dead at the largest or
+/// smallest value, stays there and leaves it as suddenly, more than once.
 pub(super) fn clipped(
     recording: &Recording,
     column: &'static str,

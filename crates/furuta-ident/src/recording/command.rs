@@ -18,7 +18,7 @@ const SLOW: f64 = 0.1;
 const DELAYS: [f64; 4] = [0.0, 0.005, 0.01, 0.02];
 /// What the arm needs with the wrong sign must leave less than this of the command,
 const LEAVES: f64 = 0.3;
-/// and so many times less than with the right one.
+/// and this many times less than with the right one.
 const BETTER: f64 = 3.0;
 
 /// What the arm needs of the command: inertia, the pendulum's pull, damping, dry friction, a spring, each with a

@@ -1,4 +1,5 @@
-//! Whether a recording keeps to the conventions: seconds, radians, alpha from upright, both angles counted the same way.
+//! Whether a recording keeps to the conventions: seconds, radians, alpha from upright, both angles counted the same
+//! way.
 //!
 //! These are suspicions, never corrections: a wrong guess would turn good data into nonsense.
 
@@ -9,7 +10,7 @@ use super::{NoticeKind, Recording, weak};
 
 /// No encoder of the bench has fewer counts a turn: a resolution coarser than `2 pi` over this is not in radians.
 const COUNTS_AT_LEAST: f64 = 150.0;
-/// An angle beyond this, rad, would be more than six turns of a cable: worth a look at its unit.
+/// An angle beyond this, rad, would be more than six turns of a cable: its unit is questioned.
 const ANGLE_AT_MOST: f64 = 40.0;
 /// Share that an alpha in degrees, converted, leaves of what it leaves as it is.
 const LEFT_IN_RADIANS: f64 = 0.3;
@@ -110,32 +111,35 @@ fn steps(values: &[f64]) -> (f64, f64) {
     (resolution, largest)
 }
 
-/// Time over which the second difference is taken, s: long enough that a count of the encoder does not drown the acceleration, short
-/// against a swing.
+/// Time over which the second difference is taken, s: long enough that a count of the encoder does not drown the
+/// acceleration, short against a swing.
 pub(super) const DIFFERENCE: f64 = 0.02;
-/// The same for small or slow motion, s: three times as long lowers the noise of an acceleration to a ninth, and still sees a pendulum of 3 Hz.
+/// The same for small or slow motion, s: three times as long lowers the noise of an acceleration to a ninth, and still
+/// sees a pendulum of 3 Hz.
 const LONG_DIFFERENCE: f64 = 0.06;
-/// Standard deviations that a coefficient must be away from zero to be spoken of; the noise of neighbouring samples is correlated and the
-/// friction left out of the regression, so this is far above the usual three.
+/// Standard deviations that a coefficient must be away from zero to be spoken of; the noise of neighbouring samples is
+/// correlated and the friction left out of the regression, so this is far above the usual three.
 const SIGNIFICANT: f64 = 12.0;
 /// Slowest pendulum of a bench, squared angular frequency in rad^2/s^2 (1.6 m long).
 const FREQUENCY_SQUARED_AT_LEAST: f64 = 8.0;
-/// Fastest one, rad^2/s^2 (2.5 cm long). Balanced in a small limit cycle, a coarse encoder and the arm's play make every second difference look like a
-/// spring far stiffer than any weight.
+/// Fastest one, rad^2/s^2 (2.5 cm long). Balanced in a small limit cycle, a coarse encoder and the arm's backlash make
+/// every second difference look like a spring far stiffer than any weight.
 const FREQUENCY_SQUARED_AT_MOST: f64 = 400.0;
-/// Least coupling `m L c / (I + m c^2)` of a rig worth the name.
+/// Least coupling `m L c / (I + m c^2)` of any real rig.
 const COUPLING_AT_LEAST: f64 = 0.1;
 
 /// A column that is at half a turn on average, within this (rad), while the other is at zero, is the pendulum's.
 const HANGS_WITHIN: f64 = 0.3;
 /// A recording that starts with a pendulum at rest starts within this of half a turn, rad.
 const RESTS_WITHIN: f64 = 0.02;
-/// What another order of the columns must leave unexplained at most, and by which factor less than the order given, to be believed.
+/// What another order of the columns must leave unexplained at most, and by which factor less than the order given, to
+/// be believed.
 const SWAPPED_LEAVES: f64 = 0.3;
 const SWAPPED_BETTER: f64 = 3.0;
 
 /// The pendulum's equation, which holds whatever the motor does, as the recording shows it:
-/// `alpha_ddot = a*sin(alpha) + b*cos(alpha)*theta_ddot - c*alpha_dot`, with `a = m g c / (I + m c^2) > 0` and `b = m L c / (I + m c^2) > 0`.
+/// `alpha_ddot = a*sin(alpha) + b*cos(alpha)*theta_ddot - c*alpha_dot`, with `a = m g c / (I + m c^2) > 0` and
+/// `b = m L c / (I + m c^2) > 0`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PendulumLaw {
     /// `a`, 1/s^2.
@@ -215,7 +219,8 @@ pub(super) struct Differences {
     pub(super) acceleration: f64,
 }
 
-/// Calls `f` with the central differences of two columns at every sample that has them, and returns the lag of the differences, in samples.
+/// Calls `f` with the central differences of two columns at every sample that has them, and returns the lag of the
+/// differences, in samples.
 pub(super) fn differences(
     recording: &Recording,
     columns: [&[f64]; 2],
@@ -249,14 +254,15 @@ pub(super) fn differences(
 
 /// Suspects swapped columns, alpha counted from hanging, or one angle counted the other way.
 ///
-/// Counted from hanging, both signs of the pendulum's equation turn; with one angle mirrored, that of the coupling. Where two columns are swapped, the
-/// equation holds when they are swapped back.
+/// Counted from hanging, both signs of the pendulum's equation turn; with one angle mirrored, that of the coupling.
+/// Where two columns are swapped, the equation holds when they are swapped back.
 pub(super) fn signs(recording: &Recording) -> Option<NoticeKind> {
     let (u, theta, alpha) = (&recording.u, &recording.theta, &recording.alpha);
     let law = PendulumLaw::of(recording, theta, alpha);
     let left = law.map_or(1.0, |law| law.left);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    // The pendulum hangs in theta's column: it starts there at rest, or it swings there. An arm may stand half a turn away while its pendulum is balanced.
+    // The pendulum hangs in theta's column: it starts there at rest, or it swings there. An arm may stand half a turn
+    // away while its pendulum is balanced.
     let hangs = |angle: f64, within: f64| (angle.abs() - PI).abs() < within;
     let first = |values: &[f64]| values.first().copied().unwrap_or_default();
     let starts = hangs(first(theta), RESTS_WITHIN) && first(alpha).abs() < RESTS_WITHIN;

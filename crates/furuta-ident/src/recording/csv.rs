@@ -12,7 +12,8 @@ use super::budget::Budget;
 use super::lines::{Line, Lines};
 use super::{Column, Recording, RecordingError, Table, Values};
 
-const REQUIRED: [&str; 4] = ["t", "u", "theta", "alpha"];
+/// The columns that a recording needs.
+pub(super) const REQUIRED: [&str; 4] = ["t", "u", "theta", "alpha"];
 const SPEEDS: [&str; 2] = ["theta_dot", "alpha_dot"];
 /// A comment that carries a line of the rig file starts with this.
 const RIG_LINE: &str = "rig| ";
@@ -464,8 +465,8 @@ pub(super) fn rig_in_comments(comments: Vec<String>) -> (Option<String>, Vec<Str
 }
 
 impl Recording {
-    /// Writes the recording as CSV: comments (with metadata as `key: value`, and the rig file line by line), header, one row per sample.
-    /// Numbers are written with as many digits as it takes to read the same number again.
+    /// Writes the recording as CSV: comments (with metadata as `key: value`, and the rig file line by line), header,
+    /// one row per sample. Numbers are written with as many digits as it takes to read the same number again.
     ///
     /// # Errors
     /// [`RecordingError::File`] where the file cannot be written.

@@ -6,7 +6,8 @@ use furuta_input::{InputError, number, quoted};
 
 /// Why a recording was refused: in which file, in which row and column, which value, and what to do.
 ///
-/// Rows are counted as an editor counts lines, from 1 and with the header and comments (CSV), or as messages from 1 (MCAP).
+/// Rows are counted as an editor counts lines, from 1 and with the header and comments (CSV), or as messages (MCAP) or
+/// samples from 1.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {

@@ -1,8 +1,8 @@
 //! MCAP: logs of `furuta run`, and recordings written in the same form.
 //!
 //! A recording is one JSON message a sample on the topic of [`furuta_log`], with the fields of its [`Record`] and
-//! further ones for the columns that a record does not have. Any reader of logs reads such a file; the columns that the recording really
-//! has are listed in the metadata, since a record has no way to leave a field out.
+//! further ones for the columns that a record does not have. Any reader of logs reads such a file; the columns that the
+//! recording really has are listed in the metadata, since a record has no way to leave a field out.
 
 use std::collections::BTreeMap;
 use std::io::Read;

@@ -43,7 +43,8 @@ enum Form {
 }
 
 impl Shape {
-    /// Of columns by name, and whether each holds numbers. Fields of a record that the recording does not have are null, zero or `off`.
+    /// Of columns by name, and whether each holds numbers. Fields of a record that the recording does not have are
+    /// null, zero or `off`.
     pub(super) fn new(columns: Vec<(String, bool)>) -> Self {
         let text = |name: &str| Value::from(name).to_string();
         let mut parts = Vec::new();
@@ -87,7 +88,8 @@ impl Shape {
         self.columns.iter().any(|(name, _)| own(name))
     }
 
-    /// Whether a column called as a field of the log holds what that field holds: readers would refuse the log otherwise. If not, what the
+    /// Whether a column called as a field of the log holds what that field holds: readers would refuse the log
+    /// otherwise. If not, what the
     /// field means.
     pub(super) fn misfit(&self, column: usize, cell: Cell<'_>) -> Option<&'static str> {
         let (name, _) = self.columns.get(column)?;
@@ -252,7 +254,8 @@ impl Recording {
     /// Writes the recording as an MCAP log, in the form that `furuta run` writes.
     ///
     /// # Errors
-    /// [`RecordingError::File`] where the file cannot be written, [`RecordingError::NotLoggable`] where a further column has the name of a
+    /// [`RecordingError::File`] where the file cannot be written, [`RecordingError::NotLoggable`] where a further
+    /// column has the name of a
     /// field of the log and holds something else.
     pub fn write_mcap(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
         let path = path.as_ref();

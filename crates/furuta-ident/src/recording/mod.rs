@@ -1,8 +1,8 @@
 //! Recordings of a rig: what they hold, how they are read and checked.
 //!
-//! A recording is a CSV file with a header (columns in any order, `t,u,theta,alpha` required, `#` starts a comment) or an MCAP log of
-//! `furuta run`. Nothing about the data is changed silently: each change is a [`Notice`], and what cannot be mended is a
-//! [`RecordingError`] that names file, row, column and value.
+//! A recording is a CSV file with a header (columns in any order, `t,u,theta,alpha` required, `#` starts a comment) or
+//! an MCAP log of `furuta run`. Nothing about the data is changed silently: each change is a [`Notice`], and what
+//! cannot be mended is a [`RecordingError`] that names file, row, column and value.
 
 mod against_rig;
 mod budget;
@@ -38,7 +38,7 @@ pub use checks::{GAP_FACTOR, IRREGULAR_SHARE, JITTER_TOLERATED, MIN_SEGMENT};
 pub use error::RecordingError;
 pub use furuta_input::Limits;
 pub use notice::{Notice, NoticeKind};
-pub use select::Selection;
+pub use select::Excerpt;
 pub use transcode::{Format, Transcoded, transcode};
 
 /// What is read here, for messages.
@@ -57,7 +57,8 @@ pub struct Recording {
     pub theta: Vec<f64>,
     /// Pendulum angle from upright, rad, continuous over turns.
     pub alpha: Vec<f64>,
-    /// Arm speed, rad/s, where recorded; not finite where it is not known, as in the last sample of a run that ended for it.
+    /// Arm speed, rad/s, where recorded; not finite where it is not known, as in the last sample of a run that ended
+    /// for it.
     pub theta_dot: Option<Vec<f64>>,
     /// Pendulum speed, rad/s, where recorded; likewise.
     pub alpha_dot: Option<Vec<f64>>,
@@ -93,7 +94,8 @@ pub enum Values {
     Text(Vec<String>),
 }
 
-/// Whether a pendulum with these angles (rad, 0 upright) never comes near upright, so that its motion needs no controller.
+/// Whether a pendulum with these angles (rad, 0 upright) never comes near upright, so that its motion needs no
+/// controller.
 pub(crate) fn hangs(alpha: impl IntoIterator<Item = f64>) -> bool {
     use core::f64::consts::{PI, TAU};
     const NEAR_UPRIGHT: f64 = 0.6;
@@ -135,8 +137,8 @@ impl Recording {
         cut_off.map_or(Ok((recording, notices)), Err)
     }
 
-    /// As [`Self::load_with_notices`], but a log that was cut off or damaged gives what was read before that place, with
-    /// [`NoticeKind::CutOff`].
+    /// As [`Self::load_with_notices`], but a log that was cut off or damaged gives what was read before that place,
+    /// with [`NoticeKind::CutOff`].
     ///
     /// # Errors
     /// As [`Self::load`], but for [`RecordingError::CutOff`].
@@ -189,6 +191,61 @@ impl Recording {
         Self::read_csv(file, bytes, &Limits::default())
     }
 
+    /// A recording of samples `[t, u, theta, alpha]` (s, V, rad, rad; alpha 0 upright, pi hanging) called `name`, with
+    /// the checks that a file meets. Rows in messages are samples, counted from 1.
+    ///
+    /// ```
+    /// use furuta_ident::recording::Recording;
+    /// let swing = (0..1000).map(|k| {
+    ///     let t = 0.004 * f64::from(k);
+    ///     [t, (9.0 * t).sin(), 0.0, 3.14 + 0.1 * (7.0 * t).sin()]
+    /// });
+    /// let (recording, notices) = Recording::from_samples("swing", swing)?;
+    /// assert_eq!((recording.len(), notices.len()), (1000, 0));
+    /// assert!((recording.sample_period - 0.004).abs() < 1e-12);
+    ///
+    /// let error = Recording::from_samples("swing", [[0.0, 0.0, f64::NAN, 3.14]]).unwrap_err();
+    /// assert!(error.to_string().starts_with("swing: row 1, column theta: the value is NaN"));
+    /// # Ok::<(), furuta_ident::recording::RecordingError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Self::from_csv`], but for those of the text.
+    pub fn from_samples(
+        name: &str,
+        samples: impl IntoIterator<Item = [f64; 4]>,
+    ) -> Result<(Self, Vec<Notice>), RecordingError> {
+        let mut columns: [Vec<f64>; 4] = Default::default();
+        for (k, sample) in samples.into_iter().enumerate() {
+            for ((values, value), column) in columns.iter_mut().zip(sample).zip(csv::REQUIRED) {
+                if !value.is_finite() {
+                    return Err(RecordingError::NotFinite {
+                        file: name.into(),
+                        row: k + 1,
+                        column: column.into(),
+                        value,
+                    });
+                }
+                values.push(value);
+            }
+        }
+        let [t, u, theta, alpha] = columns;
+        checks::check(Table {
+            file: name.into(),
+            rows: (1..=t.len()).collect(),
+            t,
+            u,
+            theta,
+            alpha,
+            theta_dot: None,
+            alpha_dot: None,
+            extra: Vec::new(),
+            rig: None,
+            metadata: BTreeMap::new(),
+            comments: Vec::new(),
+        })
+    }
+
     fn read_csv(
         file: &str,
         input: impl BufRead,
@@ -198,7 +255,8 @@ impl Recording {
         checks::check(table)
     }
 
-    /// Reads a recording from the bytes of an MCAP log called `file`; one that is cut off gives what is there, as [`Self::salvage`] does.
+    /// Reads a recording from the bytes of an MCAP log called `file`; one that is cut off gives what is there, as
+    /// [`Self::salvage`] does.
     ///
     /// # Errors
     /// As [`Self::salvage`], but for the file system's.
@@ -266,8 +324,8 @@ impl Recording {
         }
     }
 
-    /// The recording cut at its gaps: each part is evenly sampled throughout. One without gaps is returned as it is; the parts of
-    /// another are named `name[1]`, `name[2]`, ...
+    /// The recording cut at its gaps: each part is evenly sampled throughout. One without gaps is returned as it is;
+    /// the parts of another are named `name[1]`, `name[2]`, ...
     #[must_use]
     pub fn continuous_parts(&self) -> Vec<Self> {
         if let [only] = self.segments.as_slice()

@@ -253,8 +253,8 @@ impl fmt::Display for Rows<'_> {
 }
 
 impl NoticeKind {
-    /// Whether the recording probably breaks a convention (units, signs, origin), so that a diagnosis of it would blame physics for a
-    /// mistake of recording.
+    /// Whether the recording probably breaks a convention (units, signs, origin), so that a diagnosis of it would blame
+    /// physics for a mistake of recording.
     #[must_use]
     pub const fn is_suspicion(&self) -> bool {
         // A scale that is nearly right is offered, and left to the search, which knows the encoders' scales.

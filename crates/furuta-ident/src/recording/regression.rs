@@ -74,7 +74,8 @@ impl<const N: usize> Regression<N> {
         self.count / correlated - N as f64
     }
 
-    /// Coefficients with standard deviations, where one sample in `correlated` is independent; `None` where the regressors do not differ.
+    /// Coefficients with standard deviations, where one sample in `correlated` is independent; `None` where the
+    /// regressors do not differ.
     pub(super) fn solve(&self, correlated: f64) -> Option<Solution<N>> {
         let freedom = self.freedom(correlated);
         let lengths = self.xx.diagonal().map(f64::sqrt);

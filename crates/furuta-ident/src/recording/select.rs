@@ -4,23 +4,23 @@ use std::ops::Range;
 
 use super::{MIN_SEGMENT, Recording, RecordingError, Values};
 
-/// What of a recording is used, for one that is longer than it needs to be.
+/// The part of a recording that is used, for one that is longer than it needs to be.
 ///
 /// ```
-/// use furuta_ident::recording::Selection;
-/// let selection: Selection = Selection { every: 5, span: Some(2.0..60.0) };
-/// assert_eq!(Selection::default().every, 1);
-/// assert_ne!(selection, Selection::default());
+/// use furuta_ident::recording::Excerpt;
+/// let excerpt = Excerpt { every: 5, span: Some(2.0..60.0) };
+/// assert_eq!(Excerpt::default().every, 1);
+/// assert_ne!(excerpt, Excerpt::default());
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Selection {
-    /// Every so many-th sample; 1 for all.
+pub struct Excerpt {
+    /// Every `every`-th sample; 1 for all.
     pub every: usize,
     /// From here to there, s from the first sample; `None` for all.
     pub span: Option<Range<f64>>,
 }
 
-impl Default for Selection {
+impl Default for Excerpt {
     fn default() -> Self {
         Self {
             every: 1,
@@ -34,12 +34,12 @@ impl Recording {
     ///
     /// # Errors
     /// As [`Self::span`] and [`Self::every`].
-    pub fn select(self, selection: &Selection) -> Result<Self, RecordingError> {
-        let cut = match &selection.span {
+    pub fn select(self, excerpt: &Excerpt) -> Result<Self, RecordingError> {
+        let cut = match &excerpt.span {
             Some(span) => self.span(span.start, span.end)?,
             None => self,
         };
-        match selection.every {
+        match excerpt.every {
             1 => Ok(cut),
             n => cut.every(n),
         }
@@ -81,8 +81,10 @@ impl Recording {
         })
     }
 
-    /// Every `n`-th sample. A command is held from its sample to the next: that of a sample kept becomes the mean of the `n` commands up to the
-    /// next one kept, which turns the motor by as much. Angles, speeds and further columns are those of the samples kept. A gap is where it
+    /// Every `n`-th sample. A command is held from its sample to the next: that of a sample kept becomes the mean of
+    /// the `n` commands up to the
+    /// next one kept, which turns the motor by as much. Angles, speeds and further columns are those of the samples
+    /// kept. A gap is where it
     /// was: each stretch between gaps is thinned out by itself.
     ///
     /// # Errors

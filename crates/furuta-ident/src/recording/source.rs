@@ -1,5 +1,6 @@
-//! The CSV file that a log was converted from, kept whole within it. What a number means survives any conversion; how somebody wrote it
-//! (`1.50`, the order of the columns, a blank line) only so. It is given back while the samples beside it are those that were converted.
+//! The CSV file that a log was converted from, kept whole within it. What a number means survives any conversion; how
+//! it was written (`1.50`, the order of the columns, a blank line) survives only here. It is given back while the
+//! samples beside it are those that were converted.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,5 @@
-//! From CSV to MCAP and back, of any length, without loss: of the log of a run every bit of every sample and all that it says of its run, of
+//! From CSV to MCAP and back, of any length, without loss: of the log of a run every bit of every sample and all that
+//! it says of its run, of
 //! any other CSV file every byte. Samples pass through one by one.
 
 use std::io::{self, Read, Seek, Write};
@@ -14,7 +15,7 @@ use super::source::{self, Digest};
 use super::trouble::Trouble;
 use super::{Notice, NoticeKind, Recording, RecordingError, checks, csv, mcap};
 
-/// Of a longer recording, what samples mean is checked of so many only: an hour at 250 Hz.
+/// Of a longer recording, what samples mean is checked of this number of samples only: an hour at 250 Hz.
 const CHECKED: usize = 1_000_000;
 /// Enough of a file to tell what it is.
 const START: u64 = 64;
@@ -43,10 +44,12 @@ pub struct Transcoded {
     pub cut_off: Option<String>,
 }
 
-/// Converts a recording. The output is begun once the input is known to be sound, and takes its place when it is complete.
+/// Converts a recording. The output is begun once the input is known to be sound, and takes its place when it is
+/// complete.
 ///
 /// # Errors
-/// Those of [`Recording::salvage`]; [`RecordingError::NotLoggable`]; [`RecordingError::File`] where the output cannot be written.
+/// Those of [`Recording::salvage`]; [`RecordingError::NotLoggable`]; [`RecordingError::File`] where the output cannot
+/// be written.
 pub fn transcode(
     input: &Path,
     output: &Path,

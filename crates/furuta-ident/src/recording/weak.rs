@@ -18,7 +18,7 @@ const SPEED: f64 = 0.006;
 const SLOW: f64 = 0.1;
 /// Bumps over a recording at most; over a longer one they lie further apart.
 const BUMPS: usize = 1000;
-/// Bumps overlap: one in so many is independent.
+/// Bumps overlap: one in this many is independent.
 pub(super) const CORRELATED: f64 = 2.0;
 
 /// Regressors: gravity `sin(alpha)`, coupling `cos(alpha) theta''`, centrifugal `sin cos theta'²`, damping, then what

@@ -1,4 +1,5 @@
-//! The page of a calibration: the parameters with their intervals, what the recordings can tell, measured against model.
+//! The page of a calibration: the parameters with their intervals, what the recordings can tell, measured against
+//! model.
 
 use core::fmt::Write as _;
 
@@ -10,7 +11,8 @@ const WIDTH: f64 = 960.0;
 /// Points of a line: more than a screen has columns for.
 const POINTS: usize = 1200;
 
-/// The page of a calibration, one self-contained HTML file: what the recordings can tell, the parameters, measured against model.
+/// The page of a calibration, one self-contained HTML file: what the recordings can tell, the parameters, measured
+/// against model.
 #[must_use]
 pub fn calibration(outcome: &Outcome) -> String {
     let c = &outcome.calibration;
@@ -53,7 +55,8 @@ const LINES: &str = "pre { overflow-x: auto; font-size: .82rem; line-height: 1.3
     svg polyline[class] { fill: none; stroke-width: 1.3; } svg polyline.measured { stroke: var(--measured); } \
     svg polyline.nominal { stroke: var(--nominal); stroke-dasharray: 4 3; } svg polyline.after { stroke: var(--after); }\n";
 
-/// A calibration at a glance, a fragment of HTML for notebooks: the fitted parameters with their intervals, and how well the model follows.
+/// A calibration at a glance, a fragment of HTML for notebooks: the fitted parameters with their intervals, and how
+/// well the model follows.
 #[must_use]
 pub fn calibration_card(c: &Calibration) -> String {
     let mut rows = String::new();

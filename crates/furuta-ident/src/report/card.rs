@@ -5,8 +5,8 @@ use core::fmt::Write as _;
 use super::escape;
 use crate::diagnose::result::{Channel, Diagnosis, NamedEffect, Part, Verdict, significant};
 
-/// The diagnosis as one small piece of HTML: verdict, effects with their parameters, errors by model. It takes colours and font from where it
-/// stands, light or dark, and needs neither script nor network.
+/// The diagnosis as one small piece of HTML: verdict, effects with their parameters, errors by model. It takes colours
+/// and font from where it stands, light or dark, and needs neither script nor network.
 ///
 /// ```
 /// use furuta_ident::diagnose::result::{Diagnosis, Verdict};

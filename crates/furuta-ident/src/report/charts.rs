@@ -197,7 +197,7 @@ pub(super) fn evidence(candidates: &[CandidateEvidence]) -> String {
     // What could not be evaluated comes last.
     let order = |bic: f64| if bic.is_nan() { f64::NEG_INFINITY } else { bic };
     sorted.sort_by(|a, b| order(b.delta_bic).total_cmp(&order(a.delta_bic)));
-    let (from, to) = (196.0, WIDTH - 160.0);
+    let (from, to) = (196.0, WIDTH - 84.0);
     let largest = sorted
         .iter()
         .map(|candidate| candidate.delta_bic)
@@ -232,14 +232,9 @@ pub(super) fn evidence(candidates: &[CandidateEvidence]) -> String {
         } else {
             "–".into()
         };
-        let gain = if candidate.held_out_gain.is_finite() {
-            format!("{:.0} %", 100.0 * candidate.held_out_gain)
-        } else {
-            "–".into()
-        };
         let _ = write!(
             svg,
-            r#"<text class="mono{weight}" x="0" y="{:.1}">{}</text><rect class="{class}" x="{from}" y="{:.1}" width="{:.1}" height="13" rx="3"/><text class="small{weight}" x="{:.1}" y="{:.1}" text-anchor="end">{bic}</text><text class="small{weight}" x="{WIDTH}" y="{:.1}" text-anchor="end">{gain}</text>"#,
+            r#"<text class="mono{weight}" x="0" y="{:.1}">{}</text><rect class="{class}" x="{from}" y="{:.1}" width="{:.1}" height="13" rx="3"/><text class="small{weight}" x="{WIDTH}" y="{:.1}" text-anchor="end">{bic}</text>"#,
             y + 13.0,
             escape(&candidate.id),
             y + 3.0,
@@ -248,20 +243,17 @@ pub(super) fn evidence(candidates: &[CandidateEvidence]) -> String {
             } else {
                 1.0
             },
-            WIDTH - 76.0,
-            y + 13.0,
             y + 13.0
         );
     }
-    let heads = format!(
-        r#"<text class="soft small" x="{:.1}" y="{y:.1}" text-anchor="end">evidence</text><text class="soft small" x="{WIDTH}" y="{y:.1}" text-anchor="end">held out</text>"#,
-        WIDTH - 76.0,
-        y = top - 12.0
+    let heading = format!(
+        r#"<text class="soft small" x="{WIDTH}" y="{:.1}" text-anchor="end">evidence</text>"#,
+        top - 12.0
     );
     figure(
         "evidence for each candidate, logarithmic",
         [WIDTH, bottom + 24.0],
-        &(svg + &heads),
+        &(svg + &heading),
     )
 }
 

@@ -1,7 +1,7 @@
-//! Recordings as data for the page's script: small, and exact enough for the eye.
+//! Recordings as data for the page's script: small, and exact enough for a chart.
 //!
-//! Angles and commands become 16-bit integers over their range, models the same as residuals (measured minus predicted), so that a residual of
-//! a milliradian is not drowned by the angle's range.
+//! Angles and commands become 16-bit integers over their range, models the same as residuals (measured minus
+//! predicted), so that a residual of a milliradian is not drowned by the angle's range.
 
 use serde_json::{Value, json};
 
@@ -9,7 +9,7 @@ use crate::diagnose::result::RunCurves;
 
 /// Numbers over all runs of a plot: about 2.7 characters each, so some 1.5 MB for the two plots together.
 const BUDGET: usize = 300_000;
-/// Series of a run: command, two angles, three models of two angles; and the time stamps, which take two numbers' room.
+/// Series of a run: command, two angles, three models of two angles; and the time stamps, which count as two.
 const SERIES: usize = 11;
 /// The integer that stands for a value that is not there.
 const GONE: i16 = i16::MIN;
@@ -59,7 +59,8 @@ fn encode(run: &RunCurves, stride: usize) -> Value {
     })
 }
 
-/// `{lo, hi, data}`, or null for a series that is not there. Time is little endian, as every machine is that shows the page.
+/// `{lo, hi, data}`, or null for a series that is not there. Time is little endian, as every machine is that shows the
+/// page.
 fn series(values: &[f64]) -> Value {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     let (low, high) = (

@@ -3,15 +3,17 @@
 use super::{escape, page};
 use crate::frequency::bode::Bode;
 
-/// The page of a frequency response, of a function fitted to it or of what explains it, one self-contained HTML file: the plot, what should be known, and
-/// the answer in numbers as the terminal has it.
+/// The page of a frequency response, of a function fitted to it or of what explains it, one self-contained HTML file:
+/// the plot, what should be known, and the answer in numbers as the terminal has it.
 ///
 /// ```
 /// use furuta_ident::frequency::{Frf, Transfer, bode::Bode, words::response_text};
 /// let g = Transfer::new(&[1.0], &[1.0, 1.0])?;
 /// let frf = Frf::exact(&[0.5, 1.0, 2.0], |f| g.response(f));
 /// let curve: Vec<_> = frf.frequency.iter().copied().zip(frf.response.iter().copied()).collect();
-/// let page = furuta_ident::report::frequency("theta / u", Bode::new("").model("model", &curve, false), "G(s) = 1 / (s + 1)", &["a note <b>".to_owned()]);
+/// let bode = Bode::new("").model("model", &curve, false);
+/// let notes = ["a note <b>".to_owned()];
+/// let page = furuta_ident::report::frequency("theta / u", bode, "G(s) = 1 / (s + 1)", &notes);
 /// assert!(page.starts_with("<!doctype html>") && page.contains("<svg") && page.contains("a note &lt;b&gt;"));
 /// # Ok::<(), furuta_ident::frequency::transfer::TransferError>(())
 /// ```

@@ -1,4 +1,5 @@
-//! Reports: one self-contained HTML page each, readable without a network, in light and dark; the same at a glance, and in plain text.
+//! Reports: one self-contained HTML page each, readable without a network, in light and dark; the same at a glance, and
+//! in plain text.
 
 mod calibration;
 mod card;
@@ -19,8 +20,9 @@ use crate::diagnose::result::{Curves, Diagnosis};
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// The report of a diagnosis as one HTML page: verdict, what is missing, measured against predicted (zoomable), where the gap sits, evidence,
-/// what was ruled out, parameters, held-out and verified predictions, what to measure next. Sections for which there is nothing are left out.
+/// The report of a diagnosis as one HTML page: verdict, what is missing, measured against predicted (zoomable), where
+/// the gap sits, evidence, what was ruled out, parameters, held-out and verified predictions, what to measure next.
+/// Sections for which there is nothing are left out.
 ///
 /// The page stays below some 3 MB: longer recordings are shown at every second, third, ... sample, which it says.
 ///

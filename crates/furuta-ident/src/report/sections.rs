@@ -392,7 +392,7 @@ pub(super) fn evidence(diagnosis: &Diagnosis, curves: &Curves) -> String {
     };
     format!(
         "<section><h2>What was tried</h2><p class=\"lead\">Each candidate added alone to the refitted model: the evidence (fall of the Bayesian information criterion, \
-         logarithmic) and the share of the held-out error that it removes.{named}</p><div class=\"card\">{}</div></section>\n",
+         logarithmic).{named}</p><div class=\"card\">{}</div></section>\n",
         charts::evidence(&curves.evidence)
     )
 }

@@ -6,8 +6,8 @@ use crate::diagnose::result::{
     Channel, Diagnosis, NamedEffect, Part, VerificationRow, Zero, plain, significant,
 };
 
-/// The answer for a person: what is missing and by how much, where the model disagrees, what is ruled out, what to measure next. `rig` is how the rig
-/// file is called in the command line of a planned experiment.
+/// The answer for a person: what is missing and by how much, where the model disagrees, what is ruled out, what to
+/// measure next. `rig` is how the rig file is called in the command line of a planned experiment.
 ///
 /// ```
 /// use furuta_ident::diagnose::result::{Diagnosis, Verdict};

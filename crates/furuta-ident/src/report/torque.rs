@@ -9,13 +9,13 @@ use crate::diagnose::result::{
 };
 
 const WIDTH: f64 = 960.0;
-/// Height of one panel, and its room for numbers below.
+/// Height of one panel, and of the numbers below it.
 const PANEL: f64 = 120.0;
 const BELOW: f64 = 34.0;
-/// Room beside and above the panels.
+/// Margins beside and above the panels.
 const LEFT: f64 = 52.0;
 const TOP: f64 = 30.0;
-/// A curve over time has at most so many points.
+/// A curve over time has at most this many points.
 const POINTS: usize = 700;
 
 pub(super) fn section(diagnosis: &Diagnosis, curves: &Curves) -> String {

@@ -119,7 +119,8 @@ impl Data {
         }
     }
 
-    /// Consecutive windows of about `seconds` over the runs that `wanted` keeps; a remainder shorter than half a window is left out.
+    /// Consecutive windows of about `seconds` over the runs that `wanted` keeps; a remainder shorter than half a window
+    /// is left out.
     pub(crate) fn windows(&self, seconds: f64, wanted: impl Fn(&Run) -> bool) -> Vec<Window> {
         let mut windows = Vec::new();
         for (i, run) in self.runs.iter().enumerate().filter(|(_, r)| wanted(r)) {
@@ -144,8 +145,8 @@ impl Data {
 }
 
 impl Run {
-    /// So many samples at the start are only led in: what the rig's memory (a lag, play in the drive) held before is not known, unless it was at
-    /// rest, hanging. Upright, a hand held it.
+    /// This many samples at the start are only led in: what the rig's memory (a lag, backlash in the drive) held before
+    /// is not known, unless it was at rest, hanging. Upright, a hand held it.
     fn unknown_before(&self) -> usize {
         const LEAD: f64 = 0.2;
         const SHARE: f64 = 0.05;
@@ -159,6 +160,12 @@ impl Run {
     /// Whether the pendulum never comes near upright, so that the plant is stable and can be predicted as a whole.
     pub(crate) fn hangs(&self) -> bool {
         hangs(self.y.iter().map(|y| y[1]))
+    }
+
+    /// The state at a sample as it is measured.
+    pub(crate) fn seen(&self, k: usize) -> State<f64> {
+        let (y, v) = (self.y[k], self.speed[k]);
+        State::new(y[0], y[1], v[0], v[1])
     }
 
     /// The command that acts from sample `k` to the next, `late` samples late.
@@ -209,9 +216,9 @@ fn smoothed(y: &[[f64; 2]], h: f64) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
     (0..y.len()).map(|k| local_fit(y, k, HALF, h)).unzip()
 }
 
-/// Standard deviation of one encoder's noise: residuals of local quintics over stretches in which the encoder moves at least a count
-/// per sample, where rounding is white. Stretches far above the median (kicks,
-/// impacts) are left out.
+/// Standard deviation of one encoder's noise: residuals of local quintics over stretches in which the encoder moves at
+/// least a count per sample, where rounding is white. Stretches far above the median (transients, impacts) are left
+/// out.
 fn noise_floor(runs: &[Run], channel: usize, resolution: f64) -> f64 {
     const SPAN: usize = 2 * HALF + 1;
     const ORDER: usize = 6;

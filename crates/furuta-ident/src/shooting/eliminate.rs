@@ -7,12 +7,13 @@ use rayon::prelude::*;
 use super::data::{Data, Window};
 use super::model::{Layout, Model};
 use super::predict::some;
-use super::window::{Normal, normal};
+use super::window::{Start, WindowNormal, normal};
 
 /// The most numbers that one window can depend on.
 pub(crate) const MAX_FREE: usize = 24;
 
-/// Gradient and Gauss-Newton matrix over all windows with the initial states eliminated, what is known beforehand added.
+/// Gradient and Gauss-Newton matrix over all windows with the initial states eliminated, what is known beforehand
+/// added.
 pub(crate) struct Reduced {
     pub(crate) gradient: DVector<f64>,
     pub(crate) matrix: DMatrix<f64>,
@@ -33,17 +34,20 @@ impl Response {
     /// The initial state after a step of the parameters.
     pub(crate) fn follow(
         &self,
-        x: &State<f64>,
+        start: &Start,
         layout: &Layout,
         recording: usize,
         step: &DVector<f64>,
-    ) -> State<f64> {
+    ) -> Start {
         let mut by = self.own;
         for i in 0..layout.local() {
             by -= self.by_parameters.column(i) * step[layout.place(recording, i)];
         }
-        let x = x.to_array();
-        State::from(std::array::from_fn(|i| x[i] - by[i]))
+        let x = start.x.to_array();
+        Start {
+            x: State::from(std::array::from_fn(|i| x[i] - by[i])),
+            ..*start
+        }
     }
 }
 
@@ -53,7 +57,7 @@ pub(crate) fn reduced<M: Model>(
     z: &[f64],
     data: &Data,
     windows: &[Window],
-    states: &[State<f64>],
+    states: &[Start],
     prior_weight: f64,
 ) -> Reduced {
     match model.layout().local() {
@@ -69,7 +73,7 @@ fn reduced_n<const N: usize, M: Model>(
     z: &[f64],
     data: &Data,
     windows: &[Window],
-    states: &[State<f64>],
+    states: &[Start],
     prior_weight: f64,
 ) -> Reduced {
     let seen = model.observed::<N>(z);
@@ -81,12 +85,12 @@ fn reduced_n<const N: usize, M: Model>(
         windows: Vec::with_capacity(windows.len()),
     };
     // In parallel, and added up in order: the same digits whatever the number of threads.
-    let normals: Vec<Normal<N>> = windows
+    let normals: Vec<WindowNormal<N>> = windows
         .par_iter()
         .zip(states)
         .map_init(
             || some(&seen.plant),
-            |s, (w, x)| normal(&seen, s, data, w, *x),
+            |s, (w, start)| normal(&seen, s, data, w, start),
         )
         .collect();
     for (n, w) in normals.iter().zip(windows) {
@@ -111,7 +115,7 @@ fn reduced_n<const N: usize, M: Model>(
 
 /// Adds what a window says once its initial state follows.
 fn eliminated<const N: usize>(
-    n: &Normal<N>,
+    n: &WindowNormal<N>,
     layout: &Layout,
     recording: usize,
     gradient: &mut DVector<f64>,

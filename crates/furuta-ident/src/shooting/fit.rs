@@ -1,17 +1,16 @@
-//! Fitting a model by multiple shooting: Levenberg and Marquardt's method on its parameters, every window's initial state solved for at each trial.
+//! Fitting a model by multiple shooting: Levenberg and Marquardt's method on its parameters, every window's initial
+//! state solved for at each trial.
 //!
-//! The recordings are cut into windows. Each has its own initial state, a nuisance that is eliminated (Schur complement), so that an
-//! unstable plant can be fitted and an early error does not spoil what follows. Sensitivities are exact: the same plant is run on
-//! dual numbers.
+//! The recordings are cut into windows. Each has its own initial state, a nuisance that is eliminated (Schur
+//! complement), so that an unstable plant can be fitted and an early error does not spoil what follows. Sensitivities
+//! are exact: the same plant is run on dual numbers.
 
-use furuta_model::State;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use super::data::{Data, Window};
 use super::eliminate::{Reduced, reduced};
 use super::model::{Model, Prior};
-use super::window::Windows;
+use super::window::Start;
 use crate::least_squares::{LeastSquares, Rules, minimise};
 use crate::stop::Stop;
 
@@ -29,8 +28,8 @@ pub(crate) struct Fit<M> {
     pub(crate) model: M,
     /// Parameters, in the model's units.
     pub(crate) z: Vec<f64>,
-    /// Initial state of each window, from the zeros of its recording.
-    pub(crate) states: Vec<State<f64>>,
+    /// Start of each window, its state from the zeros of its recording.
+    pub(crate) states: Vec<Start>,
     /// Cost of each window: squared residuals in units of the noise.
     pub(crate) costs: Vec<f64>,
     /// What each parameter costs by what is known of it beforehand, in units of what is left per sample.
@@ -42,9 +41,9 @@ pub(crate) struct Fit<M> {
 }
 
 impl<M: Model> Fit<M> {
-    /// What a model leaves per sample is what its errors are: where that is more than the noise, what is known beforehand counts as much more (the
-    /// likelihood of errors of unknown size).
-    fn add_up(&mut self, floor: f64) {
+    /// What a model leaves per sample is what its errors are: where that is more than the noise, what is known
+    /// beforehand counts as much more (the likelihood of errors of unknown size).
+    pub(super) fn add_up(&mut self, floor: f64) {
         let of = |(prior, z): (&Option<Prior>, &f64)| {
             prior.map_or(0.0, |p| ((z - p.mean) / p.std).powi(2))
         };
@@ -73,8 +72,8 @@ pub(crate) struct Effort {
     pub(crate) iterations: usize,
     /// Stop when a step gains less than this share of the cost.
     pub(crate) tolerance: f64,
-    /// Abandon when the cost is not going to come down to this.
-    pub(crate) bar: f64,
+    /// The cost to which the fit must come down: it is abandoned when it will not.
+    pub(crate) goal: f64,
     /// Stop when a step gains less than [`FINE`] of what the cost is above this.
     pub(crate) reference: f64,
 }
@@ -86,20 +85,20 @@ impl Effort {
     pub(crate) const QUICK: Self = Self {
         iterations: 8,
         tolerance: 1e-2,
-        bar: f64::INFINITY,
+        goal: f64::INFINITY,
         reference: f64::INFINITY,
     };
     pub(crate) const FULL: Self = Self {
         iterations: 40,
         tolerance: 1e-4,
-        bar: f64::INFINITY,
+        goal: f64::INFINITY,
         reference: f64::INFINITY,
     };
     /// For parameters whose deviations matter.
     pub(crate) const TIGHT: Self = Self {
         iterations: 40,
         tolerance: 1e-5,
-        bar: f64::INFINITY,
+        goal: f64::INFINITY,
         reference: f64::INFINITY,
     };
 
@@ -108,9 +107,9 @@ impl Effort {
         Self { reference, ..self }
     }
 
-    /// The same, abandoned when the cost cannot come down to `bar`.
-    pub(crate) const fn towards(self, bar: f64) -> Self {
-        Self { bar, ..self }
+    /// The same, abandoned when the cost cannot come down to `goal`.
+    pub(crate) const fn towards(self, goal: f64) -> Self {
+        Self { goal, ..self }
     }
 
     /// The same, cut short where a fit creeps along a valley, as two effects do that stand for one.
@@ -126,23 +125,18 @@ const RULES: Rules = Rules {
     ease: (0.2, 1e-8),
     stiffen: (8.0, 1e-4),
     most: 1e4,
-    hopeless: 1e-5,
+    abandoned: 1e-5,
 };
-/// Abandonment ratio: what is still missing after a step may be this many times what the step has gained, at first, and less and less with each five.
+/// Abandonment ratio: what is still missing after a step may be this many times what the step has gained, at first, and
+/// less and less with each five.
 const RATIO: f64 = 8.0;
 const RATIO_LASTS: usize = 5;
-/// Far from the noise the first steps may gain little: three are made before a fit is abandoned. A chi² per sample of less than two is not far.
+/// Far from the noise the first steps may gain little: three are made before a fit is abandoned. A chi² per sample of
+/// less than two is not far.
 const PATIENCE: usize = 3;
 const NEAR: f64 = 2.0;
-/// A step that throws more than this share of the windows far off is a bad step: its windows are not looked after one by one.
-const THROWN_OFF: f64 = 0.2;
-/// Steps with which initial states follow their parameters, and with which a window that was thrown off is tried again.
-const FOLLOW: usize = 2;
-const RESCUE: usize = 5;
-
-/// A flexible coupling that takes more steps of the integrator a sample than this rings, or creeps, faster than samples follow. It shows no more than a
-/// rigid one, and a fit that has no use for a coupling would make it stiffer and stiffer, and every simulation longer.
-const MOST_STEPS: usize = 24;
+/// Steps with which initial states follow their parameters.
+pub(super) const FOLLOWING: usize = 2;
 
 impl<'a> Problem<'a> {
     pub(crate) fn new(data: &'a Data, windows: Vec<Window>) -> Self {
@@ -181,39 +175,12 @@ impl<'a> Problem<'a> {
         (fit.cost / self.floor()).max(1.0)
     }
 
-    /// Solves for the initial states alone, the parameters held.
-    pub(crate) fn settle<M: Model>(
-        &self,
-        model: &M,
-        z: &[f64],
-        known: Option<&[State<f64>]>,
-    ) -> Fit<M> {
-        let windows = Windows::<4>::new(model, z);
-        let (states, costs): (Vec<_>, Vec<_>) = self
-            .windows
-            .par_iter()
-            .enumerate()
-            .map(|(i, w)| windows.search(self.data, w, known.map(|k| k[i])))
-            .unzip();
-        let mut fit = Fit {
-            model: model.clone(),
-            z: z.to_vec(),
-            states,
-            costs,
-            priors: Vec::new(),
-            cost: 0.0,
-            std: vec![f64::NAN; z.len()],
-        };
-        fit.add_up(self.floor());
-        fit
-    }
-
     /// Fits `model` from the parameters and states given.
     pub(crate) fn fit<M: Model>(
         &self,
         model: &M,
         z: Vec<f64>,
-        states: &[State<f64>],
+        states: &[Start],
         effort: Effort,
     ) -> Fit<M> {
         let bounds = model.bounds(&z);
@@ -231,7 +198,7 @@ impl<'a> Problem<'a> {
             std: vec![f64::NAN; z.len()],
             z,
         };
-        self.polish(&mut here, FOLLOW);
+        self.refine_states(&mut here, FOLLOWING);
         if !here.cost.is_finite() {
             return here;
         }
@@ -255,106 +222,6 @@ impl<'a> Problem<'a> {
         let weight = prior_weight(f.costs.iter().sum(), self.floor());
         reduced(&f.model, &f.z, self.data, &self.windows, &f.states, weight)
     }
-
-    /// Brings every window's initial state to its optimum; the cost is infinite where a coupling is stiffer than samples follow.
-    pub(crate) fn polish<M: Model>(&self, f: &mut Fit<M>, iterations: usize) {
-        let windows = Windows::<4>::new(&f.model, &f.z);
-        let plant = &windows.plain().plant;
-        let period = self.data.runs.first().map_or(0.0, |r| r.h);
-        if plant.has_drive() && plant.substeps(period) > MOST_STEPS {
-            f.costs = vec![f64::INFINITY; f.states.len()];
-        } else {
-            (f.states, f.costs) = self
-                .windows
-                .par_iter()
-                .zip(&f.states)
-                .map(|(w, x)| windows.solve(self.data, w, *x, iterations))
-                .unzip();
-        }
-        f.add_up(self.floor());
-    }
-
-    /// Where the step leads, the initial states following.
-    fn follow<M: Model>(&self, here: &Fit<M>, r: &Reduced, step: &DVector<f64>) -> Fit<M> {
-        let layout = here.model.layout();
-        let mut trial = here.clone();
-        trial.z = here.z.iter().zip(step.iter()).map(|(z, s)| z - s).collect();
-        for ((x, w), response) in trial.states.iter_mut().zip(&self.windows).zip(&r.windows) {
-            *x = response.follow(x, &layout, self.data.runs[w.run].recording, step);
-        }
-        let moved = trial.states.clone();
-        self.polish(&mut trial, FOLLOW);
-        if !trial.cost.is_finite() {
-            return trial;
-        }
-        // A window that the step threw far off is tried from where it was as well.
-        let off: Vec<usize> = (0..moved.len())
-            .filter(|&i| trial.costs[i] > 2.0 * here.costs[i] + 20.0 && moved[i] != here.states[i])
-            .collect();
-        if off.len() as f64 <= THROWN_OFF * moved.len() as f64 {
-            let windows = Windows::<4>::new(&trial.model, &trial.z);
-            let again: Vec<(State<f64>, f64)> = off
-                .par_iter()
-                .map(|&i| windows.solve(self.data, &self.windows[i], here.states[i], RESCUE))
-                .collect();
-            for (i, (state, cost)) in off.into_iter().zip(again) {
-                if cost < trial.costs[i] {
-                    trial.states[i] = state;
-                    trial.costs[i] = cost;
-                }
-            }
-        }
-        trial.add_up(self.floor());
-        trial
-    }
-
-    /// Solves windows that fit far worse than the others again from other starts: where the window before ends, at rest, and smoothed.
-    fn restart<M: Model>(&self, f: &mut Fit<M>) {
-        let mut sorted = f.costs.clone();
-        sorted.sort_by(f64::total_cmp);
-        let Some(median) = sorted.get(sorted.len() / 2) else {
-            return;
-        };
-        let bad = (8.0 * median).max(sorted[sorted.len() * 9 / 10]);
-        if sorted[sorted.len() - 1] <= bad {
-            return;
-        }
-        let windows = &Windows::<4>::new(&f.model, &f.z);
-        let again: Vec<(usize, State<f64>, f64)> = (0..self.windows.len())
-            .into_par_iter()
-            .filter(|&i| f.costs[i] > bad)
-            .map(|i| {
-                let w = &self.windows[i];
-                let mut starts = vec![];
-                if i > 0
-                    && self.windows[i - 1].run == w.run
-                    && self.windows[i - 1].start + self.windows[i - 1].len == w.start
-                {
-                    starts.push(windows.end(self.data, &self.windows[i - 1], f.states[i - 1]));
-                }
-                let x = f.states[i];
-                starts.push(State::new(x.theta, x.alpha, 0.0, x.alpha_dot));
-                for half in [4, 10] {
-                    let g = self.data.guess(w, half);
-                    starts.push(g);
-                    starts.push(State::new(g.theta, g.alpha, 0.0, g.alpha_dot));
-                }
-                let mut best = (x, f.costs[i]);
-                for start in starts {
-                    let found = windows.solve(self.data, w, start, RESCUE);
-                    if found.1 < best.1 {
-                        best = found;
-                    }
-                }
-                (i, best.0, best.1)
-            })
-            .collect();
-        for (i, state, cost) in again {
-            f.states[i] = state;
-            f.costs[i] = cost;
-        }
-        f.add_up(self.floor());
-    }
 }
 
 /// A fit as a problem of least squares.
@@ -365,7 +232,8 @@ struct Fitting<'a, 'b> {
 }
 
 impl Fitting<'_, '_> {
-    /// Whether a fit that is to come down to a bar may be ended: far from the noise, the first steps may gain little.
+    /// Whether a fit that must come down to a goal may be abandoned: far from the noise, the first steps may gain
+    /// little.
     fn may_end<M>(&self, here: &Fit<M>, iteration: usize) -> bool {
         iteration >= PATIENCE || here.cost < NEAR * self.problem.floor()
     }
@@ -401,8 +269,8 @@ impl<M: Model> LeastSquares<Fit<M>> for Fitting<'_, '_> {
         self.problem.follow(place, r, step)
     }
 
-    fn promises(&self, place: &Fit<M>, predicted: f64, iteration: usize) -> bool {
-        let missing = place.cost - self.effort.bar;
+    fn is_worth_a_step(&self, place: &Fit<M>, predicted: f64, iteration: usize) -> bool {
+        let missing = place.cost - self.effort.goal;
         !(self.may_end(place, iteration) && missing > Self::ratio(iteration) * predicted.max(0.0))
     }
 
@@ -411,7 +279,7 @@ impl<M: Model> LeastSquares<Fit<M>> for Fitting<'_, '_> {
         let small = gain < self.effort.tolerance * place.cost
             || gain < FINE * (place.cost - self.effort.reference);
         self.problem.restart(place);
-        let missing = place.cost - self.effort.bar;
+        let missing = place.cost - self.effort.goal;
         let abandoned = self.may_end(place, iteration)
             && missing > Self::ratio(iteration) * (before - place.cost);
         !small && !abandoned

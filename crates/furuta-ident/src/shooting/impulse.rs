@@ -1,7 +1,7 @@
 //! Impulse responses: what each window says about any small torque in it, without a further simulation.
 //!
-//! A small torque along a window moves the predicted angles by what the window's sensitivities to its state pass on: an impulse at sample `k` is a
-//! change of speed there, which is the same as some change of the initial state.
+//! A small torque along a window moves the predicted angles by what the window's sensitivities to its state pass on: an
+//! impulse at sample `k` is a change of speed there, which is the same as some change of the initial state.
 
 use furuta_model::dynamics::{Angle, mass_matrix};
 use furuta_model::params::Coefficients;
@@ -22,7 +22,8 @@ const FORGOTTEN: f64 = 1e-13;
 pub(crate) struct ImpulseResponse<const B: usize> {
     pub(crate) window: usize,
     pub(crate) recording: usize,
-    /// Weighted slopes of the two angles after each step with respect to the initial state, and what is left of the measurement.
+    /// Weighted slopes of the two angles after each step with respect to the initial state, and what is left of the
+    /// measurement.
     pub(crate) slopes: Vec<[Vector4<f64>; 2]>,
     pub(crate) left: Vec<[f64; 2]>,
     pub(crate) normal: Cholesky<f64, Const<4>>,
@@ -61,8 +62,8 @@ pub(crate) struct Block<const B: usize> {
     pub(crate) base: SMatrix<f64, 4, B>,
 }
 
-/// The impulse responses about `fit`, and the coefficients of its plant; windows that say nothing that can be computed with are left out. `N` is `4 +
-/// B`; parameters that are `held` do not follow.
+/// The impulse responses about `fit`, and the coefficients of its plant; windows that say nothing that can be computed
+/// with are left out. `N` is `4 + B`; parameters that are `held` do not follow.
 pub(crate) fn impulse_responses<const N: usize, const B: usize, M: Model>(
     problem: &Problem<'_>,
     fit: &Fit<M>,
@@ -78,7 +79,7 @@ pub(crate) fn impulse_responses<const N: usize, const B: usize, M: Model>(
         .enumerate()
         .filter_map(|(window, (w, x0))| {
             let run = &data.runs[w.run];
-            let trace = windows.trace(data, w, *x0);
+            let trace = windows.trace(data, w, x0);
             response(plant, (window, run.recording), run.h, trace, held)
         })
         .collect();
@@ -111,7 +112,8 @@ fn response<const N: usize, const B: usize>(
     };
     let mut normal = Matrix4::zeros();
     for step in trace.steps {
-        // An axis that sticks forgets its speed: nothing that happens to it later is like a change of the initial state.
+        // An axis that sticks forgets its speed: nothing that happens to it later is like a change of the initial
+        // state.
         let remembers = step.transition.determinant().abs() > FORGOTTEN;
         let back = remembers
             .then(|| step.transition.try_inverse())

@@ -1,5 +1,5 @@
-//! The engine that `diagnose`, `calibrate` and `validate` share: recordings cut into windows, predictions with exact sensitivities, initial states that
-//! are eliminated, and the fit of any model to all of it.
+//! The engine that `diagnose`, `calibrate` and `validate` share: recordings cut into windows, predictions with exact
+//! sensitivities, initial states that are eliminated, and the fit of any model to all of it.
 
 mod data;
 mod eliminate;
@@ -9,6 +9,7 @@ mod model;
 mod predict;
 mod reversals;
 mod rig;
+mod states;
 mod window;
 mod zeros;
 
@@ -18,5 +19,5 @@ pub(crate) use fit::{Effort, Fit, Problem, bounded_step};
 pub(crate) use impulse::{Block, ImpulseResponse, impulse_responses};
 pub(crate) use model::{Layout, Model, Observed, Prior};
 pub(crate) use rig::AsGiven;
-pub(crate) use window::{Traced, Windows};
+pub(crate) use window::{Start, Traced, Windows};
 pub(crate) use zeros::{ZEROS, with_zeros_found, zero_bounds, zero_priors, zero_units};

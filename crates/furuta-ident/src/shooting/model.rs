@@ -40,8 +40,8 @@ impl<S: Scalar<Real = f64>> Observed<S> {
 
 /// How a vector of numbers is laid out: first those that all recordings share, then the zeros of each recording.
 ///
-/// A window depends on the shared numbers and on the zeros of its own recording, which come behind the `lead` first ones: what every model has stands at the
-/// same places, whatever follows.
+/// A window depends on the shared numbers and on the zeros of its own recording, which come behind the `lead` first
+/// ones: what every model has stands at the same places, whatever follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Layout {
     /// Numbers that all recordings share.
@@ -101,8 +101,8 @@ pub(crate) trait Model: Clone + Send + Sync {
     /// How the vector is laid out.
     fn layout(&self) -> Layout;
 
-    /// The plant for a vector. The `i`-th number that a window depends on ([`Layout::place`]) is independent variable `4 + i`; those before are for
-    /// the initial state.
+    /// The plant for a vector. The `i`-th number that a window depends on ([`Layout::place`]) is independent variable
+    /// `4 + i`; those before are for the initial state.
     fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>>;
 
     /// Where each number may lie; one that is held has equal bounds.

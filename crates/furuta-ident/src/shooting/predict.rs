@@ -1,22 +1,28 @@
 //! Predicting the samples of a window from the state at its start.
 //!
-//! A delay is not simulated: with a free initial state, a command that is late by `d` moves the whole response by `d`, so whole samples are taken from
-//! the command's index and the rest from a cubic between two predicted samples.
+//! A delay is not simulated: with a free initial state, a command that is late by `d` moves the whole response by `d`,
+//! so whole samples are taken from the command's index and the rest from a cubic between two predicted samples.
 //!
 //! States are counted from the zeros of the recording's encoders; the plant sees the true angles.
 
-use furuta_model::{Plant, PlantState, Scalar, State};
+use furuta_model::{Plant, PlantState, Scalar, State, Twist};
 
 use super::data::{Run, Window};
 use super::model::Observed;
 
 /// How many past commands a lag remembers: half a second at 500 Hz and more.
 const PAST: usize = 256;
-/// For this time before a window the motion is simulated where a drive has play, s: from what is measured there, and then free, since an encoder's
-/// counts would shake a drive whose twist is no larger.
-const LEAD: f64 = 0.3;
-/// The same where it gives way, but has no play: how it is twisted follows from the torques, but for its swinging on.
-const LEAD_OF_SPRING: f64 = 0.15;
+/// For this time before a window the motion is simulated where a drive gives way, s: from how the window before says
+/// that it stood, or from what is measured there.
+const LEAD: f64 = 0.15;
+
+/// How a rig with a drive stood some time before a window's start, as the window before says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Before {
+    sample: usize,
+    x: State<f64>,
+    twist: Twist,
+}
 
 /// One predicted sample.
 pub(super) struct Predicted<S> {
@@ -44,7 +50,7 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
     s: &mut PlantState<S>,
     run: &Run,
     w: &Window,
-    x0: State<S>,
+    (x0, before): (State<S>, Option<&Before>),
     mut each: impl FnMut(Predicted<S>),
 ) {
     let (plant, late, h) = (&seen.plant, seen.late, run.h);
@@ -53,7 +59,7 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
     let samples = (late.value() / h + 0.1).floor().max(0.0);
     let rest = (late - S::from_f64(samples * h)).scale(1.0 / h);
     let samples = samples as usize;
-    enter(seen, s, run, w.start, samples, x0);
+    enter(seen, s, run, w.start, samples, (x0, before));
     for k in w.start..w.start + w.len {
         let (t, start, before) = (s.t.value(), s.x, plant.seen(s));
         plant.step(s, S::from_f64(run.command(k, samples)), h);
@@ -84,47 +90,88 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
     }
 }
 
-/// The state at the end of a window.
-pub(super) fn end(seen: &Observed<f64>, run: &Run, w: &Window, x0: State<f64>) -> State<f64> {
+/// The plant at sample `at`, from the start of a window.
+fn run_to(
+    seen: &Observed<f64>,
+    run: &Run,
+    w: &Window,
+    (x0, before): (State<f64>, Option<&Before>),
+    at: usize,
+) -> Box<PlantState<f64>> {
     let late = (seen.late / run.h + 0.1).floor().max(0.0) as usize;
     let mut s = some(&seen.plant);
-    enter(seen, &mut s, run, w.start, late, x0);
-    for k in w.start..w.start + w.len {
+    enter(seen, &mut s, run, w.start, late, (x0, before));
+    for k in w.start..at {
         seen.plant.step(&mut s, run.command(k, late), run.h);
     }
+    s
+}
+
+/// The state at the end of a window.
+pub(super) fn end(
+    seen: &Observed<f64>,
+    run: &Run,
+    w: &Window,
+    from: (State<f64>, Option<&Before>),
+) -> State<f64> {
+    let s = run_to(seen, run, w, from, w.start + w.len);
     shifted(seen.plant.seen(&s), seen.zero(run.recording).map(|z| -z))
 }
 
-/// Sets the plant to sample `start` of a run with the mechanical state `x0`, its effects remembering what was before; the commands are `late` samples
-/// late.
+/// What the window before says about the time before this one's start; nothing where the plant has no drive.
+pub(super) fn before(
+    seen: &Observed<f64>,
+    run: &Run,
+    (w, from): (&Window, (State<f64>, Option<&Before>)),
+    next: &Window,
+) -> Option<Before> {
+    if !seen.plant.has_drive() {
+        return None;
+    }
+    let first = next.start - lead(&seen.plant, run, next.start);
+    let s = run_to(seen, run, w, from, first);
+    Some(Before {
+        sample: first,
+        x: shifted(seen.plant.seen(&s), seen.zero(run.recording).map(|z| -z)),
+        twist: seen.plant.twist(&s),
+    })
+}
+
+/// By how many samples a window is led in.
+fn lead<S: Scalar<Real = f64>>(plant: &Plant<S>, run: &Run, start: usize) -> usize {
+    let seconds = if plant.has_drive() { LEAD } else { 0.0 };
+    start.min((seconds / run.h).ceil() as usize)
+}
+
+/// Sets the plant to sample `start` of a run with the mechanical state `x0`, its effects remembering what was before;
+/// the commands are `late` samples late.
 fn enter<S: Scalar<Real = f64>>(
     seen: &Observed<S>,
     s: &mut PlantState<S>,
     run: &Run,
     start: usize,
     late: usize,
-    x0: State<S>,
+    (x0, before): (State<S>, Option<&Before>),
 ) {
     let plant = &seen.plant;
     let zero = seen.zero(run.recording);
     let x0 = shifted(x0, zero);
     // How the rotor stands against the arm comes from the motion before.
-    let lead = match (plant.has_drive(), plant.has_play()) {
-        (true, true) => LEAD,
-        (true, false) => LEAD_OF_SPRING,
-        (false, _) => 0.0,
-    };
-    let lead = start.min((lead / run.h).ceil() as usize);
-    let first = start - lead;
+    let first = start - lead(plant, run, start);
+    let before = before.filter(|b| b.sample == first);
     let past = run.past(first, late, PAST);
-    let at = if lead == 0 {
+    let at = if first == start {
         x0
     } else {
-        let (y, v) = (run.y[first], run.speed[first]);
-        shifted(State::new(y[0], y[1], v[0], v[1]).map(S::from_f64), zero)
+        let x = before.map_or_else(|| run.seen(first), |b| b.x);
+        shifted(x.map(S::from_f64), zero)
     };
     plant.enter(s, at, run.t0 + first as f64 * run.h, &past, run.h);
     s.run = run.recording;
+    if let Some(before) = before {
+        plant.set_twist(s, before.twist);
+        plant.place(s, at);
+    }
     for k in first..start {
         plant.step(s, S::from_f64(run.command(k, late)), run.h);
     }
@@ -135,8 +182,8 @@ fn enter<S: Scalar<Real = f64>>(
     plant.recall(s, run.reversals.to(start));
 }
 
-/// Some state of the plant, to be used again and again. It is large (what the plant remembers, with its derivatives) and worker threads nest their jobs:
-/// not on the stack.
+/// Some state of the plant, to be used again and again. It is large (what the plant remembers, with its derivatives)
+/// and worker threads nest their jobs: not on the stack.
 #[inline(never)]
 pub(super) fn some<S: Scalar<Real = f64>>(plant: &Plant<S>) -> Box<PlantState<S>> {
     Box::new(plant.rest(State::hanging()))

@@ -1,35 +1,36 @@
 //! Where an arm turned back, for the friction that remembers its way.
 //!
-//! Presliding friction knows nothing of speed, only of the ways between reversals. Read off an encoder, a resting arm seems to go a long way in steps of a
-//! count, in which the friction would forget how it is bent. So angles are smoothed, and a turn is one only if it is wider than the noise.
+//! Presliding friction knows nothing of speed, only of the ways between reversals. Read off an encoder, a resting arm
+//! seems to go a long way in steps of a count, in which the friction would forget how it is bent. So angles are
+//! smoothed, and a reversal counts only if it is wider than the noise.
 
-/// A turn back is wider than this many times the encoder's noise.
+/// A reversal is wider than this many times the encoder's noise.
 const WIDE: f64 = 2.0;
-/// How many turns are remembered: behind them, next to nothing is left of what was before.
-const TURNS: usize = 64;
+/// How many reversals are remembered: behind them, next to nothing is left of what was before.
+const REVERSALS: usize = 64;
 
 /// Where an angle turned back.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reversals {
-    /// The angle with its small turns left out, rad.
+    /// The angle without its small reversals, rad.
     angles: Vec<f64>,
-    /// The samples at which it turns, in their order.
-    turns: Vec<usize>,
+    /// The samples at which it reverses, in order.
+    reversals: Vec<usize>,
 }
 
 impl Reversals {
     /// From smoothed angles (rad) and the noise of their encoder (rad).
     pub(crate) fn new(smoothed: impl IntoIterator<Item = f64>, noise: f64) -> Self {
-        let play = 0.5 * WIDE * noise;
+        let half_width = 0.5 * WIDE * noise;
         let mut out = Self::default();
         let mut forward = None;
         for angle in smoothed {
             let last = out.angles.last().copied().unwrap_or(angle);
-            let next = last.clamp(angle - play, angle + play);
+            let next = last.clamp(angle - half_width, angle + half_width);
             if next != last {
-                let turned = forward.replace(next > last);
-                if turned.is_some_and(|before| before != (next > last)) {
-                    out.turns.push(out.angles.len() - 1);
+                let before = forward.replace(next > last);
+                if before.is_some_and(|before| before != (next > last)) {
+                    out.reversals.push(out.angles.len() - 1);
                 }
             }
             out.angles.push(next);
@@ -37,13 +38,19 @@ impl Reversals {
         out
     }
 
-    /// The angles at the start and the turns of the way to a sample, and there, rad.
+    /// The angles at the start and the reversals on the way to a sample, and there, rad.
     pub(crate) fn to(&self, sample: usize) -> impl Iterator<Item = f64> {
-        let turned = self.turns.partition_point(|turn| *turn < sample);
-        let known = turned.saturating_sub(TURNS);
-        let first = if known == 0 { 0 } else { self.turns[known - 1] };
+        let reversed = self
+            .reversals
+            .partition_point(|reversal| *reversal < sample);
+        let known = reversed.saturating_sub(REVERSALS);
+        let first = if known == 0 {
+            0
+        } else {
+            self.reversals[known - 1]
+        };
         std::iter::once(first)
-            .chain(self.turns[known..turned].iter().copied())
+            .chain(self.reversals[known..reversed].iter().copied())
             .chain(std::iter::once(sample))
             .map(|k| self.angles[k])
     }
@@ -65,17 +72,17 @@ mod tests {
     }
 
     #[test]
-    fn a_way_is_its_turns() {
+    fn a_way_is_its_reversals() {
         let angles: Vec<f64> = (0..4000).map(|k| (0.01 * f64::from(k)).sin()).collect();
         let way = Reversals::new(angles.iter().copied(), 0.0);
         for sample in [0, 1, 100, 157, 158, 2000, 3999] {
-            let (by_turns, by_samples) = (
+            let (by_reversals, by_samples) = (
                 bend(way.to(sample)),
                 bend(angles[..=sample].iter().copied()),
             );
             assert!(
-                (by_turns - by_samples).abs() < 1e-12,
-                "{sample}: {by_turns} {by_samples}"
+                (by_reversals - by_samples).abs() < 1e-12,
+                "{sample}: {by_reversals} {by_samples}"
             );
         }
         assert!(way.to(3999).count() < 20);

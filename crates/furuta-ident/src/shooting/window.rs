@@ -1,4 +1,5 @@
-//! One window: its initial state, a nuisance that is solved for, and how its predictions depend on that state and on the parameters.
+//! One window: its initial state, a nuisance that is solved for, and how its predictions depend on that state and on
+//! the parameters.
 
 use furuta_model::{Jet, PlantState, State};
 use nalgebra::{Cholesky, Matrix4, Vector4};
@@ -6,15 +7,30 @@ use pulp::NullaryFnOnce;
 
 use super::data::{Data, Run, Window};
 use super::model::{Model, Observed};
-use super::predict::{self, predict, some};
+use super::predict::{self, Before, predict, some};
 use crate::least_squares::{LeastSquares, Rules, minimise};
 
 /// Squared weighted residuals of one window, their gradient and Gauss-Newton matrix with respect to `N` variables.
 #[derive(Clone, Debug)]
-pub(super) struct Normal<const N: usize> {
+pub(super) struct WindowNormal<const N: usize> {
     pub(super) cost: f64,
     pub(super) gradient: [f64; N],
     pub(super) matrix: [[f64; N]; N],
+}
+
+/// What is known of a window's start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Start {
+    /// The state, which is free.
+    pub(crate) x: State<f64>,
+    /// How a rig with a drive stood some time before.
+    pub(crate) before: Option<Before>,
+}
+
+impl Start {
+    fn known(&self) -> (State<f64>, Option<&Before>) {
+        (self.x, self.before.as_ref())
+    }
 }
 
 /// The state as the first four independent variables.
@@ -29,18 +45,19 @@ pub(super) fn normal<const N: usize>(
     s: &mut PlantState<Jet<f64, N>>,
     data: &Data,
     w: &Window,
-    x0: State<f64>,
-) -> Normal<N> {
+    start: &Start,
+) -> WindowNormal<N> {
     let linearised = Linearised {
         seen,
         s,
         data,
         run: &data.runs[w.run],
         w,
-        x0: variable(x0),
+        x0: variable(start.x),
+        before: start.before.as_ref(),
     };
-    // In the widest vectors that the processor has; the arithmetic, and so every bit, is the same in all. Builds for development spare the compiler
-    // two of three versions of the whole model.
+    // In the widest vectors that the processor has; the arithmetic, and so every bit, is the same in all. Builds for
+    // development spare the compiler two of three versions of the whole model.
     #[cfg(not(debug_assertions))]
     let mut out = pulp::Arch::new().dispatch(linearised);
     #[cfg(debug_assertions)]
@@ -59,20 +76,22 @@ struct Linearised<'a, const N: usize> {
     run: &'a Run,
     w: &'a Window,
     x0: State<Jet<f64, N>>,
+    before: Option<&'a Before>,
 }
 
 impl<const N: usize> NullaryFnOnce for Linearised<'_, N> {
-    type Output = Normal<N>;
+    type Output = WindowNormal<N>;
 
     #[inline(always)]
-    fn call(self) -> Normal<N> {
-        let mut out = Normal {
+    fn call(self) -> WindowNormal<N> {
+        let mut out = WindowNormal {
             cost: 0.0,
             gradient: [0.0; N],
             matrix: [[0.0; N]; N],
         };
         let (run, noise) = (self.run, self.data.noise);
-        predict(self.seen, self.s, run, self.w, self.x0, |p| {
+        let from = (self.x0, self.before);
+        predict(self.seen, self.s, run, self.w, from, |p| {
             for (c, y) in p.y.iter().enumerate() {
                 let weight = run.weight[p.sample][c] / noise[c];
                 let r = (y.v - run.y[p.sample][c]) * weight;
@@ -91,10 +110,10 @@ impl<const N: usize> NullaryFnOnce for Linearised<'_, N> {
 }
 
 /// The cost of a window alone.
-fn cost(seen: &Observed<f64>, data: &Data, w: &Window, x0: State<f64>) -> f64 {
+fn cost(seen: &Observed<f64>, data: &Data, w: &Window, start: &Start) -> f64 {
     let run = &data.runs[w.run];
     let mut cost = 0.0;
-    predict(seen, &mut some(&seen.plant), run, w, x0, |p| {
+    predict(seen, &mut some(&seen.plant), run, w, start.known(), |p| {
         for (c, y) in p.y.iter().enumerate() {
             let r = (y - run.y[p.sample][c]) * run.weight[p.sample][c] / data.noise[c];
             cost += r * r;
@@ -107,7 +126,8 @@ fn cost(seen: &Observed<f64>, data: &Data, w: &Window, x0: State<f64>) -> f64 {
     }
 }
 
-/// A plant in the two scalars that windows need. With more than four derivatives those beyond the initial state's are of the parameters.
+/// A plant in the two scalars that windows need. With more than four derivatives those beyond the initial state's are
+/// of the parameters.
 pub(crate) struct Windows<const N: usize = 4> {
     seen: Observed<Jet<f64, N>>,
     plain: Observed<f64>,
@@ -130,12 +150,13 @@ impl<const N: usize> Windows<N> {
         &self.plain
     }
 
-    /// A window's course from `x0`: states, how they depend on it, and what is left of the measurement.
-    pub(crate) fn trace(&self, data: &Data, w: &Window, x0: State<f64>) -> Trace<N> {
+    /// A window's course from its start: states, how they depend on it, and what is left of the measurement.
+    pub(crate) fn trace(&self, data: &Data, w: &Window, start: &Start) -> Trace<N> {
         let run = &data.runs[w.run];
         let mut s = some(&self.seen.plant);
         let mut steps = Vec::with_capacity(w.len);
-        predict(&self.seen, &mut s, run, w, variable(x0), |p| {
+        let from = (variable(start.x), start.before.as_ref());
+        predict(&self.seen, &mut s, run, w, from, |p| {
             let rows = p.before.to_array().map(|v| v.d);
             let weight: [f64; 2] = std::array::from_fn(|c| run.weight[p.sample][c] / data.noise[c]);
             steps.push(Traced {
@@ -151,19 +172,31 @@ impl<const N: usize> Windows<N> {
         Trace { steps }
     }
 
-    /// The predictions of a window from `x0`.
-    pub(crate) fn predictions(&self, data: &Data, w: &Window, x0: State<f64>) -> Vec<[f64; 2]> {
+    /// The predictions of a window from its start.
+    pub(crate) fn predictions(&self, data: &Data, w: &Window, start: &Start) -> Vec<[f64; 2]> {
         let mut out = Vec::with_capacity(w.len);
         let run = &data.runs[w.run];
-        predict(&self.plain, &mut some(&self.plain.plant), run, w, x0, |p| {
+        let mut s = some(&self.plain.plant);
+        predict(&self.plain, &mut s, run, w, start.known(), |p| {
             out.push(p.y);
         });
         out
     }
 
     /// The state at the end of a window.
-    pub(crate) fn end(&self, data: &Data, w: &Window, x0: State<f64>) -> State<f64> {
-        predict::end(&self.plain, &data.runs[w.run], w, x0)
+    pub(crate) fn end(&self, data: &Data, w: &Window, start: &Start) -> State<f64> {
+        predict::end(&self.plain, &data.runs[w.run], w, start.known())
+    }
+
+    /// What a window from its start says about the time before the next one.
+    pub(crate) fn before(
+        &self,
+        data: &Data,
+        from: (&Window, &Start),
+        next: &Window,
+    ) -> Option<Before> {
+        let run = &data.runs[next.run];
+        predict::before(&self.plain, run, (from.0, from.1.known()), next)
     }
 }
 
@@ -190,29 +223,29 @@ pub(crate) struct Traced<const N: usize> {
     pub(crate) volts: f64,
 }
 
-/// How an initial state is solved for: Gauss-Newton steps with next to no damping, since four states and hundreds of samples leave little doubt.
+/// How an initial state is solved for: Gauss-Newton steps with next to no damping, since four states and hundreds of
+/// samples leave little doubt.
 const RULES: Rules = Rules {
     iterations: 10,
     damping: 1e-6,
     ease: (0.1, 1e-9),
     stiffen: (100.0, 1e-4),
     most: 1e6,
-    hopeless: 0.0,
+    abandoned: 0.0,
 };
-/// A step that promises less than this, and than this share of the cost, is not worth a simulation.
+/// A step that is predicted to gain less than this plus this share of the cost is not simulated.
 const LEAST_STEP: (f64, f64) = (0.01, 1e-3);
 /// Half widths of the polynomials that say where a window may start, samples.
 const SMOOTHED: [usize; 3] = [10, 5, 20];
 /// A start that costs more than this many times the best end is not followed.
 const FAR_OFF: f64 = 4.0;
-/// What leaves no more than this many times the noise's square is the best: other starts are not tried.
-const ENOUGH: f64 = 1.2;
 
 /// The initial state of one window as a problem of its own.
 struct Initial<'a> {
     windows: &'a Windows,
     data: &'a Data,
     w: &'a Window,
+    before: Option<Before>,
     s: std::cell::RefCell<Box<PlantState<Jet<f64, 4>>>>,
 }
 
@@ -220,13 +253,17 @@ struct Initial<'a> {
 struct Started {
     x: State<f64>,
     cost: f64,
-    normal: Option<Normal<4>>,
+    normal: Option<WindowNormal<4>>,
 }
 
 impl Initial<'_> {
     fn at(&self, x: State<f64>, linearise: bool) -> Started {
+        let start = Start {
+            x,
+            before: self.before,
+        };
         if !linearise {
-            let cost = cost(&self.windows.plain, self.data, self.w, x);
+            let cost = cost(&self.windows.plain, self.data, self.w, &start);
             return Started {
                 x,
                 cost,
@@ -234,7 +271,7 @@ impl Initial<'_> {
             };
         }
         let s = &mut self.s.borrow_mut();
-        let normal = normal(&self.windows.seen, s, self.data, self.w, x);
+        let normal = normal(&self.windows.seen, s, self.data, self.w, &start);
         Started {
             x,
             cost: normal.cost,
@@ -244,19 +281,19 @@ impl Initial<'_> {
 }
 
 impl LeastSquares<Started> for Initial<'_> {
-    type Linear = Normal<4>;
+    type Linear = WindowNormal<4>;
     type Step = Vector4<f64>;
 
     fn cost(&self, place: &Started) -> f64 {
         place.cost
     }
 
-    fn linearise(&self, place: &mut Started) -> Normal<4> {
+    fn linearise(&self, place: &mut Started) -> WindowNormal<4> {
         let known = place.normal.take();
         known.unwrap_or_else(|| self.at(place.x, true).normal.unwrap_or(NOTHING))
     }
 
-    fn step(&self, _: &Started, n: &Normal<4>, damping: f64) -> Option<(Vector4<f64>, f64)> {
+    fn step(&self, _: &Started, n: &WindowNormal<4>, damping: f64) -> Option<(Vector4<f64>, f64)> {
         let mut m = Matrix4::from_fn(|a, b| n.matrix[a][b]);
         for i in 0..4 {
             m[(i, i)] += damping * m[(i, i)] + 1e-9;
@@ -266,12 +303,18 @@ impl LeastSquares<Started> for Initial<'_> {
         Some((step, step.dot(&gradient)))
     }
 
-    fn trial(&self, place: &Started, _: &Normal<4>, step: &Vector4<f64>, last: bool) -> Started {
+    fn trial(
+        &self,
+        place: &Started,
+        _: &WindowNormal<4>,
+        step: &Vector4<f64>,
+        last: bool,
+    ) -> Started {
         let x = place.x.to_array();
         self.at(State::from(std::array::from_fn(|i| x[i] - step[i])), !last)
     }
 
-    fn promises(&self, place: &Started, predicted: f64, _: usize) -> bool {
+    fn is_worth_a_step(&self, place: &Started, predicted: f64, _: usize) -> bool {
         predicted >= LEAST_STEP.0 + LEAST_STEP.1 * place.cost
     }
 
@@ -281,7 +324,7 @@ impl LeastSquares<Started> for Initial<'_> {
 }
 
 /// A window that says nothing.
-const NOTHING: Normal<4> = Normal {
+const NOTHING: WindowNormal<4> = WindowNormal {
     cost: f64::INFINITY,
     gradient: [0.0; 4],
     matrix: [[0.0; 4]; 4],
@@ -293,45 +336,39 @@ impl Windows {
         &self,
         data: &Data,
         w: &Window,
-        x0: State<f64>,
+        start: &Start,
         iterations: usize,
-    ) -> (State<f64>, f64) {
+    ) -> (Start, f64) {
         let initial = Initial {
             windows: self,
             data,
             w,
+            before: start.before,
             s: std::cell::RefCell::new(some(&self.seen.plant)),
         };
         let rules = Rules {
             iterations,
             ..RULES
         };
-        let (end, _) = minimise(&initial, initial.at(x0, true), &rules);
-        (end.x, end.cost)
+        let (end, _) = minimise(&initial, initial.at(start.x, true), &rules);
+        (Start { x: end.x, ..*start }, end.cost)
     }
 
     /// The best of several starts: what smoothing over several widths says, and the state given.
-    pub(crate) fn search(
-        &self,
-        data: &Data,
-        w: &Window,
-        known: Option<State<f64>>,
-    ) -> (State<f64>, f64) {
+    pub(crate) fn search(&self, data: &Data, w: &Window, known: Option<&Start>) -> (Start, f64) {
+        let before = known.and_then(|k| k.before);
+        let at = |x| Start { x, before };
         let mut best = known.map(|x| self.solve(data, w, x, RULES.iterations));
-        let enough = ENOUGH * data.samples(w);
         for half in SMOOTHED {
-            if best.as_ref().is_some_and(|b| b.1 <= enough) {
-                break;
-            }
-            let guess = data.guess(w, half);
-            let start = cost(&self.plain, data, w, guess);
-            if best.as_ref().is_none_or(|b| start < FAR_OFF * b.1) {
-                let found = self.solve(data, w, guess, RULES.iterations);
+            let guess = at(data.guess(w, half));
+            let begin = cost(&self.plain, data, w, &guess);
+            if best.as_ref().is_none_or(|b| begin < FAR_OFF * b.1) {
+                let found = self.solve(data, w, &guess, RULES.iterations);
                 if best.as_ref().is_none_or(|b| found.1 < b.1) {
                     best = Some(found);
                 }
             }
         }
-        best.unwrap_or((data.guess(w, SMOOTHED[0]), f64::INFINITY))
+        best.unwrap_or((at(data.guess(w, SMOOTHED[0])), f64::INFINITY))
     }
 }

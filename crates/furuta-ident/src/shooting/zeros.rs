@@ -1,4 +1,5 @@
-//! The zeros of recordings that a fit has not seen: an incremental encoder counts from where the arm rested when it was switched on.
+//! The zeros of recordings that a fit has not seen: an incremental encoder counts from where the arm rested when it was
+//! switched on.
 
 use furuta_model::Jet;
 
@@ -8,15 +9,15 @@ use super::model::{Layout, Model, Observed, Prior};
 
 /// Zeros of a recording: theta's, alpha's.
 pub(crate) const ZEROS: usize = 2;
-/// The unit of each, and its standard deviation in it, rad: an arm rests at any angle within half a turn when its encoder is switched on (uniform: `pi /
-/// sqrt(3)`); a pendulum hangs within its hinge's friction, a count or two.
+/// The unit of each, and its standard deviation in it, rad: an arm rests at any angle within half a turn when its
+/// encoder is switched on (uniform: `pi / sqrt(3)`); a pendulum hangs within its hinge's friction, a count or two.
 const UNIT: [f64; ZEROS] = [1.0, 0.01];
 const STD: [f64; ZEROS] = [1.8, 0.5];
 /// How far each may be from where it should, in its unit.
 const MOST: [f64; ZEROS] = [100.0, 10.0];
 
-/// Bounds of the zeros of all recordings. Theta's rest where nothing depends on the arm's absolute angle, and in the `reference`, from whose zero angles of
-/// rest are counted.
+/// Bounds of the zeros of all recordings. Theta's rest where nothing depends on the arm's absolute angle, and in the
+/// `reference`, from whose zero angles of rest are counted.
 pub(crate) fn zero_bounds(
     layout: &Layout,
     sees_angle: bool,
@@ -132,7 +133,7 @@ pub(crate) fn with_zeros_found<M: Model>(
     windows.retain(early);
     let problem = Problem::new(data, windows);
     let only = OnlyZeros::of(model, z);
-    let settled = problem.settle(&only, &z[shared..], None);
-    let found = problem.fit(&only, settled.z, &settled.states, Effort::FULL);
+    let solved = problem.solve_states(&only, &z[shared..], None);
+    let found = problem.fit(&only, solved.z, &solved.states, Effort::FULL);
     z[..shared].iter().copied().chain(found.z).collect()
 }

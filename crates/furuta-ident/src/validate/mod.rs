@@ -1,15 +1,16 @@
-//! Validation: how well a model predicts recordings that it was not fitted to, in the measures that users of system identification know.
+//! Validation: how well a model predicts recordings that it was not fitted to, in the measures that users of system
+//! identification know.
 //!
-//! - The fit in per cent, `100 (1 - |y - ŷ| / |y - mean y|)` (MATLAB's `compare`), of the whole run simulated from its best initial state; near upright, where
-//!   no model can be simulated for long, of predictions over half a second.
-//! - The residuals' autocorrelation and their correlation with the voltage, with the bounds within which 99 % of the lags of a perfect model stay (MATLAB's
-//!   `resid`), and the Ljung-Box test.
+//! - The fit in per cent, `100 (1 - |y - ŷ| / |y - mean y|)` (MATLAB's `compare`), of the whole run simulated from its
+//!   best initial state; near upright, where no model can be simulated for long, of predictions over half a second.
+//! - The residuals' autocorrelation and their correlation with the voltage, with the bounds within which 99 % of the
+//!   lags of a perfect model stay (MATLAB's `resid`), and the Ljung-Box test.
 //! - Prediction errors after fixed times, each from a state estimated from the quarter of a second before.
 
 pub mod residuals;
 mod words;
 
-use furuta_model::{Rig, State};
+use furuta_model::Rig;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -114,15 +115,15 @@ impl Validation {
 /// let rig = Rig::builtin("qube-servo-2").expect("built in");
 /// let plant: Plant<f64> = Plant::new(&rig.params, &[]).expect("no effects");
 /// let mut x = plant.rest(State::hanging());
-/// let mut csv = String::from("t,u,theta,alpha\n");
+/// let mut samples = Vec::new();
 /// for k in 0..2000 {
 ///     let t = f64::from(k) * 0.002;
 ///     let u = 3.0 * (2.0 * t * (1.0 + t)).sin();
 ///     let [theta, alpha] = plant.measure(&x);
-///     csv += &format!("{t},{u},{theta},{alpha}\n");
+///     samples.push([t, u, theta, alpha]);
 ///     plant.step(&mut x, u, 0.002);
 /// }
-/// let (recording, _) = Recording::from_csv("sweep.csv", csv.as_bytes())?;
+/// let (recording, _) = Recording::from_samples("sweep", samples)?;
 /// let validation = validate(&[recording], &rig)?;
 /// assert!(validation.channels.iter().all(|c| c.simulated && c.fit_percent > 99.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -193,9 +194,9 @@ fn whole(windows: &Windows, data: &Data, run: usize) -> Vec<(usize, [f64; 2])> {
     let first = ((FIRST / r.h).round() as usize).clamp(1, last);
     let window = |len| Window { run, start: 0, len };
     let (x0, _) = windows.search(data, &window(first), None);
-    let (x0, _) = windows.solve(data, &window(last), x0, 10);
+    let (x0, _) = windows.solve(data, &window(last), &x0, 10);
     windows
-        .predictions(data, &window(last), x0)
+        .predictions(data, &window(last), &x0)
         .into_iter()
         .enumerate()
         .map(|(k, p)| (k + 1, p))
@@ -214,7 +215,7 @@ fn windowed(windows: &Windows, data: &Data, run: usize) -> Vec<(usize, [f64; 2])
         .flat_map_iter(|w| {
             let (x0, _) = windows.search(data, &w, None);
             windows
-                .predictions(data, &w, x0)
+                .predictions(data, &w, &x0)
                 .into_iter()
                 .enumerate()
                 .map(move |(k, p)| (w.start + k + 1, p))
@@ -269,12 +270,12 @@ fn steps(windows: &Windows, data: &Data, run: usize) -> Vec<Ahead> {
                 start,
                 len: before,
             };
-            let (x0, _): (State<f64>, f64) = windows.search(data, &known, None);
+            let (x0, _) = windows.search(data, &known, None);
             let all = Window {
                 len: before + longest,
                 ..known
             };
-            (start + before, windows.predictions(data, &all, x0))
+            (start + before, windows.predictions(data, &all, &x0))
         })
         .collect();
     wanted

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::answer::null_if_not_finite;
 
-/// Of the normal distribution: 99 % lie within so many standard deviations.
+/// Of the normal distribution: 99 % lie within this many standard deviations.
 pub const NORMAL_99: f64 = 2.575_829;
 
 /// The autocorrelation of residuals.
@@ -51,8 +51,8 @@ fn centred(x: &[f64]) -> Vec<f64> {
 
 /// The whiteness test over `lags` lags.
 ///
-/// `r_k = sum e_t e_(t-k) / sum e_t²`, the bound `2.58 / sqrt(n)`, and `Q = n (n + 2) sum r_k² / (n - k)`, chi² with as many degrees of freedom as there are
-/// lags (Ljung and Box, Biometrika 65, 1978).
+/// `r_k = sum e_t e_(t-k) / sum e_t²`, the bound `2.58 / sqrt(n)`, and `Q = n (n + 2) sum r_k² / (n - k)`, chi² with as
+/// many degrees of freedom as there are lags (Ljung and Box, Biometrika 65, 1978).
 ///
 /// ```
 /// use furuta_ident::validate::residuals::autocorrelation;
@@ -95,8 +95,8 @@ pub fn autocorrelation(residual: &[f64], lags: usize) -> Autocorrelation {
 
 /// The correlation of residuals with what acted before and after them, for lags up to `lags` either way.
 ///
-/// The bound is `2.58 sqrt(P / n) / sqrt(R_e(0) R_u(0))` with `P = sum over all k of R_e(k) R_u(k)` (Ljung, System Identification, 16.6), so that it holds for
-/// voltages and residuals that are not white.
+/// The bound is `2.58 sqrt(P / n) / sqrt(R_e(0) R_u(0))` with `P = sum over all k of R_e(k) R_u(k)` (Ljung, System
+/// Identification, 16.6), so that it holds for voltages and residuals that are not white.
 ///
 /// ```
 /// use furuta_ident::validate::residuals::cross_correlation;
@@ -148,7 +148,8 @@ pub fn cross_correlation(residual: &[f64], volts: &[f64], lags: usize) -> CrossC
     }
 }
 
-/// Probability that chi² with `freedom` degrees of freedom is above `x`: the upper regularised incomplete gamma function `Q(freedom/2, x/2)`.
+/// Probability that chi² with `freedom` degrees of freedom is above `x`: the upper regularised incomplete gamma
+/// function `Q(freedom/2, x/2)`.
 #[must_use]
 pub fn chi2_above(x: f64, freedom: f64) -> f64 {
     if freedom <= 0.0 || !x.is_finite() {

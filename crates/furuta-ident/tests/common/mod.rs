@@ -2,8 +2,7 @@
 
 #![allow(dead_code)] // each test file uses some of it
 
-use std::fmt::Write as _;
-
+use furuta_ident::diagnose::{Diagnosis, Request, diagnose};
 use furuta_ident::recording::Recording;
 use furuta_model::signals::random::normal;
 use furuta_model::{Rig, State};
@@ -18,7 +17,7 @@ pub(crate) fn qube() -> Rig {
 
 /// How a recording is made.
 #[derive(Clone, Copy)]
-pub(crate) struct Run {
+pub(crate) struct RunSetup {
     /// Samples per second.
     pub(crate) rate: f64,
     /// s.
@@ -31,7 +30,7 @@ pub(crate) struct Run {
     pub(crate) seed: u64,
 }
 
-impl Default for Run {
+impl Default for RunSetup {
     fn default() -> Self {
         Self {
             rate: 500.0,
@@ -47,26 +46,25 @@ impl Default for Run {
 pub(crate) fn record(
     name: &str,
     rig: &Rig,
-    run: Run,
+    run: RunSetup,
     volts: impl Fn(f64, &State<f64>) -> f64,
 ) -> Recording {
     let plant = rig.plant::<f64>();
     let h = 1.0 / run.rate;
     let mut s = plant.rest(run.start);
-    let mut csv = String::from("t,u,theta,alpha\n");
+    let mut samples = Vec::new();
     for k in 0..(run.seconds * run.rate).round() as u32 {
         let t = f64::from(k) * h;
         let y = plant.measure(&s);
         let u = volts(t, &s.x);
-        let q = rig.sensors.resolution();
-        let read: [f64; 2] = std::array::from_fn(|c| {
-            let noisy = y[c] + run.noise * normal(2 * run.seed + c as u64, u64::from(k));
-            (noisy / q[c]).round() * q[c]
+        let noisy = std::array::from_fn(|c| {
+            y[c] + run.noise * normal(2 * run.seed + c as u64, u64::from(k))
         });
-        let _ = writeln!(csv, "{t},{u},{},{}", read[0], read[1]);
+        let [theta, alpha] = rig.sensors.quantised(noisy);
+        samples.push([t, u, theta, alpha]);
         plant.step(&mut s, u, h);
     }
-    Recording::from_csv(name, csv.as_bytes())
+    Recording::from_samples(name, samples)
         .expect("a valid recording")
         .0
 }
@@ -77,4 +75,21 @@ pub(crate) fn sweep(amplitude: f64, phase: f64) -> impl Fn(f64, &State<f64>) -> 
         let s = t % 10.0;
         amplitude * (2.0 * s + 1.2 * s * s + phase).sin()
     }
+}
+
+/// What is found in recordings of a rig with this data sheet.
+pub(crate) fn diagnosis(recordings: &[Recording], sheet: &Rig) -> Diagnosis {
+    let request = Request {
+        recordings,
+        rig: sheet,
+        verify: &[],
+    };
+    diagnose(&request, &|_| ())
+        .expect("good recordings")
+        .diagnosis
+}
+
+/// The ids that a diagnosis names.
+pub(crate) fn names(diagnosis: &Diagnosis) -> Vec<&str> {
+    diagnosis.effects.iter().map(|e| e.id.as_str()).collect()
 }

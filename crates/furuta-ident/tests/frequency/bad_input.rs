@@ -106,7 +106,7 @@ fn few_averages_and_aliasing_are_said() {
         matches!(measure(&y, 400)[..], [FrequencyNotice::FewAverages { averages, .. }] if (3.5..4.1).contains(&averages))
     );
     assert!(measure(&y, 50).is_empty());
-    // White up to half the sampling rate: nobody knows what was above.
+    // White up to half the sampling rate: what was above is not known.
     let notices = measure(&white(2, 1000), 50);
     assert!(
         matches!(notices[..], [FrequencyNotice::AliasingSuspected { share, .. }] if (0.15..0.25).contains(&share))

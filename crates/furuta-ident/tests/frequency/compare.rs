@@ -25,7 +25,8 @@ fn with(effect: &str, values: &[f64], output: Output) -> Comparison {
 
 #[test]
 fn the_effect_that_is_there_is_named_with_its_value() {
-    // Hanging, a pendulum's spring and its weight are one stiffness; what the data sheet holds fast tells them apart where the arm is looked at.
+    // Hanging, a pendulum's spring and its weight are one stiffness; what the data sheet holds fast tells them apart
+    // where the arm is looked at.
     for (id, values, output, expected) in [
         ("arm.spring", &[0.004, 0.0][..], Output::Alpha, 0.004),
         ("arm.spring", &[0.004, 0.0], Output::Theta, 0.004),
@@ -90,8 +91,8 @@ fn lag_and_delay() {
     assert!((found.explanations[0].values[0].value - 0.02).abs() < 1e-4);
 }
 
-/// The published fit (29) against the published model (28): of all single effects the arm's spring explains most, and its evidence is strong; a
-/// pole at the origin that has moved says just that.
+/// The published fit (29) against the published model (28): of all single effects the arm's spring explains most, and
+/// its evidence is strong; a pole at the origin that has moved says just that.
 #[test]
 fn the_papers_own_fit_asks_for_a_spring() {
     let g = published().expect("in the table");
@@ -106,7 +107,8 @@ fn the_papers_own_fit_asks_for_a_spring() {
     assert!(found.explanations[0].effects.contains(&"arm.spring"));
     let alone = found.parameters_alone().expect("always tried");
     assert!(best.relative_error < 0.6 * alone.relative_error);
-    // But no explanation is complete: the published zeros at +0.49 and -13.3 rad/s are none that a rig with these effects can have.
+    // But no explanation is complete: the published zeros at +0.49 and -13.3 rad/s are none that a rig with these
+    // effects can have.
     assert!(found.explanations[0].relative_error > 0.05);
 }
 
@@ -152,8 +154,9 @@ fn footprints_are_those_of_the_effects_own_laws() {
     }
 }
 
-/// Paper A's experiment, shortened to 60 s: the fit finds the rig's poles within its deviations, and the first-principles model is right within the
-/// noise; with a spring hidden, the model is wrong and the fit is not, and `compare` names the spring.
+/// Paper A's experiment, shortened to 60 s: the fit finds the rig's poles within its deviations, and the
+/// first-principles model is right within the noise; with a spring hidden, the model is wrong and the fit is not, and
+/// `compare` names the spring.
 #[test]
 fn noise_to_transfer_function() {
     let experiment = Experiment {

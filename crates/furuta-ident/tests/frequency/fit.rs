@@ -40,7 +40,8 @@ fn close(found: &[f64], truth: &[f64], within: f64) -> bool {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
-    /// Without noise the function comes back, whatever its poles and zeros within the band, up to order 6 (pairs drawn apart from one another).
+    /// Without noise the function comes back, whatever its poles and zeros within the band, up to order 6 (pairs drawn
+    /// apart from one another).
     #[test]
     fn without_noise_the_function_comes_back(
         pairs in prop::collection::vec((0.02..0.9_f64, 0.0..1.0_f64), 1..=3),
@@ -157,8 +158,9 @@ fn a_delay_is_found() {
     assert_eq!(known.delay.std, 0.0);
 }
 
-/// White noise through the sampled rig, white noise on its output: over 60 recordings the 95 % intervals hold the true coefficients and poles
-/// as often as they should. 60 x 5 coefficients, correlated with one another: between 89 and 99 %.
+/// White noise through the sampled rig, white noise on its output: over 60 recordings the 95 % intervals hold the true
+/// coefficients and poles as often as they should. 60 x 5 coefficients, correlated with one another: between 89 and 99
+/// %.
 #[test]
 fn standard_deviations_are_true() {
     let (truth, a, b) = hanging("qube-servo-2");

@@ -14,7 +14,8 @@ fn white(seed: u64, n: usize) -> Vec<f64> {
     (0..n as u64).map(|k| normal(seed, k)).collect()
 }
 
-/// A second-order filter `y[k] = -a1 y[k-1] - a2 y[k-2] + b1 u[k-1] + b2 u[k-2]`: a resonance at 0.08 of the sampling rate.
+/// A second-order filter `y[k] = -a1 y[k-1] - a2 y[k-2] + b1 u[k-1] + b2 u[k-2]`: a resonance at 0.08 of the sampling
+/// rate.
 const A: [f64; 2] = [-1.6, 0.8];
 const B: [f64; 2] = [0.3, 0.1];
 

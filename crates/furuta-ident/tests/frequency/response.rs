@@ -8,8 +8,8 @@ fn stretch<'a>(u: &'a [f64], y: &'a [f64]) -> Stretch<'a> {
     Stretch { u, y, r: None }
 }
 
-/// H1 with output noise: the 95 % circles hold the truth at 95 % of the lines, over 20 recordings of 100 lines each. Lines under Hann's window
-/// are correlated, some 2000 / 1.94 are independent: 3 standard deviations are 2.0 %.
+/// H1 with output noise: the 95 % circles hold the truth at 95 % of the lines, over 20 recordings of 100 lines each.
+/// Lines under Hann's window are correlated, some 2000 / 1.94 are independent: 3 standard deviations are 2.0 %.
 #[test]
 fn circles_hold_the_truth_as_often_as_they_say() {
     for (overlap, window) in [

@@ -21,9 +21,11 @@ pub(super) const SPEC: Spec = Spec {
     id: "arm.cable",
     name: "Cable on the arm",
     law: "-(stiffness e + asymmetry e² + cubic e³), e = theta - rest",
-    sentence: "The cable to the pendulum's encoder pulls the arm back: hardly at first, ever more as it is wound up, and not alike on both sides.",
+    sentence: "The cable to the pendulum's encoder pulls the arm back: hardly at first, ever more as it is \
+        wound up, and not alike on both sides.",
     shows: "The arm is pulled towards one angle, more than in proportion far away from it.",
-    experiment: "slow arm sweeps over the whole range in both directions: the holding voltage over the angle is the cable's law",
+    experiment: "slow arm sweeps over the whole range in both directions: the holding voltage over the \
+        angle is the cable's law",
     look_alikes: &["arm.spring", "arm.tilt", "arm.cogging"],
     parameters: &[
         ParameterSpec {

@@ -19,7 +19,8 @@ pub(super) const SPEC: Spec = Spec {
     id: "arm.cogging",
     name: "Cogging torque",
     law: "amplitude sin(order theta + phase)",
-    sentence: "The motor's magnets prefer certain angles: the arm is pulled towards them, the same number of times in every turn.",
+    sentence: "The motor's magnets prefer certain angles: the arm is pulled towards them, the same number \
+        of times in every turn.",
     shows: "The error repeats with the arm's angle, not with time; a free arm comes to rest at preferred angles.",
     experiment: "slow turns over a full revolution in both directions: the holding voltage repeats with the angle",
     look_alikes: &["arm.spring", "disturbance.vibration", "arm.cable", "motor.ripple"],
@@ -59,8 +60,9 @@ pub(super) const SPEC: Spec = Spec {
         },
     ],
     strengths: 1,
-    footprint: Footprint::Like("arm.spring", "about one of its rests it pulls the arm back, order times amplitude per radian"),
-    acts: Acts::TORQUE.and(Acts::ANGLE),
+    footprint: Footprint::Like("arm.spring", "about one of its rests it pulls the arm back, order times \
+        amplitude per radian"),
+    acts: Acts::TORQUE.and(Acts::ANGLE).and(Acts::SHAFT),
 };
 
 impl<S: Scalar> Law<S> for ArmCogging<S> {

@@ -15,8 +15,10 @@ pub(super) const SPEC: Spec = Spec {
     id: "arm.coulomb",
     name: "Coulomb friction on the arm",
     law: "-torque * sign(theta_dot); at rest it holds up to torque",
-    sentence: "Bearing, brushes or gear rub with the same torque at any speed, and hold the arm still until the motor pulls harder.",
-    shows: "The arm comes to rest early and stays; the error changes sign with the arm's direction and does not grow with its speed.",
+    sentence: "Bearing, brushes or gear rub with the same torque at any speed, and hold the arm still \
+        until the motor pulls harder.",
+    shows: "The arm comes to rest early and stays; the error changes sign with the arm's direction and \
+        does not grow with its speed.",
     experiment: "slow arm sweeps with many reversals, and starts from rest with slowly rising voltage",
     look_alikes: &["arm.stribeck", "motor.deadzone", "arm.presliding"],
     parameters: &[
@@ -34,7 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::ARM_DAMPING,
-    acts: Acts::DRY_FRICTION,
+    acts: Acts::DRY_FRICTION.and(Acts::SHAFT),
 };
 
 impl<S: Scalar> Law<S> for ArmCoulomb<S> {

@@ -17,9 +17,12 @@ pub(super) const SPEC: Spec = Spec {
     id: "arm.presliding",
     name: "Presliding (Dahl) friction on the arm",
     law: "-stiffness z, dz/dt = theta_dot (1 - stiffness z sign(theta_dot)/torque)",
-    sentence: "Before the arm slides, its bearings and brushes bend like bristles: a spring at first, Coulomb friction after a short way.",
-    shows: "Small motions feel a spring, large ones friction; after each reversal the friction builds up over a short way.",
-    experiment: "sweeps of several small amplitudes across the same angle: the loop of torque over angle grows with the way",
+    sentence: "Before the arm slides, its bearings and brushes bend like bristles: a spring at first, \
+        Coulomb friction after a short way.",
+    shows: "Small motions feel a spring, large ones friction; after each reversal the friction builds up \
+        over a short way.",
+    experiment: "sweeps of several small amplitudes across the same angle: the loop of torque over angle \
+        grows with the way",
     look_alikes: &["arm.coulomb", "arm.spring", "motor.lag"],
     parameters: &[
         ParameterSpec {
@@ -42,13 +45,14 @@ pub(super) const SPEC: Spec = Spec {
             max: 1e6,
             off: 0.0,
             typical: |p| 2.0 * super::stall_torque(p),
-            // The last is a cable that rubs and bends: it gives way over a quarter of a radian, not over milliradians as a bearing does.
+            // The last is a cable that rubs and bends: it gives way over a quarter of a radian, not over milliradians
+            // as a bearing does.
             starts: &[0.5, 4.0, 0.02],
         },
     ],
     strengths: 1,
     footprint: Footprint::Like("arm.spring", "before it slides, friction is a spring; when it slides, a damping"),
-    acts: Acts::TORQUE.and(Acts::MEMORY),
+    acts: Acts::TORQUE.and(Acts::MEMORY).and(Acts::SHAFT),
 };
 
 impl<S: Scalar> Law<S> for ArmPresliding<S> {

@@ -15,7 +15,8 @@ pub(super) const SPEC: Spec = Spec {
     id: "arm.quadratic",
     name: "Quadratic drag on the arm",
     law: "-coefficient * |theta_dot| * theta_dot",
-    sentence: "The arm pushes air (or a fan, or an eddy-current brake works) and is braked with the square of its speed.",
+    sentence: "The arm pushes air (or a fan, or an eddy-current brake works) and is braked with the square \
+        of its speed.",
     shows: "Hardly anything at low speed; fast sweeps fall short in both directions.",
     experiment: "long fast turns of the arm at several speeds",
     look_alikes: &["arm.coulomb"],
@@ -34,7 +35,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::ARM_DAMPING,
-    acts: Acts::TORQUE,
+    acts: Acts::TORQUE.and(Acts::SHAFT),
 };
 
 impl<S: Scalar> Law<S> for ArmQuadratic<S> {

@@ -17,7 +17,8 @@ pub(super) const SPEC: Spec = Spec {
     id: "arm.spring",
     name: "Spring (cable) on the arm",
     law: "-stiffness * (theta - rest)",
-    sentence: "Something elastic, most often the encoder cable between base and arm, pulls the arm back towards one angle.",
+    sentence: "Something elastic, most often the encoder cable between base and arm, pulls the arm back \
+        towards one angle.",
     shows: "The arm drifts back to one place whenever it is left alone; the model's arm wanders off.",
     experiment: "letting the arm go from both ends of its range with the motor off",
     look_alikes: &["arm.cable", "arm.tilt", "motor.bias", "arm.cogging"],

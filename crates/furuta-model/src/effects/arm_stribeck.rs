@@ -60,7 +60,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 2,
     footprint: Footprint::ARM_DAMPING,
-    acts: Acts::DRY_FRICTION,
+    acts: Acts::DRY_FRICTION.and(Acts::SHAFT),
 };
 
 impl<S: Scalar> Law<S> for ArmStribeck<S> {

@@ -10,7 +10,8 @@ parameters! {
         angle,
         /// The arm angle towards which it leans: where the arm points downhill, rad.
         direction,
-        /// What the arm weighs down beside the pendulum: its own moment about the axis, in units of the pendulum's `m L_r`.
+        /// What the arm weighs down beside the pendulum: its own moment about the axis, in units of the pendulum's
+        /// `m L_r`.
         unbalance,
     }
 }
@@ -19,9 +20,12 @@ pub(super) const SPEC: Spec = Spec {
     id: "arm.tilt",
     name: "Tilted base",
     law: "gravity = g [sin(angle) cos(direction), sin(angle) sin(direction), -cos(angle)] in the base's axes",
-    sentence: "The table is not level: the arm rolls towards its lowest point and the pendulum's upright is not where it seems.",
-    shows: "The arm is pulled towards one direction like a pendulum, and where the pendulum balances depends on where the arm points.",
-    experiment: "the pendulum hanging at rest with the arm in several directions: a level base shows the same angle everywhere",
+    sentence: "The table is not level: the arm rolls towards its lowest point and the pendulum's upright \
+        is not where it seems.",
+    shows: "The arm is pulled towards one direction like a pendulum, and where the pendulum balances \
+        depends on where the arm points.",
+    experiment: "the pendulum hanging at rest with the arm in several directions: a level base shows the \
+        same angle everywhere",
     look_alikes: &["motor.bias", "sensor.alpha.offset", "arm.spring"],
     parameters: &[
         ParameterSpec {
@@ -46,7 +50,8 @@ pub(super) const SPEC: Spec = Spec {
             typical: |_| 1.0,
             starts: &[0.0],
         },
-        // A level rig shows neither the arm's own moment nor, beside `m c`, where the pendulum's centre of mass is: a fit of a tilted one finds both here.
+        // A level rig shows neither the arm's own moment nor, beside `m c`, where the pendulum's centre of mass is: a
+        // fit of a tilted one finds both here.
         ParameterSpec {
             name: "unbalance",
             unit: "-",
@@ -65,7 +70,8 @@ pub(super) const SPEC: Spec = Spec {
 };
 
 impl<S: Scalar> Law<S> for ArmTilt<S> {
-    /// From the potential energy `m g [c cos(alpha) cos(angle) - sin(angle) ((1 + unbalance) L_r cos(e) + c sin(alpha) sin(e))]`, `e = theta - direction`.
+    /// From the potential energy `m g [c cos(alpha) cos(angle) - sin(angle) ((1 + unbalance) L_r cos(e) + c sin(alpha)
+    /// sin(e))]`, `e = theta - direction`.
     #[inline(always)]
     fn torque(&self, at: &Instant<'_, S>) -> [S; 2] {
         let (c, a) = (at.coefficients, at.angle);

@@ -1,7 +1,8 @@
 //! Empirical terms: `coefficient term` on one axis, for what no law of the catalogue explains.
 //!
-//! A term is fitted, not derived: it says what torque the recordings ask for, not why. Each is one entry of [`TERMS`]; `custom.1`, `custom.2`, … of one
-//! rig add up to an expression. They are no part of [`super::CATALOGUE`]: nothing is hidden behind them, and a search for causes does not name them.
+//! A term is fitted, not derived: it says what torque the recordings ask for, not why. Each is one entry of [`TERMS`];
+//! `custom.1`, `custom.2`, … of one rig add up to an expression. They are no part of [`super::CATALOGUE`]: nothing is
+//! hidden behind them, and a search for causes does not name them.
 
 use super::{Acts, Footprint, Instant, Kind, Law, MAX_PARAMETERS, ParameterSpec, Spec};
 use crate::scalar::Scalar;
@@ -16,7 +17,8 @@ use arrayvec::ArrayVec;
 /// ```
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub struct Term {
-    /// As in rig files: an expression in `theta`, `alpha` (rad), `theta_dot`, `alpha_dot` (rad/s) and `u`, the voltage at the motor (V).
+    /// As in rig files: an expression in `theta`, `alpha` (rad), `theta_dot`, `alpha_dot` (rad/s) and `u`, the voltage
+    /// at the motor (V).
     pub word: &'static str,
     /// Its unit; a coefficient is in N m over that.
     pub unit: &'static str,
@@ -37,7 +39,8 @@ struct Variables<S> {
 /// Writes the library once: words for rig files, units, and values.
 macro_rules! terms {
     ($v:ident; $($word:literal [$unit:literal] = $value:expr;)+) => {
-        /// The library of which empirical terms are made. The first of each axis are smooth; nothing here jumps, so nothing chatters.
+        /// The library of which empirical terms are made. The first of each axis are smooth; nothing here jumps, so
+        /// nothing chatters.
         pub static TERMS: &[Term] = &[$(Term { word: $word, unit: $unit }),+];
 
         const WORDS: &[&str] = &[$($word),+];
@@ -130,7 +133,8 @@ impl Term {
     /// use furuta_model::{Rig, State};
     /// let coefficients = Rig::builtin("qube-servo-2").expect("built in").params.coefficients();
     /// let x = State::new(0.5, 3.0, -2.0, 0.0);
-    /// let at = Instant { clock: Clock::at(0.0), x: &x, angle: Angle::of(x.alpha), coefficients: &coefficients, memory: 0.0, volts: 3.0 };
+    /// let (clock, angle) = (Clock::at(0.0), Angle::of(x.alpha));
+    /// let at = Instant { clock, x: &x, angle, coefficients: &coefficients, memory: 0.0, volts: 3.0 };
     /// let value = |word| TERMS.iter().find(|t| t.word == word).map(|t| t.value(&at));
     /// assert_eq!(value("theta_dot*abs(theta_dot)"), Some(-4.0));
     /// assert_eq!(value("u*theta"), Some(1.5));
@@ -179,7 +183,8 @@ macro_rules! specs {
             id: $id,
             name: "Empirical term, fitted to recordings: no law of physics",
             law: "coefficient term on one axis, the term an expression in theta, alpha, theta_dot, alpha_dot and u",
-            sentence: "Something acts on the rig that no effect of the catalogue explains; this expression imitates it within the motions that were recorded.",
+            sentence: "Something acts on the rig that no effect of the catalogue explains; this expression \
+                imitates it within the motions that were recorded.",
             shows: "What is left of the gap follows the expression; outside the recorded motions it says nothing.",
             experiment: "motions that the fit has not seen: an expression that is no law fails there first",
             look_alikes: &[$($others),+],

@@ -21,7 +21,7 @@ pub(super) const SPEC: Spec = Spec {
     id: "disturbance.arm_kick",
     name: "Kick of the arm",
     law: "torque on the arm while time <= t < time + duration, in run `run` alone",
-    sentence: "Somebody or something pushed the arm once.",
+    sentence: "The arm was pushed once.",
     shows: "One run, one moment: before and after it the model fits, within it the arm jumps.",
     experiment: "the same run again: a push does not come back at the same moment",
     look_alikes: &["disturbance.kick"],

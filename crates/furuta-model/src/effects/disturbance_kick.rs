@@ -21,7 +21,7 @@ pub(super) const SPEC: Spec = Spec {
     id: "disturbance.kick",
     name: "Kick of the pendulum",
     law: "torque on the pendulum while time <= t < time + duration, in run `run` alone",
-    sentence: "Somebody or something pushed the pendulum once.",
+    sentence: "The pendulum was pushed once.",
     shows: "One run, one moment: before and after it the model fits, within it the pendulum jumps.",
     experiment: "the same run again: a push does not come back at the same moment",
     look_alikes: &["disturbance.arm_kick"],

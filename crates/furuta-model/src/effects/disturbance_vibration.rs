@@ -19,7 +19,8 @@ pub(super) const SPEC: Spec = Spec {
     id: "disturbance.vibration",
     name: "Vibration",
     law: "amplitude sin(2π frequency t + phase) on the arm",
-    sentence: "Something beside the rig hums or shakes: the arm feels a sinusoidal torque that goes on whatever the rig does.",
+    sentence: "Something beside the rig hums or shakes: the arm feels a sinusoidal torque that goes on \
+        whatever the rig does.",
     shows: "An error of one frequency that repeats with time, not with any angle, also while the rig is at rest.",
     experiment: "a recording at rest without any command",
     look_alikes: &["arm.cogging"],

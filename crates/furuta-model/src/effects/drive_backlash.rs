@@ -1,12 +1,12 @@
-//! Play between rotor and arm: free of each other for `|rotor - arm| < gap/2`.
+//! Backlash between rotor and arm (also called play): free of each other for `|rotor - arm| < gap/2`.
 
 use super::{Acts, Drive, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
-    /// Play between rotor and arm: free of each other for `|rotor - arm| < gap/2`.
+    /// Backlash between rotor and arm: free of each other for `|rotor - arm| < gap/2`.
     DriveBacklash {
-        /// Total play, rad of the arm.
+        /// Total backlash, rad of the arm.
         gap,
         /// Share of `arm.inertia` on the motor's side, 0 to 1.
         motor_share,
@@ -14,6 +14,32 @@ parameters! {
         encoder,
     }
 }
+
+/// Of every drive in which rotor and arm are two bodies: how the inertia is split.
+pub(super) const MOTOR_SHARE: ParameterSpec = ParameterSpec {
+    name: "motor_share",
+    unit: "-",
+    kind: Kind::Real,
+    default: None,
+    // A rotor that is lighter is a lag (`motor.lag`), and rings faster than samples follow.
+    min: 0.02,
+    max: 0.999,
+    off: 0.0,
+    typical: |_| 0.5,
+    starts: &[1.0],
+};
+/// Of every such drive: on which of the two the arm's encoder sits.
+pub(super) const ENCODER: ParameterSpec = ParameterSpec {
+    name: "encoder",
+    unit: "-",
+    kind: Kind::Choice(&["arm", "motor"]),
+    default: Some(0.0),
+    min: 0.0,
+    max: 1.0,
+    off: 0.0,
+    typical: |_| 1.0,
+    starts: &[0.0, 1.0],
+};
 
 pub(super) const SPEC: Spec = Spec {
     id: "drive.backlash",
@@ -35,32 +61,13 @@ pub(super) const SPEC: Spec = Spec {
             typical: |_| 0.03,
             starts: &[1.0],
         },
-        ParameterSpec {
-            name: "motor_share",
-            unit: "-",
-            kind: Kind::Real,
-            default: None,
-            min: 0.001,
-            max: 0.999,
-            off: 0.0,
-            typical: |_| 0.5,
-            starts: &[1.0],
-        },
-        ParameterSpec {
-            name: "encoder",
-            unit: "-",
-            kind: Kind::Choice(&["arm", "motor"]),
-            default: Some(0.0),
-            min: 0.0,
-            max: 1.0,
-            off: 0.0,
-            typical: |_| 1.0,
-            starts: &[0.0, 1.0],
-        },
+        MOTOR_SHARE,
+        ENCODER,
     ],
     strengths: 1,
-    footprint: Footprint::Like("drive.compliance", "by its describing function, play is a coupling that is softer the smaller the motion"),
-    acts: Acts::DRIVE,
+    footprint: Footprint::Like("drive.compliance", "by its describing function, backlash is a coupling that is \
+        softer the smaller the motion"),
+    acts: Acts::DRIVE.and(Acts::BLOWS),
 };
 
 impl<S: Scalar> Law<S> for DriveBacklash<S> {

@@ -1,5 +1,6 @@
 //! A flexible coupling between rotor and arm: `stiffness (rotor - arm) + damping (rotor_dot - arm_dot)`.
 
+use super::drive_backlash::{ENCODER, MOTOR_SHARE};
 use super::{Acts, Drive, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
@@ -48,28 +49,8 @@ pub(super) const SPEC: Spec = Spec {
             typical: |p| 0.02 * super::stall_torque(p),
             starts: &[0.5],
         },
-        ParameterSpec {
-            name: "motor_share",
-            unit: "-",
-            kind: Kind::Real,
-            default: None,
-            min: 0.001,
-            max: 0.999,
-            off: 0.0,
-            typical: |_| 0.5,
-            starts: &[1.0],
-        },
-        ParameterSpec {
-            name: "encoder",
-            unit: "-",
-            kind: Kind::Choice(&["arm", "motor"]),
-            default: Some(0.0),
-            min: 0.0,
-            max: 1.0,
-            off: 0.0,
-            typical: |_| 1.0,
-            starts: &[0.0, 1.0],
-        },
+        MOTOR_SHARE,
+        ENCODER,
     ],
     strengths: 1,
     footprint: Footprint::Own(&["stiffness", "damping", "motor_share"]),

@@ -5,8 +5,8 @@ use crate::transfer::Output;
 /// What a transfer function of the hanging rig, which is to say its small motions, shows of an effect.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Footprint {
-    /// A form of its own: a spring, a lag, a delay, a resonance. It is that of the effect's hooks, linearised where rig and arm rest at 0 with the effect's
-    /// other parameters off; these of its parameters shape it.
+    /// A form of its own: a spring, a lag, a delay, a resonance. It is that of the effect's hooks, linearised where rig
+    /// and arm rest at 0 with the effect's other parameters off; these of its parameters shape it.
     Own(&'static [&'static str]),
     /// The form of another effect (its id), and why.
     Like(&'static str, &'static str),
@@ -18,8 +18,8 @@ pub enum Footprint {
     Nothing(&'static str),
 }
 
-/// What of a rig is refitted whatever effects are looked for: the combinations of its parameters that the equations of motion contain, over the weight's
-/// moment.
+/// What of a rig is refitted whatever effects are looked for: the combinations of its parameters that the equations of
+/// motion contain, over the weight's moment.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum BaseParameter {
     /// The arm's inertia, the pendulum's mass at its end included.
@@ -63,7 +63,8 @@ impl core::fmt::Display for BaseParameter {
     }
 }
 
-const QUASI: &str = "under noise, dry or quadratic friction acts like a damping that depends on the level alone (its describing function): one response shows no more; measure at two levels";
+const QUASI: &str = "under noise, dry or quadratic friction acts like a damping that depends on the level \
+    alone (its describing function): one response shows no more; measure at two levels";
 
 impl Footprint {
     /// Friction on the arm's axis.

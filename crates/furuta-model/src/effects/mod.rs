@@ -1,7 +1,7 @@
 //! The catalogue: what a real rig does and the rigid-body equations leave out. One file per effect.
 //!
-//! Every effect says where it acts by implementing hooks of [`Law`] and listing them in [`Spec::acts`]; [`crate::Plant`]
-//! calls only those. To add one: write its file, add one line to the `catalogue!` call below.
+//! Every effect says where it acts by implementing hooks of [`Law`] and listing them in [`Spec::acts`];
+//! [`crate::Plant`] calls only those. To add one: write its file, add one line to the `catalogue!` call below.
 //!
 //! Parameters that are all "off" (zero strength) leave the plant exactly as it was.
 
@@ -72,6 +72,15 @@ macro_rules! catalogue {
             #[must_use]
             pub fn spec(&self) -> &'static Spec {
                 match self { $(Self::$name(_) => &$module::SPEC,)+ Self::Custom(e) => e.spec() }
+            }
+
+            /// Whether it is on the motor's side of a drive ([`Acts::SHAFT`]); empirical terms are on the arm.
+            #[inline(always)]
+            pub(crate) fn is_on_shaft(&self) -> bool {
+                match self {
+                    $(Self::$name(_) => const { $module::SPEC.acts.includes(Acts::SHAFT) },)+
+                    Self::Custom(_) => false,
+                }
             }
 
             /// Where it stands in the catalogue, empirical terms behind it: the order in which effects act.
@@ -202,7 +211,8 @@ impl<S: Scalar> Effect<S> {
     /// ```
     /// use furuta_model::{Effect, EffectError};
     /// assert!(Effect::new("arm.spring", &[8.6e-4, -0.5]).is_ok());
-    /// assert!(matches!(Effect::new("arm.spring", &[-1.0, 0.0]), Err(EffectError::OutOfRange { parameter: "stiffness", .. })));
+    /// let wrong = Effect::new("arm.spring", &[-1.0, 0.0]);
+    /// assert!(matches!(wrong, Err(EffectError::OutOfRange { parameter: "stiffness", .. })));
     /// ```
     pub fn new(id: &str, values: &[S]) -> Result<Self, EffectError> {
         let spec = spec(id).ok_or(EffectError::UnknownEffect)?;

@@ -4,10 +4,12 @@ use super::{Acts, BaseParameter, Footprint, Instant, Kind, Law, ParameterSpec, S
 use crate::scalar::Scalar;
 
 parameters! {
-    /// Ripple of the motor's torque constant: a torque of `amplitude sin(order theta + phase)` of what the voltage gives.
+    /// Ripple of the motor's torque constant: a torque of `amplitude sin(order theta + phase)` of what the voltage
+    /// gives.
     ///
-    /// What the speed takes of the current ripples as well, through both constants of the motor. It is left out: a rig is fitted with one damping of the arm,
-    /// in which back-EMF and viscous friction are not told apart. Where the back-EMF takes a tenth of the voltage, the ripple is a fifth smaller than this.
+    /// What the speed takes of the current ripples as well, through both constants of the motor. It is left out: a rig
+    /// is fitted with one damping of the arm, in which back-EMF and viscous friction are not told apart. Where the
+    /// back-EMF takes a tenth of the voltage, the ripple is a fifth smaller than this.
     MotorRipple {
         /// Largest change, a share of the constant, -.
         amplitude,
@@ -22,7 +24,8 @@ pub(super) const SPEC: Spec = Spec {
     id: "motor.ripple",
     name: "Torque ripple of the motor",
     law: "drive * u * amplitude sin(order theta + phase) added to the motor's torque",
-    sentence: "The current changes from one winding to the next as the motor turns: the same voltage turns the arm a little harder at some angles than at others.",
+    sentence: "The current changes from one winding to the next as the motor turns: the same voltage turns \
+        the arm a little harder at some angles than at others.",
     shows: "The error repeats with the arm's angle and changes sign with the voltage; without a voltage there is none.",
     experiment: "slow turns from stop to stop under two loads: a ripple grows with the voltage, cogging does not",
     look_alikes: &["arm.cogging", "motor.asymmetry", "arm.cable"],
@@ -38,8 +41,8 @@ pub(super) const SPEC: Spec = Spec {
             typical: |_| 0.1,
             starts: &[0.3],
         },
-        // Brushes that pass n segments commutate 2n times a turn where n is odd, n times where it is even: an even number either way, from three
-        // segments to twenty.
+        // Brushes that pass n segments commutate 2n times a turn where n is odd, n times where it is even: an even
+        // number either way, from three segments to twenty.
         ParameterSpec {
             name: "order",
             unit: "-",
@@ -71,7 +74,7 @@ pub(super) const SPEC: Spec = Spec {
         BaseParameter::MotorGain,
         "about one angle of the arm the gain is another: measure about two",
     ),
-    acts: Acts::TORQUE.and(Acts::ANGLE),
+    acts: Acts::TORQUE.and(Acts::ANGLE).and(Acts::SHAFT),
 };
 
 impl<S: Scalar> Law<S> for MotorRipple<S> {

@@ -17,7 +17,8 @@ pub(super) const SPEC: Spec = Spec {
     law: "torque",
     sentence: "Something pushes the pendulum steadily to one side: wind, a cable, a hinge that is not level.",
     shows: "It hangs beside straight down to one side and balances beside upright to the other.",
-    experiment: "the pendulum hanging at rest, then balanced: a torque leans it to opposite sides, an encoder offset to the same",
+    experiment: "the pendulum hanging at rest, then balanced: a torque leans it to opposite sides, an \
+        encoder offset to the same",
     look_alikes: &["sensor.alpha.offset", "arm.tilt"],
     parameters: &[
         ParameterSpec {

@@ -16,7 +16,8 @@ pub(super) const SPEC: Spec = Spec {
     id: "pendulum.inertia_transverse",
     name: "Transverse inertia of the pendulum",
     law: "inertia * sin²(alpha) more on the arm's axis",
-    sentence: "A swung-out pendulum is harder to turn about the arm's axis, by its own inertia and not only by its mass.",
+    sentence: "A swung-out pendulum is harder to turn about the arm's axis, by its own inertia and not \
+        only by its mass.",
     shows: "The arm answers more slowly than the model while the pendulum is horizontal.",
     experiment: "fast arm motion while the pendulum passes the horizontal",
     look_alikes: &["arm.quadratic"],

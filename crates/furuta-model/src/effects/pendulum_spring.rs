@@ -19,7 +19,8 @@ pub(super) const SPEC: Spec = Spec {
     law: "-stiffness * (alpha - rest)",
     sentence: "The pendulum's encoder cable winds up and pulls it back towards one angle.",
     shows: "The pendulum swings a little faster or slower than gravity says, and leans to one side after a full turn.",
-    experiment: "full turns of the pendulum in both directions, then free swings: a cable remembers the turns, gravity does not",
+    experiment: "full turns of the pendulum in both directions, then free swings: a cable remembers the \
+        turns, gravity does not",
     look_alikes: &["sensor.alpha.scale", "pendulum.bias"],
     parameters: &[
         ParameterSpec {

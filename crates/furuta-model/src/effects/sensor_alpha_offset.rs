@@ -15,7 +15,8 @@ pub(super) const SPEC: Spec = Spec {
     id: "sensor.alpha.offset",
     name: "Offset of the pendulum's encoder",
     law: "measured alpha = alpha + angle",
-    sentence: "The encoder's zero is not where the pendulum stands upright (it was zeroed while the pendulum still swung or leaned).",
+    sentence: "The encoder's zero is not where the pendulum stands upright (it was zeroed while the \
+        pendulum still swung or leaned).",
     shows: "The pendulum seems to balance beside upright and to hang beside straight down by the same angle.",
     experiment: "the pendulum hanging at rest in several arm positions, then balanced for a while",
     look_alikes: &["arm.tilt", "pendulum.bias", "sensor.alpha.scale"],

@@ -16,7 +16,8 @@ pub(super) const SPEC: Spec = Spec {
     name: "Delay of the encoders",
     law: "measured(t) = true(t - delay)",
     sentence: "The angles reach the controller late: counting, filtering or transmission take time.",
-    shows: "Everything seems to happen a little later than the model says; on recorded input and output the same as a late command.",
+    shows: "Everything seems to happen a little later than the model says; on recorded input and output \
+        the same as a late command.",
     experiment: "none on input and output alone: record a second, prompt sensor beside the encoders",
     look_alikes: &["motor.delay", "motor.lag"],
     parameters: &[

@@ -17,7 +17,8 @@ pub(super) const SPEC: Spec = Spec {
     name: "Scale of the arm's encoder",
     law: "measured theta = scale * theta",
     sentence: "The encoder has another number of counts per turn than the rig file says.",
-    shows: "The arm seems to move too far or too little in every motion, and to push the pendulum too hard or too gently.",
+    shows: "The arm seems to move too far or too little in every motion, and to push the pendulum too hard \
+        or too gently.",
     experiment: "turning the arm by hand against a mark, once round",
     look_alikes: &["motor.asymmetry", "sensor.alpha.scale"],
     parameters: &[

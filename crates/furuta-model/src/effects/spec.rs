@@ -37,6 +37,11 @@ impl Acts {
     pub const SENSOR_DELAY: Self = Self(1 << 10);
     /// It depends on the arm's absolute angle: where the arm's encoder was zeroed matters.
     pub const ANGLE: Self = Self(1 << 11);
+    /// On the motor's side of a drive: where rotor and arm are two bodies it acts on the rotor, at the rotor's angle
+    /// and speed, as the arm's damping does.
+    pub const SHAFT: Self = Self(1 << 12);
+    /// Bodies meet in blows: what is wrong before a blow is many times as wrong after it.
+    pub const BLOWS: Self = Self(1 << 13);
 
     /// Both.
     #[must_use]
@@ -64,7 +69,8 @@ impl Acts {
 pub enum Kind {
     /// A real number: a fit varies it.
     Real,
-    /// An angle that a sine or the effect's direction begins at, rad: the effect is the sum of a part at 0 and a part at a quarter turn.
+    /// An angle that a sine or the effect's direction begins at, rad: the effect is the sum of a part at 0 and a part
+    /// at a quarter turn.
     Phase,
     /// The arm's angle from which the effect is counted, rad: turning the arm and this angle together changes nothing.
     Rest,
@@ -158,7 +164,8 @@ pub struct Spec {
     pub look_alikes: &'static [&'static str],
     /// Its parameters.
     pub parameters: &'static [ParameterSpec],
-    /// How many of them, from the first, are strengths: the effect does nothing where all of these are zero, or at their [`ParameterSpec::off`].
+    /// How many of them, from the first, are strengths: the effect does nothing where all of these are zero, or at
+    /// their [`ParameterSpec::off`].
     pub strengths: usize,
     /// What it leaves in a transfer function.
     pub footprint: Footprint,
@@ -190,8 +197,8 @@ pub struct Clock<S> {
     pub run: usize,
     /// Time since the run began, s.
     pub t: S,
-    /// A time within the same stretch between jumps ([`Law::jump_after`]): what acts at times only asks this one, since an integrator looks at
-    /// the very edges.
+    /// A time within the same stretch between jumps ([`Law::jump_after`]): what acts at times only asks this one, since
+    /// an integrator looks at the very edges.
     pub within: S,
 }
 
@@ -211,7 +218,7 @@ impl<S: Scalar> Clock<S> {
 /// What lies between the motor's rotor and the arm. All zero: they are one body.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Drive<S> {
-    /// Play: rotor and arm are free of each other within `gap/2` either way, rad.
+    /// Backlash: rotor and arm are free of each other within `gap/2` either way, rad.
     pub gap: S,
     /// Of the coupling, N m/rad; 0: rigid.
     pub stiffness: S,
@@ -275,7 +282,8 @@ pub trait Law<S: Scalar> {
         [S::ZERO; 2]
     }
 
-    /// What is remembered of the arm's way after it has moved by `travel` (rad) without turning back, from what was remembered before.
+    /// What is remembered of the arm's travel after `travel` more (rad) without a reversal, from what was remembered
+    /// before.
     #[inline(always)]
     fn travelled(&self, memory: S, travel: S) -> S {
         let _ = travel;

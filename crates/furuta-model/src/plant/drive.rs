@@ -1,15 +1,17 @@
-//! Rotor and arm as two bodies, with play or a spring between them.
+//! Rotor and arm as two bodies, with backlash or a spring between them.
 
-use super::state::Contact;
+use super::state::{Contact, Twist};
 use super::{MAX_SUBSTEPS, Plant, PlantState};
-use crate::effects::{Clock, Drive};
+use crate::dynamics::Angle;
+use crate::effects::{Acts, Clock, Drive, Effect, Instant};
 use crate::integrate::Vector;
 use crate::params::Coefficients;
 use crate::scalar::Scalar;
 use crate::state::State;
 use core::ops::Add;
 
-/// How many steps of the integrator one radian of the coupling's ringing takes: RK4 then shifts it by 2e-4 rad per period.
+/// How many steps of the integrator one radian of the coupling's ringing takes: RK4 then shifts it by 2e-4 rad per
+/// period.
 const STEPS_PER_RADIAN: f64 = 4.0;
 
 /// Torques below this share of the rig's own are rounding.
@@ -43,9 +45,39 @@ impl<S: Scalar> Vector<S> for TwoBody<S> {
     }
 }
 
+/// Of which bodies the torques are asked.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) enum Bodies {
+    /// Rotor, arm and pendulum, the first two as one body.
+    Whole,
+    /// Arm and pendulum without the rotor.
+    Load,
+    /// The rotor alone.
+    Rotor,
+}
+
+impl Bodies {
+    /// Whether an effect acts on them.
+    #[inline(always)]
+    pub(super) fn feel<S: Scalar>(self, effect: &Effect<S>) -> bool {
+        match self {
+            Self::Whole => true,
+            Self::Load => !effect.is_on_shaft(),
+            Self::Rotor => effect.is_on_shaft(),
+        }
+    }
+}
+
+/// What turns the rotor: torques beside what it passes on, and the largest torque of dry friction, N m.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Shaft<S> {
+    pub(super) free: S,
+    pub(super) limit: S,
+}
+
 impl<S: Scalar> Drive<S> {
-    /// This drive with what another effect adds: play and spring may come together, and then share the rotor's inertia of the one that is given
-    /// last.
+    /// This drive with what another effect adds: backlash and spring may come together, and then share the rotor's
+    /// inertia of the one that is given last.
     pub(super) fn with(self, other: Self) -> Self {
         if other == Self::RIGID {
             return self;
@@ -65,13 +97,13 @@ impl<S: Scalar> Drive<S> {
         self.stiffness.real() > S::Real::ZERO
     }
 
-    /// Whether there is play.
+    /// Whether there is backlash.
     #[inline(always)]
     pub(super) fn loose(&self) -> bool {
         self.gap.real() > S::Real::ZERO
     }
 
-    /// Half the play, rad.
+    /// Half the backlash, rad.
     #[inline(always)]
     pub(super) fn half_gap(&self) -> S {
         self.gap.scale(S::Real::from_f64(0.5))
@@ -98,10 +130,40 @@ impl<S: Scalar> Plant<S> {
         }
     }
 
-    /// Torque that the motor leaves the rotor, its friction taken off, N m.
-    #[inline(always)]
-    pub(super) fn shaft_torque(&self, volts: S, speed: S) -> S {
-        self.coefficients.drive * volts - self.coefficients.arm_damping * speed
+    /// What acts on the rotor at an angle and speed of its own: motor, damping, and the effects on this side.
+    pub(super) fn shaft(&self, m: &TwoBody<S>, at: (Clock<S>, S, S)) -> Shaft<S> {
+        let c = &self.coefficients;
+        let effects = self.on_shaft(m, at);
+        Shaft {
+            free: c.drive * at.1 - c.arm_damping * m.rotor[1] + effects.free,
+            ..effects
+        }
+    }
+
+    /// What the effects on the motor's side do at the rotor's angle and speed.
+    pub(super) fn on_shaft(
+        &self,
+        m: &TwoBody<S>,
+        (clock, volts, memory): (Clock<S>, S, S),
+    ) -> Shaft<S> {
+        let mut shaft = Shaft {
+            free: S::ZERO,
+            limit: S::ZERO,
+        };
+        if self.acts.includes(Acts::SHAFT) {
+            let x = State::new(m.rotor[0], m.x.alpha, m.rotor[1], m.x.alpha_dot);
+            let at = Instant {
+                clock,
+                x: &x,
+                angle: Angle::of(x.alpha),
+                coefficients: &self.coefficients,
+                memory,
+                volts,
+            };
+            [shaft.free, _] = self.add_torques_outside([S::ZERO; 2], &at, Bodies::Rotor);
+            [shaft.limit, _] = self.dry_limit(&at, Bodies::Rotor);
+        }
+        shaft
     }
 
     /// Torque that a spring passes from rotor to arm, N m; none while they are free.
@@ -115,10 +177,62 @@ impl<S: Scalar> Plant<S> {
         d.stiffness * twist + d.damping * (m.rotor[1] - m.x.theta_dot)
     }
 
-    /// Torque that rigid flanks pass from rotor to arm while both turn together, N m.
-    #[inline(always)]
-    pub(super) fn flank_torque(&self, volts: S, speed: S, acceleration: S) -> S {
-        self.shaft_torque(volts, speed) - self.rotor_inertia() * acceleration
+    /// Torque that rigid flanks pass from rotor to arm while both turn together, N m. The arm's dry `friction` (N m)
+    /// acts on the rotor.
+    pub(super) fn flank_torque(
+        &self,
+        m: &TwoBody<S>,
+        at: (Clock<S>, S, S),
+        friction: S,
+        acceleration: S,
+    ) -> S {
+        self.shaft(m, at).free + friction - self.rotor_inertia() * acceleration
+    }
+
+    /// How the rotor stands and turns against the arm; nothing where both are one body.
+    ///
+    /// ```
+    /// use furuta_model::{Effect, Plant, Rig, State, Twist};
+    /// let rig = Rig::builtin("qube-servo-2").expect("built in");
+    /// let coupling = Effect::new("drive.compliance", &[0.5, 1e-3, 0.4, 0.0])?;
+    /// let plant: Plant<f64> = Plant::new(&rig.params, &[coupling])?;
+    /// let mut s = plant.rest(State::hanging());
+    /// assert!(plant.twist(&s).angle.abs() < 1e-9);
+    /// let ahead = Twist { angle: 0.01, speed: -0.2 };
+    /// plant.set_twist(&mut s, ahead);
+    /// assert!((plant.twist(&s).angle - ahead.angle).abs() < 1e-15);
+    /// plant.step(&mut s, 0.0, 0.002);
+    /// assert!(s.x.theta_dot > 0.0); // the spring takes the arm along
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn twist(&self, s: &PlantState<S>) -> Twist {
+        Twist {
+            angle: (s.rotor[0] - s.x.theta).value(),
+            speed: (s.rotor[1] - s.x.theta_dot).value(),
+        }
+    }
+
+    /// Turns the rotor against the arm, which stays: at most to the end of the backlash where the flanks are rigid. See
+    /// [`Plant::twist`].
+    pub fn set_twist(&self, s: &mut PlantState<S>, twist: Twist) {
+        let half = self.drive.half_gap();
+        let angle = S::from_f64(twist.angle);
+        // Angles that touch differ from half the backlash by rounding.
+        let end = half.scale(S::Real::from_f64(1.0 - 1e-9));
+        let beyond = self.drive.loose() && angle.abs().real() >= end.real();
+        s.contact = if beyond {
+            Contact::of(angle)
+        } else {
+            Contact::Free
+        };
+        let rigid = beyond && !self.drive.elastic();
+        let (angle, speed) = if rigid {
+            (s.contact.side::<S>() * half, S::ZERO)
+        } else {
+            (angle, S::from_f64(twist.speed))
+        };
+        s.rotor = [s.x.theta + angle, s.x.theta_dot + speed];
     }
 
     /// Puts the rotor where it would be if the torque that the arm needs had been passed on for long.
@@ -129,10 +243,15 @@ impl<S: Scalar> Plant<S> {
             within: s.t,
         };
         let c = &self.coefficients;
-        let balance = self.balance_outside(c, clock, &s.x, s.voltage, s.memory, None);
+        let at = (clock, s.voltage, s.memory);
         let speed = [s.x.theta_dot, s.x.alpha_dot];
-        let (acceleration, _) = balance.solve(balance.decide(speed, [None; 2]));
-        let torque = self.flank_torque(s.voltage, s.x.theta_dot, acceleration[0]);
+        let m = TwoBody {
+            x: s.x,
+            rotor: [s.x.theta, s.x.theta_dot],
+        };
+        let balance = self.whole(&m, at);
+        let (acceleration, friction) = balance.solve(balance.decide(speed, [None; 2]));
+        let torque = self.flank_torque(&m, at, friction[0], acceleration[0]);
         let d = &self.drive;
         // What rounding leaves of no torque at all does not take the rotor out of the middle.
         let nothing = (c.drive * s.voltage).abs() + c.weight;

@@ -53,11 +53,14 @@ impl core::fmt::Display for PlantError {
             }
             Self::DelayTooLong { delay, longest } => write!(
                 f,
-                "a delay of {delay} s is longer than the {longest} s ({MAX_DELAY_SAMPLES} samples) the plant remembers at this sample period: use a longer period"
+                "a delay of {delay} s is longer than the {longest} s ({MAX_DELAY_SAMPLES} samples) the \
+                 plant remembers at this sample period: use a longer period"
             ),
             Self::CouplingTooStiff { frequency, highest } => write!(
                 f,
-                "drive.compliance rings at {frequency} rad/s; at this sample period at most {highest} rad/s ({MAX_SUBSTEPS} steps a period) can be followed: use a shorter period, or leave the effect out (so stiff a coupling is rigid)"
+                "drive.compliance rings at {frequency} rad/s; at this sample period at most {highest} \
+                 rad/s ({MAX_SUBSTEPS} steps a period) can be followed: use a shorter period, or leave \
+                 the effect out (so stiff a coupling is rigid)"
             ),
             Self::SamplePeriod { period } => {
                 write!(
@@ -67,7 +70,8 @@ impl core::fmt::Display for PlantError {
             }
             Self::EventsInLanes => write!(
                 f,
-                "dry friction, backlash, delays and kicks change within a step at another time in each lane: step such plants one by one"
+                "dry friction, backlash, delays and kicks change within a step at another time in each \
+                 lane: step such plants one by one"
             ),
         }
     }

@@ -1,11 +1,14 @@
-//! Steps that end where something happens: an axis stops or is torn loose, a drive's play opens or closes.
+//! Steps that end where something happens: an axis stops or is torn loose, a drive's backlash opens or closes.
 //!
-//! Between two events the equations are smooth and RK4 keeps its order. A trial step shows whether an event lies within it; if so, the event is
-//! located by a cubic (or a line, where the equations do not jump), the step is cut there, and what is left goes on after it. The last
-//! bit of the way to the event is a Newton step taken in the plant's own scalar, which gives dual numbers the event's exact derivative.
+//! Between two events the equations are smooth and RK4 keeps its order. A trial step shows whether an event lies within
+//! it; if so, the event is located by a cubic (or a line, where the equations do not jump), the step is cut there, and
+//! what is left goes on after it. The last bit of the way to the event is a Newton step taken in the plant's own
+//! scalar, which gives dual numbers the event's exact derivative.
 
+use super::crossing::{Cubic, share};
 use super::drive::TwoBody;
 use super::friction::Dry;
+use super::regime::{How, Regime};
 use super::state::Contact;
 use super::step::clocks;
 use super::{Plant, PlantState};
@@ -14,7 +17,7 @@ use crate::integrate::{Fixed, Length, Stage, Variable, rk4};
 use crate::scalar::Scalar;
 use crate::state::State;
 
-/// After so many events the rest of a step goes on without looking for more.
+/// After this many events the rest of a step goes on without looking for more.
 const MOST_EVENTS: usize = 16;
 
 /// What happens.
@@ -35,16 +38,6 @@ enum Event {
 struct Decided {
     loose: [Option<Dry>; 2],
     apart: bool,
-}
-
-/// What holds until the next event, and how things stand at its start.
-struct Mode<S> {
-    dry: [Dry; 2],
-    acceleration: [S; 2],
-    friction: [S; 2],
-    limit: [S; 2],
-    /// Torque from rotor to arm.
-    passed: S,
 }
 
 /// Voltages and times at a stretch's start, middle and end.
@@ -73,7 +66,8 @@ impl<S: Scalar> Plant<S> {
         }
     }
 
-    /// Advances by `h`, or to the first event if there is one before (and `look` says to look); then returns the time that took.
+    /// Advances by `h`, or to the first event if there is one before (and `look` says to look); then returns the time
+    /// that took.
     fn until_event<H: Length<S>>(
         &self,
         s: &mut PlantState<S>,
@@ -83,11 +77,11 @@ impl<S: Scalar> Plant<S> {
         look: bool,
     ) -> Option<S> {
         let stages = self.stages(s, u, h);
-        let mode = self.mode(s, &stages, core::mem::take(decided));
-        let end = self.trial(s, &mode, &stages, h);
+        let regime = self.regime(s, &stages, core::mem::take(decided));
+        let end = self.trial(s, &regime, &stages, h);
         let length = h.of(S::ONE);
         let event = if look {
-            self.first_event(s, &mode, &stages, &end, length.real())
+            self.first_event(s, &regime, &stages, &end, length.real())
         } else {
             None
         };
@@ -97,8 +91,8 @@ impl<S: Scalar> Plant<S> {
         };
         let h = Fixed(after);
         let stages = self.stages(s, u, h);
-        let mut end = self.trial(s, &mode, &stages, h);
-        let late = self.happen(s, event, &mode, &stages, &mut end, length.real(), decided);
+        let mut end = self.trial(s, &regime, &stages, h);
+        let late = self.happen(s, event, &regime, &stages, &mut end, length.real(), decided);
         let done = S::from_real(after) + late;
         self.accept(s, &end, stages.volts[2], done);
         if let Event::Touch(side) = event {
@@ -115,104 +109,60 @@ impl<S: Scalar> Plant<S> {
     }
 
     fn accept(&self, s: &mut PlantState<S>, end: &TwoBody<S>, volts: S, length: S) {
-        if self.acts.includes(Acts::MEMORY) {
-            s.memory = self.travelled(s.memory, end.x.theta - s.x.theta);
-        }
+        s.memory = self.memory_at(s, end);
         s.x = end.x;
         s.rotor = end.rotor;
         s.voltage = volts;
         s.t += length;
     }
 
-    /// Whether rotor and arm move as one body.
-    #[inline(always)]
-    fn one_body(&self, contact: Contact) -> bool {
-        let d = &self.drive;
-        !self.acts.includes(Acts::DRIVE) || !d.elastic() && (!d.loose() || contact != Contact::Free)
-    }
-
-    /// Accelerations of arm and pendulum, friction, its limits, and the torque from rotor to arm at one stage.
-    fn forces(
-        &self,
-        m: &TwoBody<S>,
-        contact: Contact,
-        (clock, volts, memory): (Clock<S>, S, S),
-        dry: impl FnOnce(&super::Balance<S>) -> [Dry; 2],
-    ) -> Mode<S> {
-        let one = self.one_body(contact);
-        let mut passed = S::ZERO;
-        let balance = if one {
-            self.balance_outside(&self.coefficients, clock, &m.x, volts, memory, None)
-        } else {
-            passed = self.spring_torque(m, contact);
-            self.balance_outside(&self.load(), clock, &m.x, volts, memory, Some(passed))
-        };
-        let dry = dry(&balance);
-        let (acceleration, friction) = balance.solve(dry);
-        if one && self.acts.includes(Acts::DRIVE) {
-            passed = self.flank_torque(volts, m.x.theta_dot, acceleration[0]);
-        }
-        Mode {
-            dry,
-            acceleration,
-            friction,
-            limit: balance.limit,
-            passed,
-        }
-    }
-
     /// What holds from here on.
-    fn mode(&self, s: &mut PlantState<S>, stages: &Stages<S>, decided: Decided) -> Mode<S> {
+    fn regime(&self, s: &mut PlantState<S>, stages: &Stages<S>, decided: Decided) -> Regime<S> {
         let here = TwoBody {
             x: s.x,
             rotor: s.rotor,
         };
         let at = (stages.clocks[0], stages.volts[0], s.memory);
-        let speed = [s.x.theta_dot, s.x.alpha_dot];
         if decided.apart {
             s.contact = Contact::Free;
         }
-        let mode = self.forces(&here, s.contact, at, |b| b.decide(speed, decided.loose));
+        let regime = self.forces(&here, s.contact, at, How::Decided(decided.loose));
         let side = s.contact.side::<S>();
-        // A spring that has just met the flank is not yet bent, but for rounding of either sign: what still closes in has not parted.
+        // A spring that has just met the flank is not yet bent, but for rounding of either sign: what still closes in
+        // has not parted.
         let closing = self.drive.elastic() && self.depth(&here, side).1.real() > S::Real::ZERO;
-        let parted = self.drive.loose() && !closing && (side * mode.passed).real() < S::Real::ZERO;
+        let parted =
+            self.drive.loose() && !closing && (side * regime.passed).real() < S::Real::ZERO;
         if !parted {
-            return mode;
+            return regime;
         }
         s.contact = Contact::Free;
-        self.forces(&here, s.contact, at, |b| b.decide(speed, decided.loose))
+        self.forces(&here, s.contact, at, How::Decided(decided.loose))
     }
 
-    /// The state after `h`, the mode kept.
+    /// The state after `h`, the regime kept.
     fn trial<H: Length<S>>(
         &self,
         s: &PlantState<S>,
-        mode: &Mode<S>,
+        regime: &Regime<S>,
         stages: &Stages<S>,
         h: H,
     ) -> TwoBody<S> {
-        let remembers = self.acts.includes(Acts::MEMORY);
-        let memory = |x: &State<S>| {
-            if remembers {
-                self.travelled(s.memory, x.theta - s.x.theta)
-            } else {
-                S::ZERO
-            }
-        };
         if self.one_body(s.contact) {
+            let shift = s.contact.side::<S>() * self.drive.half_gap();
             let x = rk4(s.x, h, &|stage: Stage, x: &State<S>| {
                 let i = stage as usize;
-                let (clock, volts) = (stages.clocks[i], stages.volts[i]);
-                let balance =
-                    self.balance_outside(&self.coefficients, clock, x, volts, memory(x), None);
-                let (a, _) = balance.solve(mode.dry);
+                let m = TwoBody {
+                    x: *x,
+                    rotor: [x.theta + shift, x.theta_dot],
+                };
+                let at = (stages.clocks[i], stages.volts[i], self.memory_at(s, &m));
+                let (a, _) = self.whole(&m, at).solve(regime.dry);
                 State::new(x.theta_dot, x.alpha_dot, a[0], a[1])
             });
-            let angle = x.theta + s.contact.side::<S>() * self.drive.half_gap();
             return TwoBody {
                 x,
-                rotor: [angle, x.theta_dot],
+                rotor: [x.theta + shift, x.theta_dot],
             };
         }
         let start = TwoBody {
@@ -222,28 +172,24 @@ impl<S: Scalar> Plant<S> {
         let load = self.load();
         rk4(start, h, &|stage: Stage, m: &TwoBody<S>| {
             let i = stage as usize;
+            let at = (stages.clocks[i], stages.volts[i], self.memory_at(s, m));
             let passed = self.spring_torque(m, s.contact);
-            let (clock, volts) = (stages.clocks[i], stages.volts[i]);
-            let balance =
-                self.balance_outside(&load, clock, &m.x, volts, memory(&m.x), Some(passed));
-            let (a, _) = balance.solve(mode.dry);
+            let (a, _) = self
+                .carried(&load, m, at, passed)
+                .solve([Dry::Absent, regime.dry[1]]);
+            let (rotor, _) = self.rotor_acceleration(self.shaft(m, at), passed, regime.dry[0]);
             TwoBody {
                 x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),
-                rotor: [m.rotor[1], self.rotor_acceleration(m, volts, passed)],
+                rotor: [m.rotor[1], rotor],
             }
         })
-    }
-
-    #[inline(always)]
-    fn rotor_acceleration(&self, m: &TwoBody<S>, volts: S, passed: S) -> S {
-        (self.shaft_torque(volts, m.rotor[1]) - passed) / self.rotor_inertia()
     }
 
     /// The first event of a trial step of `length` seconds, and after how many seconds it comes.
     fn first_event(
         &self,
         s: &PlantState<S>,
-        mode: &Mode<S>,
+        regime: &Regime<S>,
         stages: &Stages<S>,
         end: &TwoBody<S>,
         length: S::Real,
@@ -257,15 +203,19 @@ impl<S: Scalar> Plant<S> {
             }
         };
         // How things stand at the trial's end is worth computing only for some.
-        let held = mode.dry.contains(&Dry::Held);
+        let held = regime.dry.contains(&Dry::Held);
         let touching = self.drive.loose() && s.contact != Contact::Free;
+        let start = TwoBody {
+            x: s.x,
+            rotor: s.rotor,
+        };
         let (before, after) = (
-            [s.x.theta_dot, s.x.alpha_dot],
-            [end.x.theta_dot, end.x.alpha_dot],
+            self.rubbing(&start, s.contact),
+            self.rubbing(end, s.contact),
         );
         let stops = [0, 1].map(|i| {
-            let direction = match mode.dry[i] {
-                Dry::Forward | Dry::Backward => mode.dry[i].direction(),
+            let direction = match regime.dry[i] {
+                Dry::Forward | Dry::Backward => regime.dry[i].direction(),
                 // An arm whose friction remembers its way is followed from turn to turn.
                 Dry::Absent if i == 0 && self.acts.includes(Acts::MEMORY) => before[0],
                 Dry::Absent | Dry::Held => S::ZERO,
@@ -273,26 +223,22 @@ impl<S: Scalar> Plant<S> {
             (direction.real() * after[i].real() < zero).then_some(direction.real())
         });
         if held || touching || stops.iter().any(Option::is_some) {
-            let memory = if self.acts.includes(Acts::MEMORY) {
-                self.travelled(s.memory, end.x.theta - s.x.theta)
-            } else {
-                S::ZERO
-            };
-            let at = (stages.clocks[2], stages.volts[2], memory);
-            let last = self.forces(end, s.contact, at, |_| mode.dry);
+            let at = (stages.clocks[2], stages.volts[2], self.memory_at(s, end));
+            let last = self.forces(end, s.contact, at, How::Kept(regime.dry));
+            let rates = [regime, &last].map(|m| [m.rotor, m.acceleration[1]]);
             for i in 0..2 {
                 if let Some(direction) = stops[i] {
                     let cubic = Cubic {
                         from: before[i].real() * direction,
                         to: after[i].real() * direction,
-                        slope_from: mode.acceleration[i].real() * direction * length,
-                        slope_to: last.acceleration[i].real() * direction * length,
+                        slope_from: rates[0][i].real() * direction * length,
+                        slope_to: rates[1][i].real() * direction * length,
                     };
                     found(Event::Stop(i), cubic.falls_to_zero() * length);
                 }
-                if mode.dry[i] == Dry::Held {
-                    let load = |m: &Mode<S>| (m.friction[i].abs() - m.limit[i]).real();
-                    let (now, then) = (load(mode), load(&last));
+                if regime.dry[i] == Dry::Held {
+                    let load = |m: &Regime<S>| (m.friction[i].abs() - m.limit[i]).real();
+                    let (now, then) = (load(regime), load(&last));
                     if then > zero {
                         let way = if last.friction[i].real() > zero {
                             Dry::Backward
@@ -305,7 +251,7 @@ impl<S: Scalar> Plant<S> {
             }
             if touching {
                 let side = s.contact.side::<S>();
-                let (now, then) = ((side * mode.passed).real(), (side * last.passed).real());
+                let (now, then) = ((side * regime.passed).real(), (side * last.passed).real());
                 if then < zero {
                     found(Event::Apart, share(now, -then) * length);
                 }
@@ -336,7 +282,7 @@ impl<S: Scalar> Plant<S> {
         first
     }
 
-    /// How far (rad) and how fast (rad/s) the rotor has gone beyond the play's end on the side `sign`.
+    /// How far (rad) and how fast (rad/s) the rotor has gone beyond the backlash's end on the side `sign`.
     #[inline(always)]
     fn depth(&self, m: &TwoBody<S>, sign: S) -> (S, S) {
         (
@@ -351,15 +297,15 @@ impl<S: Scalar> Plant<S> {
         &self,
         s: &PlantState<S>,
         event: Event,
-        mode: &Mode<S>,
+        regime: &Regime<S>,
         stages: &Stages<S>,
         end: &mut TwoBody<S>,
         length: S::Real,
         decided: &mut Decided,
     ) -> S {
-        let distance_and_speed = |end: &TwoBody<S>, a: &[S; 2]| match event {
-            Event::Stop(0) => (end.x.theta_dot, a[0]),
-            Event::Stop(_) => (end.x.alpha_dot, a[1]),
+        let distance_and_speed = |end: &TwoBody<S>, now: &Regime<S>| match event {
+            Event::Stop(0) => (self.rubbing(end, s.contact)[0], now.rotor),
+            Event::Stop(_) => (end.x.alpha_dot, now.acceleration[1]),
             Event::Touch(side) => self.depth(end, side.side()),
             Event::Loose(..) | Event::Apart => (S::ZERO, S::ONE),
         };
@@ -373,27 +319,17 @@ impl<S: Scalar> Plant<S> {
             }
             Event::Apart => decided.apart = true,
             Event::Stop(_) | Event::Touch(_) => {
-                let memory = if self.acts.includes(Acts::MEMORY) {
-                    self.travelled(s.memory, end.x.theta - s.x.theta)
-                } else {
-                    S::ZERO
-                };
-                let at = (stages.clocks[2], stages.volts[2], memory);
-                let now = self.forces(end, s.contact, at, |_| mode.dry);
-                let a = now.acceleration;
-                let (distance, speed) = distance_and_speed(end, &a);
+                let at = (stages.clocks[2], stages.volts[2], self.memory_at(s, end));
+                let now = self.forces(end, s.contact, at, How::Kept(regime.dry));
+                let (distance, speed) = distance_and_speed(end, &now);
                 // Newton's last step, unless it would leave the stretch.
                 if distance.abs().real() < speed.abs().real() * length {
                     late = -(distance / speed);
                 }
-                let rotor = if self.one_body(s.contact) {
-                    a[0]
-                } else {
-                    self.rotor_acceleration(end, stages.volts[2], now.passed)
-                };
+                let a = now.acceleration;
                 let rate = TwoBody {
                     x: State::new(end.x.theta_dot, end.x.alpha_dot, a[0], a[1]),
-                    rotor: [end.rotor[1], rotor],
+                    rotor: [end.rotor[1], now.rotor],
                 };
                 *end = TwoBody {
                     x: end.x + rate.x * late,
@@ -406,9 +342,9 @@ impl<S: Scalar> Plant<S> {
         }
         match event {
             Event::Stop(0) => {
-                end.x.theta_dot = S::ZERO;
+                end.rotor[1] = S::ZERO;
                 if self.one_body(s.contact) {
-                    end.rotor[1] = S::ZERO;
+                    end.x.theta_dot = S::ZERO;
                 }
             }
             Event::Stop(_) => end.x.alpha_dot = S::ZERO,
@@ -418,7 +354,8 @@ impl<S: Scalar> Plant<S> {
         late
     }
 
-    /// Rotor and arm meet: rigid flanks do not bounce, rotor and arm go on at the speed that keeps their angular momentum.
+    /// Rotor and arm meet: rigid flanks do not bounce, rotor and arm go on at the speed that keeps their angular
+    /// momentum.
     fn touch(&self, end: &mut TwoBody<S>, side: Contact) {
         end.rotor[0] = end.x.theta + side.side::<S>() * self.drive.half_gap();
         if self.drive.elastic() {
@@ -431,45 +368,5 @@ impl<S: Scalar> Plant<S> {
         end.x.theta_dot += inverse.arm * impulse;
         end.x.alpha_dot += inverse.coupling * impulse;
         end.rotor[1] = end.x.theta_dot;
-    }
-}
-
-/// The share of the way at which a line from `-a` to `b` (both not negative) crosses zero.
-fn share<R: Scalar<Real = R> + PartialOrd>(a: R, b: R) -> R {
-    let a = if a > R::ZERO { a } else { R::ZERO };
-    let sum = a + b;
-    if sum > R::ZERO { a / sum } else { R::ONE }
-}
-
-/// The cubic over [0, 1] with these ends and slopes.
-struct Cubic<R> {
-    from: R,
-    to: R,
-    slope_from: R,
-    slope_to: R,
-}
-
-impl<R: Scalar<Real = R> + PartialOrd> Cubic<R> {
-    fn at(&self, t: R) -> R {
-        let rise = self.to - self.from;
-        let square =
-            rise.scale(R::from_f64(3.0)) - self.slope_from - self.slope_from - self.slope_to;
-        let cube = self.slope_from + self.slope_to - rise - rise;
-        self.from + t * (self.slope_from + t * (square + t * cube))
-    }
-
-    /// Where it comes down to zero, by bisection; it starts above (or rising from) zero and ends below.
-    fn falls_to_zero(&self) -> R {
-        let (mut above, mut below) = (R::ZERO, R::ONE);
-        // To a part in 10^12 of the step; Newton's step does the rest.
-        for _ in 0..40 {
-            let middle = (above + below).scale(R::from_f64(0.5));
-            if self.at(middle) > R::ZERO {
-                above = middle;
-            } else {
-                below = middle;
-            }
-        }
-        below
     }
 }

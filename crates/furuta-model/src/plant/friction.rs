@@ -1,6 +1,7 @@
 //! Dry friction: which axes it holds, and with what torque.
 
 use super::Plant;
+use super::drive::Bodies;
 use crate::dynamics::MassMatrix;
 use crate::effects::{Instant, Law};
 use crate::scalar::Scalar;
@@ -112,9 +113,9 @@ impl<S: Scalar> Balance<S> {
 impl<S: Scalar> Plant<S> {
     /// The largest torque of dry friction on `[arm, pendulum]`, N m.
     #[inline(never)]
-    pub(super) fn dry_limit(&self, at: &Instant<'_, S>) -> [S; 2] {
+    pub(super) fn dry_limit(&self, at: &Instant<'_, S>, of: Bodies) -> [S; 2] {
         let mut limit = [S::ZERO; 2];
-        for e in &self.effects {
+        for e in self.effects.iter().filter(|e| of.feel(e)) {
             let extra = e.dry_friction(at);
             limit = [limit[0] + extra[0], limit[1] + extra[1]];
         }
@@ -124,9 +125,9 @@ impl<S: Scalar> Plant<S> {
 
 /// Accelerations with dry friction of at most `limit` (N m) on each axis, for integrators that know no events.
 ///
-/// Friction is whatever torque would bring the axis to rest (`acceleration = stop`, a deceleration towards zero speed), as long as that
-/// needs no more than `limit`; beyond, it is `limit` against the motion. An axis that is held gets exactly `stop`, so one at rest stays at
-/// rest. No stiff `tanh`, but soft within about a step before a stop.
+/// Friction is whatever torque would bring the axis to rest (`acceleration = stop`, a deceleration towards zero speed),
+/// as long as that needs no more than `limit`; beyond, it is `limit` against the motion. An axis that is held gets
+/// exactly `stop`, so one at rest stays at rest. No stiff `tanh`, but soft within about a step before a stop.
 #[inline(always)]
 pub(super) fn softly<S: Scalar>(balance: &Balance<S>, stop: [S; 2]) -> [S; 2] {
     let Balance {

@@ -1,14 +1,17 @@
 //! A rig with its effects, stepped under a held command.
 
+mod crossing;
 mod drive;
 mod error;
 mod events;
 mod friction;
+mod regime;
+mod start;
 mod state;
 mod step;
 
 pub use error::PlantError;
-pub use state::PlantState;
+pub use state::{PlantState, Twist};
 
 use crate::dynamics::{self, Angle};
 use crate::effects::{Acts, Clock, Drive, Effect, Instant, Law};
@@ -16,8 +19,8 @@ use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
 use crate::state::State;
 use arrayvec::ArrayVec;
+use drive::Bodies;
 use friction::{Balance, softly};
-use state::Contact;
 
 /// The most effects one plant can have.
 pub const MAX_EFFECTS: usize = 8;
@@ -30,9 +33,9 @@ pub const MAX_SUBSTEPS: usize = 64;
 
 /// A rig: parameters and effects, both fixed. What changes lies in [`PlantState`], so one plant serves many rollouts.
 ///
-/// [`Plant::step`] advances by one sample period with the classical Runge-Kutta method. Where the equations jump within a period (dry
-/// friction that stops or lets go, a drive's play that opens or closes, a command that arrives late, a kick), the period is cut
-/// at the very moment, so that nothing chatters and the fourth order is kept on either side.
+/// [`Plant::step`] advances by one sample period with the classical Runge-Kutta method. Where the equations jump within
+/// a period (dry friction that stops or lets go, a drive's backlash that opens or closes, a command that arrives late,
+/// a kick), the period is cut at the very moment, so that nothing chatters and the fourth order is kept on either side.
 #[derive(Clone, Debug)]
 pub struct Plant<S> {
     /// What the equations of motion see of the parameters.
@@ -56,8 +59,8 @@ impl<S: Scalar> Plant<S> {
     /// A plant with these parameters and effects. Effects that are exactly off are left out.
     ///
     /// # Errors
-    /// A parameter or an effect's value outside its range, more than [`MAX_EFFECTS`] effects, or effects with events within a step in a scalar
-    /// of several lanes.
+    /// A parameter or an effect's value outside its range, more than [`MAX_EFFECTS`] effects, or effects with events
+    /// within a step in a scalar of several lanes.
     ///
     /// ```
     /// use furuta_model::{Plant, PlantError, Rig};
@@ -169,8 +172,8 @@ impl<S: Scalar> Plant<S> {
     /// Whether the plant can be stepped with this sample period.
     ///
     /// # Errors
-    /// A period outside (0, 1] s, so short that a delay spans more than [`MAX_DELAY_SAMPLES`] samples, or so long that a flexible coupling
-    /// would need more than [`MAX_SUBSTEPS`] steps.
+    /// A period outside (0, 1] s, so short that a delay spans more than [`MAX_DELAY_SAMPLES`] samples, or so long that
+    /// a flexible coupling would need more than [`MAX_SUBSTEPS`] steps.
     pub fn check_period(&self, period: f64) -> Result<(), PlantError> {
         if !(period > 0.0 && period <= 1.0) {
             return Err(PlantError::SamplePeriod { period });
@@ -189,130 +192,14 @@ impl<S: Scalar> Plant<S> {
         Ok(())
     }
 
-    /// The plant's state with the mechanical state `x`, after a long time without command.
-    #[must_use]
-    pub fn rest(&self, x: State<S>) -> PlantState<S> {
-        self.rest_under(x, S::ZERO)
-    }
-
-    /// The plant's state with the mechanical state `x`, after a long time under the command `u`.
-    ///
-    /// A drive with play touches on the side on which it then passes torque on (in the middle of its play if none), a flexible one is twisted by
-    /// that torque; friction that remembers has slid in the direction of the arm's speed.
-    #[must_use]
-    pub fn rest_under(&self, x: State<S>, u: S) -> PlantState<S> {
-        let mut s = PlantState::blank();
-        self.settle(&mut s, x, u);
-        s
-    }
-
-    /// [`Plant::rest_under`] for a state that is there already.
-    fn settle(&self, s: &mut PlantState<S>, x: State<S>, u: S) {
-        s.run = 0;
-        s.t = S::ZERO;
-        s.x = x;
-        s.voltage = self.mapped(S::ZERO, u);
-        s.rotor = [x.theta, x.theta_dot];
-        s.contact = Contact::Free;
-        s.memory = self.slid(x.theta_dot);
-        s.commands.fill(u);
-        s.readings.fill([S::ZERO; 4]);
-        s.period = S::Real::ONE;
-        if self.acts.includes(Acts::DRIVE) {
-            self.engage(s);
-        }
-        if self.acts.includes(Acts::SENSOR_DELAY) {
-            let [theta, alpha] = self.prompt_reading(s);
-            s.readings.fill([theta, alpha, S::ZERO, S::ZERO]);
-        }
-    }
-
-    /// The plant's state with the mechanical state `x` at time `t` (s), after the commands `past` (oldest first, each held for `h` seconds).
-    ///
-    /// What the effects remember comes from the commands alone, so a recording can be entered at any sample.
-    #[must_use]
-    pub fn resume(&self, x: State<S>, t: S::Real, past: &[S::Real], h: S::Real) -> PlantState<S> {
-        let mut s = PlantState::blank();
-        self.enter(&mut s, x, t, past, h);
-        s
-    }
-
-    /// [`Plant::resume`] for a state that is there already: it is large, and need not be made anew for each of many short rollouts.
-    ///
-    /// ```
-    /// use furuta_model::{Plant, Rig, State};
-    /// let rig = Rig::builtin("qube-servo-2").expect("built in");
-    /// let plant: Plant<f64> = Plant::new(&rig.params, &[])?;
-    /// let mut s = plant.rest(State::hanging());
-    /// plant.step(&mut s, 3.0, 0.002);
-    /// plant.enter(&mut s, State::hanging(), 0.0, &[], 0.002);
-    /// assert_eq!(s.x, State::hanging());
-    /// # Ok::<(), furuta_model::PlantError>(())
-    /// ```
-    pub fn enter(
-        &self,
-        s: &mut PlantState<S>,
-        x: State<S>,
-        t: S::Real,
-        past: &[S::Real],
-        h: S::Real,
-    ) {
-        let first = past.first().map_or(S::ZERO, |u| S::from_real(*u));
-        self.settle(s, x, first);
-        let lagging = self.acts.includes(Acts::LAG);
-        if lagging || self.acts.includes(Acts::DELAY) {
-            #[allow(clippy::cast_precision_loss)]
-            let mut ago = past.len() as f64;
-            let decay = (-(S::from_real(h) / self.lag)).exp();
-            for u in past {
-                let u = S::from_real(*u);
-                s.commands.push(u);
-                if lagging {
-                    let now = S::from_real(t) - S::from_real(h).scale(S::Real::from_f64(ago));
-                    let target = self.mapped(now, self.delayed(s, u, h));
-                    s.voltage = target + (s.voltage - target) * decay;
-                }
-                ago -= 1.0;
-            }
-        } else if let Some(last) = past.last() {
-            s.voltage = self.mapped(S::from_real(t), S::from_real(*last));
-        }
-        s.t = S::from_real(t);
-        if self.acts.includes(Acts::DRIVE) {
-            self.engage(s);
-        }
-    }
-
-    /// Lets the friction that remembers know where the arm has been before: its angles (rad), the last one now. Other plants do not listen.
-    pub fn recall(&self, s: &mut PlantState<S>, angles: impl IntoIterator<Item = S::Real>) {
-        if !self.acts.includes(Acts::MEMORY) {
-            return;
-        }
-        let mut angles = angles.into_iter();
-        let Some(mut last) = angles.next() else {
-            return;
-        };
-        s.memory = S::ZERO;
-        for angle in angles {
-            s.memory = self.travelled(s.memory, S::from_real(angle - last));
-            last = angle;
-        }
-    }
-
     /// Whether rotor and arm are two bodies.
     #[must_use]
     pub fn has_drive(&self) -> bool {
         self.acts.includes(Acts::DRIVE)
     }
 
-    /// Whether there is play between them.
-    #[must_use]
-    pub fn has_play(&self) -> bool {
-        self.acts.includes(Acts::DRIVE) && self.drive.loose()
-    }
-
-    /// What the encoders are mounted on: the mechanical state, with the rotor's angle and speed in the arm's place where the arm's encoder sits on the
-    /// motor.
+    /// What the encoders are mounted on: the mechanical state, with the rotor's angle and speed in the arm's place
+    /// where the arm's encoder sits on the motor.
     #[inline(always)]
     #[must_use]
     pub fn seen(&self, s: &PlantState<S>) -> State<S> {
@@ -323,7 +210,8 @@ impl<S: Scalar> Plant<S> {
         }
     }
 
-    /// Moves the whole rig so that [`Plant::seen`] is `x`: how far the rotor is turned against the arm, and how fast, stays.
+    /// Moves the whole rig so that [`Plant::seen`] is `x`: how far the rotor is turned against the arm, and how fast,
+    /// stays.
     pub fn place(&self, s: &mut PlantState<S>, x: State<S>) {
         let seen = self.seen(s);
         let (angle, speed) = (x.theta - seen.theta, x.theta_dot - seen.theta_dot);
@@ -374,7 +262,8 @@ impl<S: Scalar> Plant<S> {
         self.effects.iter().fold(u, |u, e| e.voltage(t, u))
     }
 
-    /// Torques and inertia at one moment, with `c` for the body that the arm belongs to and `coupling` (N m) from a rotor beside it.
+    /// Torques and inertia at one moment, with `c` for the body that the arm belongs to, and the effects that these
+    /// bodies feel.
     #[inline(always)]
     fn balance(
         &self,
@@ -383,14 +272,11 @@ impl<S: Scalar> Plant<S> {
         x: &State<S>,
         volts: S,
         memory: S,
-        coupling: Option<S>,
+        of: Bodies,
     ) -> Balance<S> {
         let angle = Angle::of(x.alpha);
         let (b, g) = (dynamics::bias(c, angle, x), dynamics::gravity(c, angle));
         let mut torque = dynamics::torque(c, x, volts);
-        if let Some(coupling) = coupling {
-            torque[0] += coupling;
-        }
         let at = Instant {
             clock,
             x,
@@ -401,37 +287,37 @@ impl<S: Scalar> Plant<S> {
         };
         if self.acts.includes(Acts::TORQUE) {
             torque = if S::LANES > 1 {
-                self.add_torques(torque, &at)
+                self.add_torques(torque, &at, of)
             } else {
-                self.add_torques_outside(torque, &at)
+                self.add_torques_outside(torque, &at, of)
             };
         }
         Balance {
             free: [torque[0] - b[0] - g[0], torque[1] - b[1] - g[1]],
             inverse: dynamics::mass_matrix(c, angle).inverse(),
             limit: if self.acts.includes(Acts::DRY_FRICTION) {
-                self.dry_limit(&at)
+                self.dry_limit(&at, of)
             } else {
                 [S::ZERO; 2]
             },
         }
     }
 
-    /// `torque` and what the effects add to it.
+    /// `torque` and what the effects add to it that these bodies feel.
     #[inline(always)]
-    fn add_torques(&self, mut torque: [S; 2], at: &Instant<'_, S>) -> [S; 2] {
-        for e in &self.effects {
+    fn add_torques(&self, mut torque: [S; 2], at: &Instant<'_, S>, of: Bodies) -> [S; 2] {
+        for e in self.effects.iter().filter(|e| of.feel(e)) {
             let extra = e.torque(at);
             torque = [torque[0] + extra[0], torque[1] + extra[1]];
         }
         torque
     }
 
-    /// The same as a call: every effect's law in each of the integrator's four stages would be a lot of code for the compiler. Lanes need it
-    /// inlined all the same, or it would not be compiled for the processor's vectors.
+    /// The same as a call: every effect's law in each of the integrator's four stages would be a lot of code for the
+    /// compiler. Lanes need it inlined all the same, or it would not be compiled for the processor's vectors.
     #[inline(never)]
-    fn add_torques_outside(&self, torque: [S; 2], at: &Instant<'_, S>) -> [S; 2] {
-        self.add_torques(torque, at)
+    fn add_torques_outside(&self, torque: [S; 2], at: &Instant<'_, S>, of: Bodies) -> [S; 2] {
+        self.add_torques(torque, at, of)
     }
 
     /// [`Plant::balance`] as a call, for where events are looked for.
@@ -443,19 +329,27 @@ impl<S: Scalar> Plant<S> {
         x: &State<S>,
         volts: S,
         memory: S,
-        coupling: Option<S>,
+        of: Bodies,
     ) -> Balance<S> {
-        self.balance(c, clock, x, volts, memory, coupling)
+        self.balance(c, clock, x, volts, memory, of)
     }
 
-    /// `dx/dt` at time `t` (s) with `volts` (V) at the motor, for integrators that know no events ([`Plant::step`] does).
+    /// `dx/dt` at time `t` (s) with `volts` (V) at the motor, for integrators that know no events ([`Plant::step`]
+    /// does).
     ///
-    /// Dry friction stops an axis that it can hold at the rate `stick_rate` (1/s) instead of at once: RK4 is stable up to 2.78 over the step's
-    /// length. Rotor and arm are taken as one body, friction that remembers as relaxed.
+    /// Dry friction stops an axis that it can hold at the rate `stick_rate` (1/s) instead of at once: RK4 is stable up
+    /// to 2.78 over the step's length. Rotor and arm are taken as one body, friction that remembers as relaxed.
     #[inline(always)]
     #[must_use]
     pub fn rate(&self, t: S, x: &State<S>, volts: S, stick_rate: S::Real) -> State<S> {
-        let balance = self.balance(&self.coefficients, Clock::at(t), x, volts, S::ZERO, None);
+        let balance = self.balance(
+            &self.coefficients,
+            Clock::at(t),
+            x,
+            volts,
+            S::ZERO,
+            Bodies::Whole,
+        );
         let acceleration = if self.acts.includes(Acts::DRY_FRICTION) {
             let stop = [
                 -x.theta_dot.scale(stick_rate),

@@ -5,7 +5,8 @@ use crate::scalar::Scalar;
 use crate::state::State;
 use arrayvec::ArrayVec;
 
-/// Everything about a plant that changes: time, mechanical state, and the memory of its effects. [`crate::Plant::rest`] makes one.
+/// Everything about a plant that changes: time, mechanical state, and the memory of its effects. [`crate::Plant::rest`]
+/// makes one.
 #[derive(Clone, Debug)]
 pub struct PlantState<S: Scalar> {
     /// Which run it is, from 0: some disturbances belong to one run.
@@ -16,7 +17,8 @@ pub struct PlantState<S: Scalar> {
     pub x: State<S>,
     /// Voltage at the motor behind a lag (equal to the command where there is none), V.
     pub voltage: S,
-    /// Angle (rad, turns of the arm) and speed (rad/s) of the motor's rotor, where a drive with play or spring sets it apart from the arm.
+    /// Angle (rad, turns of the arm) and speed (rad/s) of the motor's rotor, where a drive with backlash or spring sets
+    /// it apart from the arm.
     pub(super) rotor: [S; 2],
     /// Whether and on which side the rotor touches the arm.
     pub(super) contact: Contact,
@@ -48,10 +50,19 @@ impl<S: Scalar> PlantState<S> {
     }
 }
 
+/// How the rotor stands and turns against the arm: what no encoder shows.
+#[derive(Copy, Clone, Debug, Default, PartialEq)]
+pub struct Twist {
+    /// Rotor's angle less the arm's, rad.
+    pub angle: f64,
+    /// Rotor's speed less the arm's, rad/s.
+    pub speed: f64,
+}
+
 /// Rotor and arm.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub(super) enum Contact {
-    /// Play: no torque between them.
+    /// In the backlash: no torque between them.
     Free,
     /// The rotor pushes the arm in the negative direction, or holds it back.
     Negative,
@@ -95,7 +106,8 @@ pub(super) struct History<T> {
     newest: usize,
 }
 
-/// Not derived: `ArrayVec`'s own has a panic for a length that cannot be, and an estimator clones a state in every control step.
+/// Not derived: `ArrayVec`'s own has a panic for a length that cannot be, and an estimator clones a state in every
+/// control step.
 impl<T: Clone> Clone for History<T> {
     fn clone(&self) -> Self {
         let mut past = ArrayVec::new();

@@ -1,5 +1,6 @@
 //! One sample period: the stretches between times at which something is known to jump, and RK4 over a smooth one.
 
+use super::drive::Bodies;
 use super::{EVENTS, MAX_DELAY_SAMPLES, Plant, PlantState};
 use crate::effects::{Acts, Clock, Law};
 use crate::integrate::{Field, Fixed, Length, Stage, Variable, rk4};
@@ -16,8 +17,8 @@ const UNLIKE_SLIDING: Acts = Acts::DELAY
     .and(Acts::DRIVE);
 
 impl<S: Scalar> Plant<S> {
-    /// Advances by `h` seconds under the command `u` (V), held meanwhile: one step of the classical Runge-Kutta method, cut where the
-    /// equations jump.
+    /// Advances by `h` seconds under the command `u` (V), held meanwhile: one step of the classical Runge-Kutta method,
+    /// cut where the equations jump.
     #[inline(always)]
     pub fn step(&self, s: &mut PlantState<S>, u: S, h: S::Real) {
         // In lanes there are none: `Plant::new` sees to it.
@@ -106,8 +107,8 @@ impl<S: Scalar> Plant<S> {
         }
     }
 
-    /// One step in which what dry friction acts on slides on as it does: the usual case, at little more than the cost of a smooth step. Where an
-    /// axis rests or turns nothing is done, and the answer is `false`.
+    /// One step in which what dry friction acts on slides on as it does: the usual case, at little more than the cost
+    /// of a smooth step. Where an axis rests or turns nothing is done, and the answer is `false`.
     #[inline(always)]
     fn slide<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) -> bool {
         let zero = S::Real::ZERO;
@@ -150,8 +151,15 @@ impl<S: Scalar> Plant<S> {
     /// The largest torques of dry friction, N m.
     #[inline(never)]
     fn limit_now(&self, s: &PlantState<S>, clock: Clock<S>, volts: S) -> [S; 2] {
-        self.balance(&self.coefficients, clock, &s.x, volts, S::ZERO, None)
-            .limit
+        self.balance(
+            &self.coefficients,
+            clock,
+            &s.x,
+            volts,
+            S::ZERO,
+            Bodies::Whole,
+        )
+        .limit
     }
 
     /// One step without events.
@@ -237,7 +245,7 @@ impl<S: Scalar> Field<State<S>> for Smooth<'_, S> {
             x,
             self.volts[i],
             S::ZERO,
-            None,
+            Bodies::Whole,
         );
         let a = balance.inverse.times(balance.free);
         State::new(x.theta_dot, x.alpha_dot, a[0], a[1])
@@ -257,7 +265,7 @@ impl<S: Scalar> Field<State<S>> for Sliding<'_, S> {
     fn slope(&self, stage: Stage, x: &State<S>) -> State<S> {
         let (i, p) = (stage as usize, self.plant);
         let (clock, volts) = (self.clocks[i], self.volts[i]);
-        let b = p.balance(&p.coefficients, clock, x, volts, S::ZERO, None);
+        let b = p.balance(&p.coefficients, clock, x, volts, S::ZERO, Bodies::Whole);
         let torque = [0, 1].map(|i| {
             if self.backward[i] {
                 b.free[i] + b.limit[i]

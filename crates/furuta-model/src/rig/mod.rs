@@ -28,6 +28,19 @@ impl Sensors {
     pub fn resolution(&self) -> [f64; 2] {
         [self.arm_counts_per_rev, self.pendulum_counts_per_rev].map(|n| std::f64::consts::TAU / n)
     }
+
+    /// What the encoders read at these angles `[theta, alpha]`: each rounded to the nearest count, rad.
+    ///
+    /// ```
+    /// let sensors = furuta_model::Sensors { arm_counts_per_rev: 2048.0, pendulum_counts_per_rev: 4096.0 };
+    /// let [arm, pendulum] = sensors.resolution();
+    /// assert_eq!(sensors.quantised([2.4 * arm, -0.6 * pendulum]), [2.0 * arm, -pendulum]);
+    /// ```
+    #[must_use]
+    pub fn quantised(&self, angles: [f64; 2]) -> [f64; 2] {
+        let count = self.resolution();
+        std::array::from_fn(|i| (angles[i] / count[i]).round() * count[i])
+    }
 }
 
 /// Where a run is stopped, each optional.
@@ -126,7 +139,8 @@ impl Rig {
         Plant::new(&self.params.cast(), &effects)
     }
 
-    /// The plant with the rig's effects. A rig read from a file never has more than a plant can hold; of a rig built by hand with more, all
+    /// The plant with the rig's effects. A rig read from a file never has more than a plant can hold; of a rig built by
+    /// hand with more, all
     /// states are not a number ([`Plant::unknown`], [`Rig::try_plant`]).
     #[must_use]
     pub fn plant<S: Scalar>(&self) -> Plant<S> {

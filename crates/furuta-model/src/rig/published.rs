@@ -1,6 +1,7 @@
 //! What the papers behind the built-in rigs printed, and the same figures recomputed from the rig files.
 //!
-//! The one place where published numbers stand: `furuta rigs NAME` shows them beside ours, and the tests hold ours against them.
+//! The one place where published numbers stand: `furuta rigs NAME` shows them beside ours, and the tests hold ours
+//! against them.
 
 mod fong2014;
 mod ramos_velasco;
@@ -13,7 +14,8 @@ use crate::transfer::transfer_function;
 use crate::{Linear, linearize};
 use nalgebra::RowSVector;
 
-/// What a published figure is a figure of. Indices are those of `x = [theta, alpha, theta_dot, alpha_dot]`, whatever order the paper has.
+/// What a published figure is a figure of. Indices are those of `x = [theta, alpha, theta_dot, alpha_dot]`, whatever
+/// order the paper has.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// A physical parameter by its key in the rig file, in SI.
@@ -32,8 +34,8 @@ pub enum Quantity {
     HangingDenominator(usize),
     /// Entry of the gain `u = -K x` that minimises the integral of `x'x + u²` upright.
     IdentityGain(usize),
-    /// Coefficient of `w1^i w2^j` in the arm's angle while the planar model's pendulum follows `alpha = -w2`; `w1' = w2`, `w2' = -w1`
-    /// (a sine of 1 rad/s). Planar: without the `sin²(alpha)` inertia, as the paper has it.
+    /// Coefficient of `w1^i w2^j` in the arm's angle while the planar model's pendulum follows `alpha = -w2`;
+    /// `w1' = w2`, `w2' = -w1` (a sine of 1 rad/s). Planar: without the `sin²(alpha)` inertia, as the paper has it.
     SteadyArmAngle(usize, usize),
     /// The same of the arm's speed.
     SteadyArmSpeed(usize, usize),
@@ -52,7 +54,8 @@ pub struct Figure {
     pub printed: f64,
     /// How to compute it again.
     pub quantity: Quantity,
-    /// Largest difference, absolute, that rounding in print explains; `None` where ours differs on purpose, as `remark` says.
+    /// Largest difference, absolute, that rounding in print explains; `None` where ours differs on purpose, as `remark`
+    /// says.
     pub within: Option<f64>,
     /// What there is to say; empty where ours is the printed number.
     pub remark: &'static str,
@@ -112,8 +115,8 @@ impl Paper {
 impl Figure {
     /// The figure from `rig`, its effects left out; `None` where it cannot be computed.
     ///
-    /// Gains are not this crate's to design: `identity_gain` is to give the gain `K` of `u = -K x` that minimises the integral of
-    /// `x'x + u²`. It is called for [`Quantity::IdentityGain`] alone.
+    /// Gains are not this crate's to design: `identity_gain` is to give the gain `K` of `u = -K x` that minimises the
+    /// integral of `x'x + u²`. It is called for [`Quantity::IdentityGain`] alone.
     ///
     /// ```
     /// use furuta_model::{Rig, published::Paper};
@@ -157,8 +160,8 @@ impl Figure {
 
 /// The arm under a pendulum that follows a sine of 1 rad/s, to third order.
 ///
-/// The zero dynamics of the planar model, `theta'' = p tan(w2) + q w2 / cos(w2)` with `p = weight / coupling`, `q = M22 / coupling`, has
-/// one odd solution `theta = a w2 + b w1² w2 + c w2³ + ...`; with `w1' = w2`, `w2' = -w1`,
+/// The zero dynamics of the planar model, `theta'' = p tan(w2) + q w2 / cos(w2)` with `p = weight / coupling`,
+/// `q = M22 / coupling`, has one odd solution `theta = a w2 + b w1² w2 + c w2³ + ...`; with `w1' = w2`, `w2' = -w1`,
 /// `theta'' = -a w2 + (6 c - 7 b) w1² w2 + (2 b - 3 c) w2³ + ...`. Comparing coefficients gives the three.
 struct SteadyArm {
     /// Of `w2`.

@@ -9,10 +9,11 @@ const NAME: &str = "centring";
 
 /// A pull towards the middle of the arm's range, beside a test signal: `u = e(t) - gain theta`.
 ///
-/// An arm without a spring integrates every imbalance of the voltage and of its friction, and drifts into its stop. The pull brings it back, slowly:
-/// an arm that has reached its speed returns with the time constant that is asked for. That makes the rig part of a loop, so the command is no longer
-/// free of what the rig did; what is free is [`Centring::reference`], the arm's angle that the pull lets the test signal ask for, which a log keeps for
-/// the joint input-output estimate of a response. Fits in the time domain need nothing: they are given the command.
+/// An arm without a spring integrates every imbalance of the voltage and of its friction, and drifts into its stop. The
+/// pull brings it back, slowly: an arm that has reached its speed returns with the time constant that is asked for.
+/// That makes the rig part of a loop, so the command is no longer free of what the rig did; what is free is
+/// [`Centring::reference`], the arm's angle that the pull lets the test signal ask for, which a log keeps for the joint
+/// input-output estimate of a response. Fits in the time domain need nothing: they are given the command.
 ///
 /// ```
 /// use furuta_model::{Rig, signals::Centring};
@@ -38,7 +39,8 @@ impl Centring {
     /// For an arm with these coefficients, back with this time constant (s).
     ///
     /// # Errors
-    /// A time constant outside [0.1, 1000] s, or an arm whose voltage does not turn it or that nothing damps: no gain is in proportion to it.
+    /// A time constant outside [0.1, 1000] s, or an arm whose voltage does not turn it or that nothing damps: no gain
+    /// is in proportion to it.
     pub fn returning(arm: &Coefficients<f64>, seconds: f64) -> Result<Self, SignalError> {
         let seconds = within(NAME, "time constant", seconds, [0.1, 1000.0], "s")?;
         let per_volt = arm.drive / arm.arm_damping;

@@ -49,8 +49,8 @@ impl Chirp {
     /// A sine of `amplitude` (V) from frequency `from` to `to` (Hz, either may be the higher) in `duration` seconds.
     ///
     /// # Errors
-    /// An amplitude beyond 1000 V, a duration outside [1e-6, 1e6] s, a frequency outside [0, 1e5] Hz, below 1e-4 Hz where
-    /// the sweep is logarithmic.
+    /// An amplitude beyond 1000 V, a duration outside [1e-6, 1e6] s, a frequency outside [0, 1e5] Hz, below 1e-4 Hz
+    /// where the sweep is logarithmic.
     pub fn new(
         amplitude: f64,
         from: f64,

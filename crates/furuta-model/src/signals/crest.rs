@@ -1,9 +1,10 @@
 //! Phases for the lowest crest factor.
 //!
-//! Guillaume, Schoukens, Pintelon, Kollar: Crest-factor minimization using nonlinear Chebyshev approximation methods, IEEE
-//! Trans. Instrum. Meas. 40 (1991) 982. The largest value of `|u|` is the limit of its `L_p` norm: the sum over a period of
-//! `u^p` is minimised over the phases for p = 4, 8, 16, ..., each from the last one's answer, by Levenberg-Marquardt steps on the
-//! residuals `u^(p/2)`. A time shift changes nothing, so the normal equations are singular; the damping takes care of that.
+//! Guillaume, Schoukens, Pintelon, Kollar: Crest-factor minimization using nonlinear Chebyshev approximation methods,
+//! IEEE Trans. Instrum. Meas. 40 (1991) 982. The largest value of `|u|` is the limit of its `L_p` norm: the sum over a
+//! period of `u^p` is minimised over the phases for p = 4, 8, 16, ..., each from the last one's answer, by
+//! Levenberg-Marquardt steps on the residuals `u^(p/2)`. A time shift changes nothing, so the normal equations are
+//! singular; the damping takes care of that.
 
 use super::multisine::{Line, Multisine, Phases};
 use super::sin_cos_turns;
@@ -28,9 +29,9 @@ const MAX_STEPS: usize = 30;
 const GAIN: f64 = 1e-3;
 
 impl Multisine {
-    /// The same spectrum with phases for a low crest factor, and what was gained. The search goes down from the phases of this
-    /// signal, and from as many random ones as `restarts` says, since there are many local minima: some percent apart where
-    /// the sines are in a row, ten where they are spaced by factors.
+    /// The same spectrum with phases for a low crest factor, and what was gained. The search goes down from the phases
+    /// of this signal, and from as many random ones as `restarts` says, since there are many local minima: some percent
+    /// apart where the sines are in a row, ten where they are spaced by factors.
     ///
     /// Deterministic. One search takes milliseconds for a dozen sines, seconds for a hundred.
     ///
@@ -60,7 +61,7 @@ impl Multisine {
     /// The best on the way down from these phases, and its crest factor.
     fn descended(&self) -> (Self, f64) {
         let (mut best, mut lowest) = (self.clone(), self.crest_factor());
-        let mut search = Search::new(&self.lines, self.highest_harmonic());
+        let mut search = CrestSearch::new(&self.lines, self.highest_harmonic());
         let mut power = 4;
         while power <= MAX_POWER {
             search.minimise(power);
@@ -79,20 +80,21 @@ impl Multisine {
 }
 
 /// One period of the sines, sampled.
-struct Search {
+struct CrestSearch {
     harmonics: Vec<usize>,
     phases: Vec<f64>,
-    /// Sine and cosine of one turn in so many points.
+    /// Sine and cosine of one turn in equal steps.
     turn: Vec<(f64, f64)>,
 }
 
-/// Sum of `(u / scale)^power`, its gradient with respect to the phases, and the normal matrix (lower triangle, by rows).
-struct Normal {
+/// Sum of `(u / scale)^power`, its gradient with respect to the phases, and the normal matrix (lower triangle, by
+/// rows).
+struct NormalEquations {
     gradient: Vec<f64>,
     matrix: Vec<f64>,
 }
 
-impl Search {
+impl CrestSearch {
     fn new(lines: &[Line], highest: u32) -> Self {
         let points = OVERSAMPLING * highest.max(4) as usize;
         Self {
@@ -155,7 +157,7 @@ impl Search {
     }
 
     /// With residuals `r = y^(p/2)`, `y = u / scale`: gradient `J^T r` and matrix `J^T J`.
-    fn normal(&self, scale: f64, power: u32) -> Normal {
+    fn normal(&self, scale: f64, power: u32) -> NormalEquations {
         let n = self.harmonics.len();
         let phases: Vec<(f64, f64)> = self.phases.iter().map(|p| sin_cos_turns(p / TAU)).collect();
         let mut gradient = vec![0.0; n];
@@ -184,12 +186,13 @@ impl Search {
                 row = rest;
             }
         }
-        Normal { gradient, matrix }
+        NormalEquations { gradient, matrix }
     }
 }
 
-/// `(J^T J + damping D) d = J^T r` by Cholesky's decomposition, `D` the diagonal; all zero where there is nothing to solve.
-fn solve(normal: &Normal, damping: f64) -> Vec<f64> {
+/// `(J^T J + damping D) d = J^T r` by Cholesky's decomposition, `D` the diagonal; all zero where there is nothing to
+/// solve.
+fn solve(normal: &NormalEquations, damping: f64) -> Vec<f64> {
     let n = normal.gradient.len();
     let at = |row: usize, column: usize| row * (row + 1) / 2 + column;
     let mut l = normal.matrix.clone();
@@ -249,8 +252,8 @@ mod tests {
         crest
     }
 
-    /// 31 sines of equal amplitude in a row: about 1.4 is the best known; Schroeder's phases give 1.78, random ones 2.2 to 3.5.
-    /// Sines spaced by factors cannot be packed as tightly. The bounds leave some percent above what was found.
+    /// 31 sines of equal amplitude in a row: about 1.4 is the best known; Schroeder's phases give 1.78, random ones 2.2
+    /// to 3.5. Sines spaced by factors cannot be packed as tightly. The bounds leave some percent above what was found.
     #[test]
     fn lower_than_schroeders() {
         for (harmonics, bound) in [

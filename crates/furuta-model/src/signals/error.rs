@@ -83,7 +83,8 @@ impl fmt::Display for SignalError {
                 nyquist,
             } => write!(
                 f,
-                "{signal}: {frequency} Hz is not below half the sample rate, {nyquist} Hz: give a lower frequency or sample faster"
+                "{signal}: {frequency} Hz is not below half the sample rate, {nyquist} Hz: give a lower \
+                 frequency or sample faster"
             ),
             Self::HoldTooShort {
                 signal,
@@ -91,7 +92,8 @@ impl fmt::Display for SignalError {
                 period,
             } => write!(
                 f,
-                "{signal}: a level held for {hold} s is shorter than the sample period of {period} s: hold it longer or sample faster"
+                "{signal}: a level held for {hold} s is shorter than the sample period of {period} s: hold \
+                 it longer or sample faster"
             ),
             Self::NoHarmonic {
                 fundamental,
@@ -99,11 +101,13 @@ impl fmt::Display for SignalError {
                 high,
             } => write!(
                 f,
-                "multisine: no multiple of {fundamental} Hz lies between {low} and {high} Hz: give a lower fundamental or a wider band"
+                "multisine: no multiple of {fundamental} Hz lies between {low} and {high} Hz: give a lower \
+                 fundamental or a wider band"
             ),
             Self::TooManyLines { lines, most } => write!(
                 f,
-                "multisine: {lines} sines are too many (at most {most}): give fewer lines, a higher fundamental or a narrower band"
+                "multisine: {lines} sines are too many (at most {most}): give fewer lines, a higher \
+                 fundamental or a narrower band"
             ),
         }
     }

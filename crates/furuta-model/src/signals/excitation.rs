@@ -9,9 +9,9 @@ const NAME: &str = "excitation";
 /// A signal with an end, ramps in and out, and a limit.
 ///
 /// `volts(t) = clamp(envelope(t) signal(t), -limit, limit)`. The envelope is one from end to end unless ramps are asked
-/// for: then it rises and falls as half a cosine (a Tukey window), without a jump in its slope. It is 0 before the start,
-/// after the end, and at a time that is no number. Ramps spare the rig a jolt; a frequency response from whole periods
-/// of a [`super::Multisine`] is better taken without them.
+/// for: then it rises and falls as half a cosine (a Tukey window), without a jump in its slope. It is 0 before the
+/// start, after the end, and at a time that is no number. Ramps spare the rig a jolt; a frequency response from whole
+/// periods of a [`super::Multisine`] is better taken without them.
 ///
 /// ```
 /// use furuta_model::signals::{Excitation, Step};
@@ -48,7 +48,7 @@ impl Excitation {
         })
     }
 
-    /// The same, ramped in and out over so many seconds; 0 for a jump.
+    /// The same, ramped in and out over this time, s; 0 for a step.
     ///
     /// # Errors
     /// A ramp that is negative or longer than the signal, or both together longer.

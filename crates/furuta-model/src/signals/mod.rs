@@ -11,8 +11,9 @@
 //! | [`Noise`] | a flat spectrum in a band, and otherwise nothing that repeats |
 //!
 //! A signal is a pure function of time, `volts(t)`, and has no state: it drives a plant at any sample rate, can be
-//! entered anywhere, and one value serves many rollouts. Its arithmetic is this crate's own and `libm`'s, so that it has
-//! the same bits on a host and on a microcontroller. [`Excitation`] wraps any of them: an end, ramps in and out, a limit.
+//! entered anywhere, and one value serves many rollouts. Its arithmetic is this crate's own and `libm`'s, so that it
+//! has the same bits on a host and on a microcontroller. [`Excitation`] wraps any of them: an end, ramps in and out, a
+//! limit.
 //!
 //! ```
 //! use furuta_model::signals::{Excitation, Prbs};
@@ -162,7 +163,8 @@ impl Signal {
     /// ```
     ///
     /// # Errors
-    /// A period that is no time, a frequency that is not below half the sample rate, levels held for less than a period.
+    /// A period that is no time, a frequency that is not below half the sample rate, levels held for less than a
+    /// period.
     pub fn check_sample_period(&self, period: f64) -> Result<(), SignalError> {
         let signal = self.name();
         error::seconds(signal, "sample period", period)?;
@@ -215,7 +217,7 @@ fn hold_index(t: f64, hold: f64) -> f64 {
     libm::floor(t / hold + EARLY)
 }
 
-/// Sine and cosine of so many turns.
+/// Sine and cosine of `turns` turns.
 fn sin_cos_turns(turns: f64) -> (f64, f64) {
     crate::trig::sin_cos_f64(core::f64::consts::TAU * fraction(turns))
 }

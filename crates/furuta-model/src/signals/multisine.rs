@@ -34,14 +34,15 @@ pub enum Harmonics {
     All,
     /// The odd ones: what shows at an even one in the response is a nonlinearity that is even.
     Odd,
-    /// So many (or all, if there are no more), spaced as evenly in their logarithm as whole numbers can be.
+    /// This many (or all, if there are no more), spaced as evenly in their logarithm as whole numbers can be.
     Logarithmic(usize),
 }
 
 /// Which phases.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Phases {
-    /// Those of Schroeder (IEEE Trans. Inf. Theory 16 (1970) 85), `-pi i (i + 1) / N`, which keep the sines from adding up.
+    /// Those of Schroeder (IEEE Trans. Inf. Theory 16 (1970) 85), `-pi i (i + 1) / N`, which keep the sines from adding
+    /// up.
     Schroeder,
     /// Random ones of a seed: several signals with the same spectrum.
     Random(u64),
@@ -50,8 +51,8 @@ pub enum Phases {
 /// Sines of equal amplitude `rms sqrt(2 / N)` at whole multiples of a fundamental frequency `f0`.
 ///
 /// The signal repeats after `1 / f0` seconds exactly. Over whole periods of a response in its steady state, a discrete
-/// Fourier transform finds each sine in a bin of its own, so a frequency response is free of leakage. How well a limited
-/// voltage is used is told by [`Multisine::crest_factor`]; `Multisine::optimised` (feature `std`) improves it.
+/// Fourier transform finds each sine in a bin of its own, so a frequency response is free of leakage. How well a
+/// limited voltage is used is told by [`Multisine::crest_factor`]; `Multisine::optimised` (feature `std`) improves it.
 ///
 /// ```
 /// use furuta_model::signals::{Harmonics, Multisine, Phases};
@@ -235,8 +236,8 @@ fn lines(harmonics: impl Iterator<Item = u32>) -> Result<ArrayVec<Line, MAX_LINE
     Ok(lines)
 }
 
-/// So many different whole numbers from `first` to `last`, spaced as evenly in their logarithm as they can be; both ends
-/// are among them where there are at least two.
+/// `count` different whole numbers from `first` to `last`, spaced as evenly in their logarithm as they can be; both
+/// ends are among them where there are at least two.
 fn spaced(first: u32, last: u32, count: usize) -> impl Iterator<Item = u32> {
     let ratio = libm::log(f64::from(last) / f64::from(first));
     let mut next = first;

@@ -9,11 +9,12 @@ use core::fmt;
 
 /// Gaussian noise with a flat spectrum between two frequencies and nothing outside.
 ///
-/// Independent random numbers `w_j`, one each `1/(3 high)` seconds, are interpolated by a band-pass kernel of finite length:
-/// `u(t) = g sum_j w_j h(t - j T)`, `h(x) = (sin(2 pi high x) - sin(2 pi low x)) / (pi x)` under a Hann window, `g` such that
-/// the mean square over all seeds is `rms^2`. The numbers come from seed and `j` alone ([`super::random`]), so the noise is
-/// a function of time: it never repeats, and sampled twice as fast it is the same noise. The edges of the band are the
-/// points of half the voltage, around which it falls to nothing within half of `low` and a tenth of `high` on either side.
+/// Independent random numbers `w_j`, one each `1/(3 high)` seconds, are interpolated by a band-pass kernel of finite
+/// length: `u(t) = g sum_j w_j h(t - j T)`, `h(x) = (sin(2 pi high x) - sin(2 pi low x)) / (pi x)` under a Hann window,
+/// `g` such that the mean square over all seeds is `rms^2`. The numbers come from seed and `j` alone
+/// ([`super::random`]), so the noise is a function of time: it never repeats, and sampled twice as fast it is the same
+/// noise. The edges of the band are the points of half the voltage, around which it falls to nothing within half of
+/// `low` and a tenth of `high` on either side.
 ///
 /// Peaks of four times the RMS happen; [`super::Excitation::limited`] clips them.
 ///
@@ -38,9 +39,11 @@ pub struct Noise {
     gain: f64,
 }
 
-/// Clock periods in a period of the highest frequency: a little more than two would do, if the kernel's edge were sharp.
+/// Clock periods in a period of the highest frequency: a little more than two would do, if the kernel's edge were
+/// sharp.
 const CLOCKS: f64 = 3.0;
-/// Half the kernel's length in periods of the highest frequency: the upper edge is then a tenth of it wide on either side.
+/// Half the kernel's length in periods of the highest frequency: the upper edge is then a tenth of it wide on either
+/// side.
 const UPPER_EDGE: f64 = 8.0;
 /// Half the kernel's length in periods of the lowest frequency: the lower edge is then half of it wide on either side.
 const LOWER_EDGE: f64 = 1.6;
@@ -54,8 +57,8 @@ impl Noise {
     /// Noise of root mean square `rms` (V) between `low` and `high` (Hz); `low` may be 0, but then the arm wanders.
     ///
     /// # Errors
-    /// An RMS outside [0, 1000] V; `high` outside [1e-4, 1e5] Hz; `low` neither 0 nor within a factor 100 of `high`, or above
-    /// 0.8 of it (the edges would overlap).
+    /// An RMS outside [0, 1000] V; `high` outside [1e-4, 1e5] Hz; `low` neither 0 nor within a factor 100 of `high`, or
+    /// above 0.8 of it (the edges would overlap).
     pub fn new(rms: f64, low: f64, high: f64, seed: u64) -> Result<Self, SignalError> {
         let rms = size(Self::NAME, "rms", rms)?;
         let high = frequency(Self::NAME, "high", high, SLOWEST)?;

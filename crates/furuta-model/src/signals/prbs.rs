@@ -8,8 +8,9 @@ use core::fmt;
 ///
 /// The bits are those of a shift register with feedback (Golomb, Shift Register Sequences, 1967) whose polynomial over
 /// GF(2) is primitive: the register passes through every state but zero before it repeats. One period holds one bit
-/// `true` more than `false`, and its autocorrelation is 1 at no lag and `-1/(2^order - 1)` at all others, so the spectrum of
-/// the bits is flat; holding each for a clock period shapes it by `sinc^2`, which is 3 dB down at 0.44 of the clock rate.
+/// `true` more than `false`, and its autocorrelation is 1 at no lag and `-1/(2^order - 1)` at all others, so the
+/// spectrum of the bits is flat; holding each for a clock period shapes it by `sinc^2`, which is 3 dB down at 0.44 of
+/// the clock rate.
 ///
 /// Bit `k` is read off `x^k` modulo the polynomial, by squaring: any time costs the same, and there is no state.
 ///
@@ -34,7 +35,8 @@ impl Prbs {
     /// Name in one word.
     pub const NAME: &'static str = "prbs";
 
-    /// Primitive polynomials of order 2 to 20 over GF(2), bit `i` the coefficient of `x^i` (the taps of Xilinx' XAPP 052).
+    /// Primitive polynomials of order 2 to 20 over GF(2), bit `i` the coefficient of `x^i` (the taps of Xilinx' XAPP
+    /// 052).
     const POLYNOMIALS: [u32; 19] = [
         polynomial(&[2, 1]),
         polynomial(&[3, 2]),
@@ -57,8 +59,8 @@ impl Prbs {
         polynomial(&[20, 17]),
     ];
 
-    /// Levels of plus and minus `amplitude` (V), each held for at least `clock` seconds, of `2^order - 1` bits a period.
-    /// Seeds begin at different places of the one sequence.
+    /// Levels of plus and minus `amplitude` (V), each held for at least `clock` seconds, of `2^order - 1` bits a
+    /// period. Seeds begin at different places of the one sequence.
     ///
     /// # Errors
     /// An amplitude beyond 1000 V, an order outside [2, 20], a clock period outside [1e-6, 1e6] s.

@@ -1,7 +1,7 @@
 //! Random numbers by number: the `n`-th one of a seed is a function of seed and `n`, with no state in between.
 //!
-//! SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, OOPSLA 2014): a counter in steps of the
-//! golden ratio, mixed by two multiplications. Integer arithmetic: the same everywhere.
+//! SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, OOPSLA 2014): a counter in steps of
+//! the golden ratio, mixed by two multiplications. Integer arithmetic: the same everywhere.
 
 /// `2^64` over the golden ratio, odd.
 const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
@@ -36,8 +36,8 @@ pub fn uniform(seed: u64, n: u64) -> f64 {
 
 /// The `n`-th random number of a seed with mean 0 and variance 1, almost Gaussian.
 ///
-/// It counts 64 coins: `(heads - 32) / 4`, whose mean and variance are exact, whose kurtosis is 3 - 1/32, and which never
-/// exceeds 8. Sums of a few of them, as a filter makes, cannot be told from Gaussian ones.
+/// It counts 64 coins: `(heads - 32) / 4`, whose mean and variance are exact, whose kurtosis is 3 - 1/32, and which
+/// never exceeds 8. Sums of a few of them, as a filter makes, cannot be told from Gaussian ones.
 ///
 /// ```
 /// use furuta_model::signals::random::normal;

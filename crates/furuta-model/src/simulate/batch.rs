@@ -12,8 +12,8 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Rollouts side by side: a whole vector of doubles with AVX-512, two with AVX2, four with SSE2. More hide the latency of one step's chain of
-/// operations, until the registers run out.
+/// Rollouts side by side: a whole vector of doubles with AVX-512, two with AVX2, four with SSE2. More hide the latency
+/// of one step's chain of operations, until the registers run out.
 const LANES: usize = 8;
 
 /// One rollout of a batch.
@@ -43,7 +43,7 @@ pub struct Run {
 pub enum Keep {
     /// The last alone.
     Last,
-    /// The start and every so many samples after it.
+    /// The start and every n-th sample after it.
     Every(usize),
 }
 
@@ -74,10 +74,11 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// The kept states of rollout `i`, oldest first. Those of a rollout that left all numbers are not finite from then on.
+    /// The kept states of rollout `i`, oldest first. Those of a rollout that left all numbers are not finite from then
+    /// on.
     ///
     /// # Panics
-    /// If there are not so many rollouts.
+    /// If there are fewer rollouts.
     #[must_use]
     pub fn rollout(&self, i: usize) -> &[State<f64>] {
         &self.states[i * self.rows..(i + 1) * self.rows]
@@ -98,7 +99,8 @@ impl Batch {
 
 /// Runs every rollout under `policy`; `progress` hears how many rollouts are done.
 ///
-/// Each rollout has the very bits that [`super::trajectory`] gives it, whatever the processor and the number of threads.
+/// Each rollout has the very bits that [`super::trajectory`] gives it, whatever the processor and the number of
+/// threads.
 ///
 /// # Errors
 /// A rollout whose plant or start is not possible, or a period that is not; before anything is run.

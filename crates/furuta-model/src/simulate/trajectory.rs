@@ -9,7 +9,8 @@ const STRIDE: usize = 16_384;
 
 /// States under commands (V) each held for `period` seconds: the start, then the state after every command.
 ///
-/// The integrator takes `substeps` equal steps per sample. `proceed` hears from time to time how many samples are done and says whether to go on.
+/// The integrator takes `substeps` equal steps per sample. `proceed` hears from time to time how many samples are done
+/// and says whether to go on.
 ///
 /// # Errors
 /// A start, command or period that is not possible; a state that grows beyond all numbers; `proceed` said no.
@@ -38,9 +39,11 @@ pub fn trajectory(
     Ok(states)
 }
 
-/// The same, every sample shown to `see` as it comes: the start, then the plant's state after every command, memory of its effects included.
+/// The same, every sample shown to `see` as it comes: the start, then the plant's state after every command, memory of
+/// its effects included.
 ///
-/// That is what [`Plant::measure`] asks for: readings that are late, or of an encoder on the motor, do not follow from the mechanical state.
+/// That is what [`Plant::measure`] asks for: readings that are late, or of an encoder on the motor, do not follow from
+/// the mechanical state.
 ///
 /// # Errors
 /// As [`trajectory`]; what was seen until then was right.

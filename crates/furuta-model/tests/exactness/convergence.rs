@@ -51,8 +51,8 @@ fn rk4_converges_with_the_fourth_order() {
         });
         let ratios: Vec<f64> = errors.windows(2).map(|e| e[0] / e[1]).collect();
         row(&rig.name, &errors, &format!("{ratios:.2?}"));
-        // The error's next term is a share of the step of the leading one: what the ratio lacks of 16 halves with the step. Where it tends to
-        // follows from the last two, but for rounding of 64,000 steps.
+        // The error's next term is a share of the step of the leading one: what the ratio lacks of 16 halves with the
+        // step. Where it tends to follows from the last two, but for rounding of 64,000 steps.
         let used = errors.iter().skip(1).filter(|e| **e > 1e-11).count();
         let limit = 2.0 * ratios[used - 1] - ratios[used - 2];
         assert!(
@@ -66,7 +66,7 @@ fn rk4_converges_with_the_fourth_order() {
 /// The order that is reached with an effect, and why not four where it is less.
 fn expected_order(id: &str) -> f64 {
     match id {
-        // |v| v has a kink in its slope where the axis turns, which no event marks: a step over it errs by h³ once per turn.
+        // |v| v has a kink in its slope at a reversal, which no event marks: a step over it errs by h³ at each reversal.
         "arm.quadratic" | "pendulum.quadratic" => 2.5,
         _ => 3.6,
     }
@@ -84,7 +84,8 @@ fn events_within_a_step_leave_the_order() {
             let plant =
                 Plant::new(&rig.params, &[effect(spec, &rig.params, 1.0)]).expect("one effect");
             let exact = end(&plant, start, 128, u);
-            // A flexible coupling takes shorter steps of its own accord, as many as it needs for its ringing: the order shows below these.
+            // A flexible coupling takes shorter steps of its own accord, as many as it needs for its ringing: the order
+            // shows below these.
             let steps = if spec.id == "drive.compliance" {
                 [4, 8, 16, 32]
             } else {

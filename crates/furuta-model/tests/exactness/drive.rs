@@ -1,7 +1,7 @@
 //! Rotor and arm as two bodies: energy and momentum of both together.
 //!
-//! The rotor's speed follows from the momentum about the motor's axis, which nothing changes without motor and friction: gravity does not act
-//! about a vertical axis. Its angle is what an encoder on the motor reads.
+//! The rotor's speed follows from the momentum about the motor's axis, which nothing changes without motor and
+//! friction: gravity does not act about a vertical axis. Its angle is what an encoder on the motor reads.
 
 use crate::plants::{rigs, row};
 use furuta_model::dynamics::{Angle, mass_matrix};
@@ -71,12 +71,12 @@ fn stiffness(rig: &Rig, share: f64, frequency: f64) -> f64 {
 
 const STEPS: [f64; 4] = [1e-3, 5e-4, 2.5e-4, 1.25e-4];
 
-/// A spring with play between rotor and arm, an encoder on the motor: energy is kept through every contact, to 1e-9 at 0.25 ms, and the error falls
-/// with RK4's order. With a play of nothing it is `drive.compliance` alone.
+/// A spring with backlash between rotor and arm, an encoder on the motor: energy is kept through every contact, to 1e-9
+/// at 0.25 ms, and the error falls with RK4's order. With a backlash of zero it is `drive.compliance` alone.
 #[test]
 fn a_flexible_drive_without_damping_keeps_its_energy() {
     println!(
-        "rotor, spring with play, arm: energy error over 2 s / (2 m g c), for steps of 1, 0.5, 0.25, 0.125 ms"
+        "rotor, spring with backlash, arm: energy error over 2 s / (2 m g c), for steps of 1, 0.5, 0.25, 0.125 ms"
     );
     let start = State::new(0.0, 2.6, 3.0, 0.0);
     for rig in rigs() {
@@ -98,7 +98,7 @@ fn a_flexible_drive_without_damping_keeps_its_energy() {
                 }
                 worst / (2.0 * two.plant.coefficients.weight)
             });
-            let name = format!("{}, play {gap}", rig.name);
+            let name = format!("{}, backlash {gap}", rig.name);
             row(&name, &errors, "");
             assert!(errors[2] < 1e-9, "{name}: {errors:?}");
             for pair in errors.windows(2).filter(|pair| pair[1] > 2e-12) {
@@ -109,8 +109,8 @@ fn a_flexible_drive_without_damping_keeps_its_energy() {
     }
 }
 
-/// Rigid flanks that meet, and a coupling's damper, take energy and never give any; momentum they leave alone: the rotor's speed from the
-/// momentum is that of the angle that the encoder reads.
+/// Rigid flanks that meet, and a coupling's damper, take energy and never give any; momentum they leave alone: the
+/// rotor's speed from the momentum is that of the angle that the encoder reads.
 #[test]
 fn impacts_and_dampers_only_take() {
     let start = State::new(0.0, 2.0, 3.0, 0.0);
@@ -120,12 +120,12 @@ fn impacts_and_dampers_only_take() {
         let k = stiffness(&rig, share, 40.0);
         // some tenth of critical damping
         let damped = [k, 0.1 * k / 40.0, share, 0.0];
-        let play: [(&str, &[f64]); 1] = [("drive.backlash", &[0.02, share, 1.0])];
+        let backlash: [(&str, &[f64]); 1] = [("drive.backlash", &[0.02, share, 1.0])];
         let spring: [(&str, &[f64]); 2] = [
             ("drive.backlash", &[1e-9, share, 1.0]),
             ("drive.compliance", &damped),
         ];
-        for effects in [&play[..], &spring[..]] {
+        for effects in [&backlash[..], &spring[..]] {
             let two = TwoBodies::new(&rig.params, effects, &start);
             let weight = two.plant.coefficients.weight;
             let mut s = two.plant.rest(start);

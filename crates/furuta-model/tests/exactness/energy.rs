@@ -59,8 +59,8 @@ fn drift(plant: &Plant<f64>, start: State<f64>, h: f64) -> f64 {
 
 const STEPS: [f64; 4] = [1e-3, 5e-4, 2.5e-4, 1.25e-4];
 
-/// Where the error is RK4's own, halving the step divides it by 16 or more (by 32 where the leading term is an exact differential). Errors
-/// near rounding are left out.
+/// Where the error is RK4's own, halving the step divides it by 16 or more (by 32 where the leading term is an exact
+/// differential). Errors near rounding are left out.
 fn falls_with_the_fourth_order(name: &str, errors: &[f64]) {
     for pair in errors.windows(2).filter(|pair| pair[1] > 2e-12) {
         let ratio = pair[0] / pair[1];
@@ -68,8 +68,9 @@ fn falls_with_the_fourth_order(name: &str, errors: &[f64]) {
     }
 }
 
-/// At 1 kHz a swing of 31 degrees either side keeps its energy to 1e-9 on every rig. Larger motions are faster (ramos-velasco's light arm turns
-/// at 46 rad/s when its heavy pendulum falls from upright) and the error is RK4's: it falls with the step, to 1e-9 at 0.125 ms or before.
+/// At 1 kHz a swing of 31 degrees either side keeps its energy to 1e-9 on every rig. Larger motions are faster
+/// (ramos-velasco's light arm turns at 46 rad/s when its heavy pendulum falls from upright) and the error is RK4's: it
+/// falls with the step, to 1e-9 at 0.125 ms or before.
 #[test]
 fn free_motion_keeps_its_energy() {
     println!("energy error over 10 s / (2 m g c), for steps of 1, 0.5, 0.25, 0.125 ms");

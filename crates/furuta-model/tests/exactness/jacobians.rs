@@ -1,7 +1,7 @@
 //! Exact derivatives by dual numbers, against the complex step and against differences.
 //!
-//! The complex step, `f'(x) = Im f(x + i e) / e` with `e = 1e-30`, subtracts nothing and is as exact as `f` itself; its arithmetic has nothing in
-//! common with that of [`Jet`].
+//! The complex step, `f'(x) = Im f(x + i e) / e` with `e = 1e-30`, subtracts nothing and is as exact as `f` itself; its
+//! arithmetic has nothing in common with that of [`Jet`].
 
 use crate::plants::{any_state, effect, rigs};
 use furuta_model::{CATALOGUE, Effect, Jet, Plant, Rig, Scalar, State, linearize};
@@ -157,7 +157,8 @@ proptest! {
     }
 }
 
-/// Half a second through whatever events an effect has, derivatives with respect to where it starts, to the command and to the effect's parameters.
+/// Half a second through whatever events an effect has, derivatives with respect to where it starts, to the command and
+/// to the effect's parameters.
 #[test]
 fn sensitivities_of_trajectories_are_exact() {
     const N: usize = 9;
@@ -192,7 +193,8 @@ fn sensitivities_of_trajectories_are_exact() {
     }
 }
 
-/// What the encoders read and the state after half a second; `number` makes the `i`-th of start, command and parameters.
+/// What the encoders read and the state after half a second; `number` makes the `i`-th of start, command and
+/// parameters.
 fn end<S: Scalar<Real = f64>>(
     rig: &Rig,
     id: &str,

@@ -1,4 +1,5 @@
-//! How exact the model is: what physics keeps is kept, what rubs takes, steps converge, derivatives are derivatives, and what is off is off.
+//! How exact the model is: what physics keeps is kept, what rubs takes, steps converge, derivatives are derivatives,
+//! and what is off is off.
 //!
 //! `cargo test -p furuta-model --test exactness -- --nocapture` prints the tables.
 

@@ -19,7 +19,8 @@ fn bits(plant: &Plant<f64>, start: State<f64>, u: f64, h: f64) -> Vec<u64> {
     bits
 }
 
-/// The ways in which an effect is off: all zero, no strength with a shape as typical, strengths where they do nothing (a gain of 1).
+/// The ways in which an effect is off: all zero, no strength with a shape as typical, strengths where they do nothing
+/// (a gain of 1).
 fn ways_to_be_off(spec: &furuta_model::Spec, params: &Params<f64>) -> Vec<Effect<f64>> {
     let count = spec.parameters.len();
     let zeros = vec![0.0; count];

@@ -18,7 +18,8 @@ pub(crate) fn frictionless(rig: &Rig, effects: &[Effect<f64>]) -> Plant<f64> {
     plant
 }
 
-/// The values of an effect that is `size` times as strong as would just be noticed on a rig; shapes are as typical. Kicks belong to run 0.
+/// The values of an effect that is `size` times as strong as would just be noticed on a rig; shapes are as typical.
+/// Kicks belong to run 0.
 pub(crate) fn typical(spec: &Spec, params: &Params<f64>, size: f64) -> Vec<f64> {
     let value = |(i, p): (usize, &ParameterSpec)| {
         let size = if i < spec.strengths { size } else { 1.0 };

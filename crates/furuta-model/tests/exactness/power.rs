@@ -7,8 +7,8 @@ use furuta_model::{CATALOGUE, Effect, Jet, Params, Plant, State, energy};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 
-/// The motor's voltage for the command `u` and the power (W) of one effect, as the catalogue's formulas say, written down once more here.
-/// `None` where this has not been done; then the effect's own hooks are asked.
+/// The motor's voltage for the command `u` and the power (W) of one effect, as the catalogue's formulas say, written
+/// down once more here. `None` where this has not been done; then the effect's own hooks are asked.
 fn by_formula(
     e: &Effect<f64>,
     p: &Params<f64>,
@@ -35,7 +35,8 @@ fn by_formula(
         "arm.tilt" => {
             let e = x.theta - v[1];
             let (l, c) = (p.arm.length, p.pendulum.com);
-            // Centre of mass along the downhill direction: l cos(e) + c sin(alpha) sin(e); above the pivot: c cos(alpha).
+            // Centre of mass along the downhill direction: l cos(e) + c sin(alpha) sin(e); above the pivot: c
+            // cos(alpha).
             let downhill =
                 -l * e.sin() * w + c * (x.alpha.cos() * e.sin() * s + x.alpha.sin() * e.cos() * w);
             let up = -c * x.alpha.sin() * s;
@@ -100,7 +101,8 @@ fn by_hooks(e: &Effect<f64>, at: &Instant<'_, f64>) -> f64 {
 }
 
 proptest! {
-    /// `dE/dt`, by the chain rule along the plant's own rate, is the power of motor, viscous friction and effect: every effect, every rig.
+    /// `dE/dt`, by the chain rule along the plant's own rate, is the power of motor, viscous friction and effect: every
+    /// effect, every rig.
     #[test]
     fn what_the_rig_gains_is_what_is_put_in(x in any_state(), u in -10.0_f64..10.0, t in 0.0..2.0_f64, size in 0.1..3.0_f64) {
         // Axes that slide, rather than are about to stop.
@@ -149,8 +151,8 @@ proptest! {
         }
     }
 
-    /// Dahl's bristles store `½ stiffness z²` and give no more back than they were given: over any way the arm's work against them is that
-    /// and what sliding burns.
+    /// Dahl's bristles store `½ stiffness z²` and give no more back than they were given: over any way the arm's work
+    /// against them is that and what sliding burns.
     #[test]
     fn bristles_only_take_beyond_what_they_store(torque in 1e-4..1.0_f64, stiffness in 1e-2..1e3_f64, bend in -1.0..1.0_f64, way in -5.0..5.0_f64) {
         let e: Effect<f64> = Effect::new("arm.presliding", &[torque, stiffness]).expect("valid");

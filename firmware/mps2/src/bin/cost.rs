@@ -20,8 +20,8 @@ mod table {
 
     /// Cycles of a period at 168 MHz.
     const BUDGET: u32 = 168 * the_rig::PERIOD_US;
-    /// Cycles that an instruction takes on a Cortex-M4 with its floating-point unit: most take one; loads, taken branches and multiplications that
-    /// wait for each other two or three, divisions fourteen.
+    /// Cycles that an instruction takes on a Cortex-M4 with its floating-point unit: most take one; loads, taken
+    /// branches and multiplications that wait for each other two or three, divisions fourteen.
     const CYCLES_PER_INSTRUCTION: f64 = 1.5;
     /// Seconds of each closed loop.
     const SAMPLES: u32 = 1000;
@@ -142,7 +142,8 @@ mod table {
         let near = State::new(0.02, 0.01, 0.0, 0.0);
         let far = State::new(1.0, 0.05, 0.0, 0.0);
         say!(
-            "| control step, `f32` | settings, B | memory, B | stack, B | instructions, mean | most | most, of 2 ms at 168 MHz |"
+            "| control step, `f32` | settings, B | memory, B | stack, B | instructions, mean | most | \
+             most, of 2 ms at 168 MHz |"
         );
         say!("|---|---|---|---|---|---|---|");
         controller::<StateFeedback<f32>>("LQR", "lqr", meter, site, plant, far)?;

@@ -1,4 +1,5 @@
-//! The control loop on the chip: swings up and balances, without a host; a host may listen on the serial line. Prints what happens.
+//! The control loop on the chip: swings up and balances, without a host; a host may listen on the serial line. Prints
+//! what happens.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 /// Length of the run, s.

@@ -10,35 +10,25 @@ use furuta_model::{Rig, State, linearize};
 use nalgebra::RowVector4;
 use serde_json::json;
 
-use super::{gains, numbers, print_poles, write_controller};
+use super::{CommonArgs, gains, numbers, print_poles, write_controller};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
-use crate::outputs::{self, Output};
 use crate::print;
 use crate::streams;
 
-/// Linear-quadratic regulator about upright with the integral of the arm's angle as a fifth state: u = -K [x, integral of theta] minimises the
-/// integral (sum) of x'Qx + R u^2.
+/// Linear-quadratic regulator about upright with the integral of the arm's angle as a fifth state: u = -K [x, integral
+/// of theta] minimises the integral (sum) of x'Qx + R u^2.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// Built-in rig or rig file.
-    #[arg(long, value_name = "RIG")]
-    rig: String,
-    /// Diagonal of Q for theta, alpha, theta_dot, alpha_dot, integral of theta. If neither Q nor R is given: what `kind = "lqi"` takes.
+    #[command(flatten)]
+    common: CommonArgs,
+    /// Diagonal of Q for theta, alpha, theta_dot, alpha_dot, integral of theta. If neither Q nor R is given: what
+    /// `kind = "lqi"` takes.
     #[arg(long, value_name = "A,B,C,D,E", value_parser = weights, requires = "r")]
     q: Option<[f64; 5]>,
     /// Weight of the command.
     #[arg(long, value_name = "R", value_parser = positive, requires = "q")]
     r: Option<f64>,
-    /// Samples per second; the command is held between samples. Continuous time if not given.
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    rate: Option<f64>,
-    /// Write the gains into a controller file, for `--controller` of `furuta run` and `furuta simulate`.
-    #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
-    write_controller: Option<Output>,
-    /// Print one line of JSON in place of text.
-    #[arg(long)]
-    json: bool,
 }
 
 fn weights(text: &str) -> Result<[f64; 5], String> {
@@ -51,14 +41,14 @@ fn weights(text: &str) -> Result<[f64; 5], String> {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let rig = Rig::load(&args.rig)?;
+    let rig = Rig::load(&args.common.rig)?;
     let weights = match (args.q, args.r) {
         (Some(q), Some(r)) => Weights::diagonal(q, [r]),
         _ => balance_weights_with_integral(&rig.params),
     };
     let linear = linearize(&rig.nominal_plant(), State::upright(), 0.0);
     let arm = RowVector4::new(1.0, 0.0, 0.0, 0.0);
-    let designed = match args.rate {
+    let designed = match args.common.rate {
         Some(rate) => {
             let (a, b) = zero_order_hold(&linear.a, &linear.b, 1.0 / rate);
             dlqi::<f64, 4, 5, 1>(&a, &b, &arm, 1.0 / rate, &weights)
@@ -70,17 +60,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let poles = regulator
         .poles()
         .ok_or_else(|| Failure::new("the closed loop's poles cannot be computed"))?;
-    if let Some(path) = &args.write_controller {
+    if let Some(path) = &args.common.write_controller {
         let settings = controllers::settings("lqi").unwrap_or(Config::default().controller);
         let settings = settings
             .with("gain", &k.as_slice()[..4])?
             .with("integral_gain", &k.as_slice()[4..])?;
-        write_controller(path, &rig, args.rate, settings);
+        write_controller(path, &rig, args.common.rate, settings);
     }
     let mut out = streams::output();
-    if args.json {
+    if args.common.json {
         let line = json!({
-            "rig": rig.name, "rate": args.rate, "q": weights.q.diagonal().as_slice(), "r": weights.r[0], "k": k.as_slice(),
+            "rig": rig.name, "rate": args.common.rate, "q": weights.q.diagonal().as_slice(), "r": weights.r[0], "k": k.as_slice(),
             "poles": print::poles_json(&poles),
         });
         return Ok(writeln!(out, "{line}")?);
@@ -91,5 +81,5 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         rig.name
     )?;
     gains(&mut out, k.as_slice())?;
-    print_poles(&mut out, &poles, args.rate)
+    print_poles(&mut out, &poles, args.common.rate)
 }

@@ -10,32 +10,20 @@ use furuta_model::{Rig, State, linearize};
 use nalgebra::Complex;
 use serde_json::json;
 
-use super::{gains, print_poles, write_controller};
-use crate::commands::emulate::positive;
+use super::{CommonArgs, gains, print_poles, write_controller};
 use crate::failure::Failure;
-use crate::outputs::{self, Output};
 use crate::print;
 use crate::streams;
 
 /// State feedback u = -K x about upright with given poles of the closed loop.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// Built-in rig or rig file.
-    #[arg(long, value_name = "RIG")]
-    rig: String,
-    /// Four poles in rad/s with commas between them, complex ones in pairs: -3,-20,-6+2i,-6-2i. With --rate they are those of the sampled
-    /// system that decay and turn alike, z = exp(p h).
+    #[command(flatten)]
+    common: CommonArgs,
+    /// Four poles in rad/s with commas between them, complex ones in pairs: -3,-20,-6+2i,-6-2i. With --rate they are
+    /// those of the sampled system that decay and turn alike, z = exp(p h).
     #[arg(long, value_name = "P,P,P,P", value_parser = four_poles, allow_hyphen_values = true)]
     poles: [Complex<f64>; 4],
-    /// Samples per second; the command is held between samples. Continuous time if not given.
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    rate: Option<f64>,
-    /// Write the gain into a controller file, for `--controller` of `furuta run` and `furuta simulate`.
-    #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
-    write_controller: Option<Output>,
-    /// Print one line of JSON in place of text.
-    #[arg(long)]
-    json: bool,
 }
 
 fn four_poles(text: &str) -> Result<[Complex<f64>; 4], String> {
@@ -71,9 +59,9 @@ fn pole(text: &str) -> Option<Complex<f64>> {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let rig = Rig::load(&args.rig)?;
+    let rig = Rig::load(&args.common.rig)?;
     let linear = linearize(&rig.nominal_plant(), State::upright(), 0.0);
-    let (a, b, wanted) = match args.rate {
+    let (a, b, wanted) = match args.common.rate {
         Some(rate) => {
             let (a, b) = zero_order_hold(&linear.a, &linear.b, 1.0 / rate);
             (a, b, args.poles.map(|p| (p / rate).exp()))
@@ -83,14 +71,19 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let k = place(&a, &b, &wanted).map_err(|e| Failure::new(format!("rig {}: {e}", rig.name)))?;
     let poles = design::poles(&(a - b * k))
         .ok_or_else(|| Failure::new("the closed loop's poles cannot be computed"))?;
-    if let Some(path) = &args.write_controller {
+    if let Some(path) = &args.common.write_controller {
         let settings = controllers::settings("lqr").unwrap_or(Config::default().controller);
-        write_controller(path, &rig, args.rate, settings.with("gain", k.as_slice())?);
+        write_controller(
+            path,
+            &rig,
+            args.common.rate,
+            settings.with("gain", k.as_slice())?,
+        );
     }
     let mut out = streams::output();
-    if args.json {
+    if args.common.json {
         let line = json!({
-            "rig": rig.name, "rate": args.rate, "wanted": print::poles_json(&wanted), "k": k.as_slice(), "poles": print::poles_json(&poles),
+            "rig": rig.name, "rate": args.common.rate, "wanted": print::poles_json(&wanted), "k": k.as_slice(), "poles": print::poles_json(&poles),
         });
         return Ok(writeln!(out, "{line}")?);
     }
@@ -100,7 +93,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         rig.name
     )?;
     gains(&mut out, k.as_slice())?;
-    print_poles(&mut out, &poles, args.rate)
+    print_poles(&mut out, &poles, args.common.rate)
 }
 
 #[cfg(test)]

@@ -17,8 +17,9 @@ use crate::outputs::{self, Output};
 use crate::print::significant;
 use crate::streams;
 
-/// Robust linear-quadratic regulator about upright: one gain with one Lyapunov function and a guaranteed cost for every rig whose parameters are
-/// within a range, all of them off at once (a linear matrix inequality over the vertices of their models).
+/// Robust linear-quadratic regulator about upright: one gain with one Lyapunov function and a guaranteed cost for every
+/// rig whose parameters are within a range, all of them off at once (a linear matrix inequality over the vertices of
+/// their models).
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file.
@@ -27,10 +28,12 @@ pub(crate) struct Args {
     /// How far each parameter may be off, as a share of its value.
     #[arg(long, value_name = "SHARE", default_value_t = 0.2, value_parser = positive)]
     spread: f64,
-    /// Which parameters, with commas between them. Those of Ramos-Velasco et al. if not given: the arm's length, the pendulum's length and mass.
+    /// Which parameters, with commas between them. Those of Ramos-Velasco et al. if not given: the arm's length, the
+    /// pendulum's length and mass.
     #[arg(long, value_name = "KEYS", value_delimiter = ',')]
     parameters: Vec<String>,
-    /// Diagonal of Q for theta, alpha, theta_dot, alpha_dot. If neither Q nor R is given: what `furuta run` balances with.
+    /// Diagonal of Q for theta, alpha, theta_dot, alpha_dot. If neither Q nor R is given: what `furuta run` balances
+    /// with.
     #[arg(long, value_name = "A,B,C,D", value_parser = weights, requires = "r")]
     q: Option<[f64; 4]>,
     /// Weight of the command.

@@ -14,8 +14,8 @@ use crate::failure::Failure;
 use crate::print::significant;
 use crate::streams;
 
-/// Steady motion on which the pendulum follows alpha = w2, a sine: the arm's angle and the command as power series in w1 and w2, with
-/// w1' = lambda w2, w2' = -lambda w1 (the regulator equation of Francis, Byrnes and Isidori).
+/// Steady motion on which the pendulum follows alpha = w2, a sine: the arm's angle and the command as power series in
+/// w1 and w2, with w1' = lambda w2, w2' = -lambda w1 (the regulator equation of Francis, Byrnes and Isidori).
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file.

@@ -10,13 +10,14 @@ use crate::commands::recorded::RecordedArgs;
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
 
-/// Fit the parameters of a rig file to recordings: first what they can tell and what only in combination, then values with 95 % intervals.
+/// Fit the parameters of a rig file to recordings: first what they can tell and what only in combination, then values
+/// with 95 % intervals.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(flatten)]
     recorded: RecordedArgs,
-    /// Fit these parameters, by their keys in the rig file (arm.inertia, motor.torque_constant, arm.coulomb.torque); all that the recordings
-    /// determine if not given.
+    /// Fit these parameters, by their keys in the rig file (arm.inertia, motor.torque_constant, arm.coulomb.torque);
+    /// all that the recordings determine if not given.
     #[arg(long, value_name = "KEY,KEY,...", value_delimiter = ',')]
     free: Vec<String>,
     /// Hold these parameters although they show: those that a ruler or a balance knows better.
@@ -31,7 +32,8 @@ pub(crate) struct Args {
     /// Length of the pendulum from hinge to tip, m: neither centre of mass nor inertia lies beyond it.
     #[arg(long, value_name = "METRES")]
     body_length: Option<f64>,
-    /// Recordings that the fit must not see: rig file and calibrated rig are judged by them, as `furuta identify validate` does.
+    /// Recordings that the fit must not see: rig file and calibrated rig are judged by them, as
+    /// `furuta identify validate` does.
     #[arg(long, value_name = "DATA", num_args = 1..)]
     verify: Vec<PathBuf>,
     /// Write a report, one HTML page that needs no network.

@@ -18,8 +18,9 @@ use crate::failure::Failure;
 use crate::outputs;
 use crate::streams::{self, note};
 
-/// Which effects of the catalogue explain what a measured transfer function has and the rig file has not: each with a linear footprint is fitted, alone
-/// and together with others, beside the rig's refitted parameters, and ranked by evidence.
+/// Which effects of the catalogue explain what a measured transfer function has and the rig file has not: each with a
+/// linear footprint is fitted, alone and together with others, beside the rig's refitted parameters, and ranked by
+/// evidence.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Recordings to measure the response from, in place of a transfer function.
@@ -31,12 +32,12 @@ pub(crate) struct Args {
     /// A published transfer function: `fong2014`, equation (29).
     #[arg(long, value_name = "PAPER", conflicts_with = "numerator", value_parser = ["fong2014"])]
     published: Option<String>,
-    /// Coefficients of the measured numerator by falling power of s.
+    /// CoefficientList of the measured numerator by falling power of s.
     #[arg(long, value_name = "B,...", value_parser = coefficients, allow_hyphen_values = true, requires = "denominator")]
-    numerator: Option<Coefficients>,
+    numerator: Option<CoefficientList>,
     /// The same of the denominator.
     #[arg(long, value_name = "A,...", value_parser = coefficients, allow_hyphen_values = true, requires = "numerator")]
-    denominator: Option<Coefficients>,
+    denominator: Option<CoefficientList>,
     #[command(flatten)]
     measure: Measure,
     /// Draw what was measured, the rig as given, its parameters refitted and the best explanation (SVG).
@@ -53,14 +54,14 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// Coefficients by falling power.
+/// CoefficientList by falling power.
 #[derive(Clone, Debug)]
-struct Coefficients(Vec<f64>);
+struct CoefficientList(Vec<f64>);
 
-fn coefficients(text: &str) -> Result<Coefficients, String> {
+fn coefficients(text: &str) -> Result<CoefficientList, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|c| c.trim().parse().ok()).collect();
     numbers
-        .map(Coefficients)
+        .map(CoefficientList)
         .ok_or_else(|| "must be numbers with commas between them, by falling power of s".to_owned())
 }
 

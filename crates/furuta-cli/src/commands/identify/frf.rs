@@ -17,8 +17,8 @@ use crate::failure::Failure;
 use crate::outputs;
 use crate::streams::{self, note};
 
-/// Frequency response from recordings, with coherence and confidence: by averaging windowed segments (Welch; the same numbers as SciPy's csd),
-/// or from whole periods of a periodic signal.
+/// Frequency response from recordings, with coherence and confidence: by averaging windowed segments (Welch; the same
+/// numbers as SciPy's csd), or from whole periods of a periodic signal.
 ///
 /// It is the response of the sampled plant: the hold of the command, half a sample of delay, is in it.
 #[derive(clap::Args, Debug)]
@@ -51,7 +51,8 @@ pub(crate) struct Measure {
     /// Its input.
     #[arg(long, value_name = "COLUMN", default_value = "u")]
     input: String,
-    /// The signal that no controller chose (`excitation`, `reference`, ...): joint input-output estimate, for recordings in closed loop.
+    /// The signal that no controller chose (`excitation`, `reference`, ...): joint input-output estimate, for
+    /// recordings in closed loop.
     #[arg(long, value_name = "COLUMN")]
     reference: Option<String>,
     /// How the response is formed in open loop.
@@ -71,7 +72,8 @@ pub(crate) struct Measure {
     /// Part of a segment that it shares with the next.
     #[arg(long, value_name = "PART", default_value_t = 0.5, value_parser = part, conflicts_with = "period")]
     overlap: f64,
-    /// The signal repeats after so long (`furuta run` prints a multisine's period): lines without leakage, deviation from the periods' spread.
+    /// The signal repeats after so long (`furuta run` prints a multisine's period): lines without leakage, deviation
+    /// from the periods' spread.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     period: Option<f64>,
     /// Periods left out at the start, in which the start still rings.

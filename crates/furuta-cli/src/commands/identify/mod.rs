@@ -9,8 +9,8 @@ mod validate;
 
 use crate::failure::Failure;
 
-/// Models from recordings: frequency responses, transfer functions and what they know that a rig file does not, the parameters of the rig file, and how
-/// well they predict.
+/// Models from recordings: frequency responses, transfer functions and what they know that a rig file does not, the
+/// parameters of the rig file, and how well they predict.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(subcommand)]

@@ -7,7 +7,8 @@ use crate::commands::recorded::answer;
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
 
-/// Propose recordings by what they would tell about the parameters of a rig file (D-optimal over a family of test signals), with the commands that make them.
+/// Propose recordings by what they would tell about the parameters of a rig file (D-optimal over a family of test
+/// signals), with the commands that make them.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file, effects included; its limits on voltage, arm angle and speeds are kept.

@@ -20,8 +20,8 @@ use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::streams::{self, note};
 
-/// Continuous transfer function fitted to the frequency response of recordings, each line weighted by its deviation; coefficients, poles and zeros
-/// with their standard deviations. The hold of the command is accounted for.
+/// Continuous transfer function fitted to the frequency response of recordings, each line weighted by its deviation;
+/// coefficients, poles and zeros with their standard deviations. The hold of the command is accounted for.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Recordings of one rig at one rate, CSV or MCAP.

@@ -7,7 +7,8 @@ use furuta_model::Rig;
 use crate::commands::recorded::RecordedArgs;
 use crate::failure::Failure;
 
-/// Judge a rig file by recordings that it was not fitted to: fit in per cent, residual tests with their 99 % bounds, errors after fixed times.
+/// Judge a rig file by recordings that it was not fitted to: fit in per cent, residual tests with their 99 % bounds,
+/// errors after fixed times.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     #[command(flatten)]

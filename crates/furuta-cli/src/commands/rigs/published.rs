@@ -16,7 +16,8 @@ fn identity_gain(linear: &Linear) -> Option<[f64; 4]> {
     Some([gain[0], gain[1], gain[2], gain[3]])
 }
 
-/// A figure as printed and, where it can be computed, as we find it and how far that is off, relative to the printed one.
+/// A figure as printed and, where it can be computed, as we find it and how far that is off, relative to the printed
+/// one.
 fn compare(figure: &Figure, rig: &Rig) -> Option<(f64, f64)> {
     let ours = figure.recompute(rig, identity_gain)?;
     Some((ours, (ours - figure.printed) / figure.printed.abs()))

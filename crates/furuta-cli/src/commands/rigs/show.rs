@@ -124,7 +124,8 @@ pub(super) fn text(rig: &Rig) -> Result<String, Failure> {
     };
     let _ = writeln!(
         out,
-        "\ndx/dt = A x + B u, x = [theta, alpha, theta_dot, alpha_dot] from the equilibrium; rigid-body model, {left_out}"
+        "\ndx/dt = A x + B u, x = [theta, alpha, theta_dot, alpha_dot] from the equilibrium; rigid-body \
+         model, {left_out}"
     );
     for e in Equilibrium::both(rig)? {
         let (a, b) = (print::matrix(&e.linear.a), print::matrix(&e.linear.b));

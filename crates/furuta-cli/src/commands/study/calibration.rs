@@ -14,8 +14,8 @@ use super::{bar, hertz, rig_with, seconds};
 use crate::failure::Failure;
 use crate::streams;
 
-/// Coverage of a calibration's intervals: a rig is recorded again and again with fresh noise, each time calibrated from a sheet that is off by up to
-/// 20 %, and counted how often the 95 % intervals hold what the rig really is.
+/// Coverage of a calibration's intervals: a rig is recorded again and again with fresh noise, each time calibrated from
+/// a sheet that is off by up to 20 %, and counted how often the 95 % intervals hold what the rig really is.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file: what the rig really is.
@@ -51,7 +51,8 @@ struct Count {
 }
 
 impl Count {
-    /// Share of the intervals that hold the truth, mean deviation as a share of the truth, RMS error over the deviation.
+    /// Share of the intervals that hold the truth, mean deviation as a share of the truth, RMS error over the
+    /// deviation.
     fn shares(&self) -> [f64; 3] {
         let n = f64::from(self.known);
         [
@@ -163,22 +164,19 @@ fn record(real: &Rig, plant: &Plant<f64>, args: &Args, repeat: u64) -> Result<Re
     let h = 1.0 / args.rate;
     let limit = real.params.motor.command_limit;
     let amplitude = 0.25 * if limit.is_finite() { limit } else { 10.0 };
-    let q = real.sensors.resolution();
     let mut s = plant.rest(State::hanging());
-    let mut csv = String::from("t,u,theta,alpha\n");
+    let mut samples = Vec::new();
     for k in 0..(args.seconds * args.rate).round() as u64 {
         let t = k as f64 * h;
         let sweep = t % 10.0;
         let u = amplitude * (2.0 * sweep + 1.2 * sweep * sweep + 0.37 * repeat as f64).sin();
         let y = plant.measure(&s);
-        let read: [f64; 2] = std::array::from_fn(|c| {
-            let noisy = y[c] + args.noise * normal(2 * repeat + c as u64, k);
-            (noisy / q[c]).round() * q[c]
-        });
-        let _ = writeln!(csv, "{t},{u},{},{}", read[0], read[1]);
+        let noisy = std::array::from_fn(|c| y[c] + args.noise * normal(2 * repeat + c as u64, k));
+        let [theta, alpha] = real.sensors.quantised(noisy);
+        samples.push([t, u, theta, alpha]);
         plant.step(&mut s, u, h);
     }
-    Ok(Recording::from_csv("repeat.csv", csv.as_bytes())?.0)
+    Ok(Recording::from_samples("repeat", samples)?.0)
 }
 
 /// A sheet that is off by up to 20 % either way in each of what is fitted but the length.

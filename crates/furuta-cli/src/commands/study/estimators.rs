@@ -11,8 +11,8 @@ use super::{hertz, seconds};
 use crate::failure::Failure;
 use crate::streams;
 
-/// How well each estimator knows the speeds that no encoder measures: all watch the same run of a rig with dry friction on both axes, arm steps while
-/// balanced; once with the friction in their rig file and once without.
+/// How well each estimator knows the speeds that no encoder measures: all watch the same run of a rig with dry friction
+/// on both axes, arm steps while balanced; once with the friction in their rig file and once without.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file.

@@ -18,8 +18,9 @@ use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::streams::{self, note};
 
-/// Fong, Jamaludin, Abdullah 2014, sec. 3.2: band-limited white noise into the hanging pendulum, 180 s at 1 kHz; H1 under Hann's window; transfer
-/// functions of orders 2/4 and 3/4 fitted; beside the first-principles model (28) up to 23 Hz. On the emulated rig, with its encoders.
+/// Fong, Jamaludin, Abdullah 2014, sec. 3.2: band-limited white noise into the hanging pendulum, 180 s at 1 kHz; H1
+/// under Hann's window; transfer functions of orders 2/4 and 3/4 fitted; beside the first-principles model (28) up to
+/// 23 Hz. On the emulated rig, with its encoders.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file.
@@ -96,7 +97,8 @@ fn names(outcome: &Outcome) -> [String; 4] {
 fn text(rig: &Rig, experiment: &Experiment, outcome: &Outcome) -> String {
     let frf = &outcome.frf;
     let mut text = format!(
-        "{}: noise of {} RMS up to {} Hz, {} s at {} Hz; the pendulum swings by {:.3} rad RMS\n{}, {:.1} independent averages, {} lines to {} Hz\n",
+        "{}: noise of {} RMS up to {} Hz, {} s at {} Hz; the pendulum swings by {:.3} rad RMS\n{}, {:.1} \
+         independent averages, {} lines to {} Hz\n",
         rig.name,
         experiment.rms,
         experiment.high,

@@ -14,17 +14,19 @@ use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::streams;
 
-/// How far a balanced rig wanders that has an effect: with a control system that does not know it, with one whose rig file names it and that
-/// makes up for it, and with one that observes that something acts.
+/// How far a balanced rig wanders that has an effect: with a control system that does not know it, with one whose rig
+/// file names it and that makes up for it, and with one that observes that something acts.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file.
     #[arg(long, value_name = "RIG", default_value = "shahzad2022-srv02")]
     rig: String,
-    /// The effects, together: ID or ID:NAME=VALUE,... in SI units; may be repeated. If not given, several, one after the other.
+    /// The effects, together: ID or ID:NAME=VALUE,... in SI units; may be repeated. If not given, several, one after
+    /// the other.
     #[arg(long, value_name = "EFFECT")]
     hide: Vec<String>,
-    /// Rig file that `compensated` is designed by, as `furuta diagnose --write-rig` makes one; what is hidden, exactly, if not given.
+    /// Rig file that `compensated` is designed by, as `furuta diagnose --write-rig` makes one; what is hidden, exactly,
+    /// if not given.
     #[arg(long, value_name = "RIG", requires = "hide")]
     known: Option<String>,
     /// Samples per second.

@@ -15,9 +15,9 @@ use crate::outputs::{self, Output};
 use crate::print::significant;
 use crate::streams;
 
-/// A step of the arm under four controllers with the same weights: LQR, sliding mode, model predictive control that lets the pendulum lean
-/// only so far, solved to the end in each sample (Clarabel, interior point) and by a fixed number of steps (ADMM, as on a microcontroller).
-/// Nonlinear model, perfect states.
+/// A step of the arm under four controllers with the same weights: LQR, sliding mode, model predictive control that
+/// lets the pendulum lean only so far, solved to the end in each sample (Clarabel, interior point) and by a fixed
+/// number of steps (ADMM, as on a microcontroller). Nonlinear model, perfect states.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file.
@@ -34,8 +34,8 @@ pub(crate) struct Args {
     /// How far the pendulum may lean. Half of what it leans under the LQR if not given.
     #[arg(long, value_name = "RAD", value_parser = positive)]
     pendulum_angle: Option<f64>,
-    /// Diagonal of Q for theta, alpha, theta_dot, alpha_dot. If neither Q nor R is given: what `furuta run` balances with, the arm so stiff
-    /// that the step asks for twice the full command.
+    /// Diagonal of Q for theta, alpha, theta_dot, alpha_dot. If neither Q nor R is given: what `furuta run` balances
+    /// with, the arm so stiff that the step asks for twice the full command.
     #[arg(long, value_name = "A,B,C,D", value_parser = weights, requires = "r")]
     q: Option<[f64; 4]>,
     /// Weight of the command.
@@ -127,8 +127,10 @@ fn text(rig: &Rig, args: &Args, study: &Study) -> String {
             if f.up { "" } else { "  fell" }
         );
     }
-    text += "settle: the arm stays within 2 % of the step; beyond: the pendulum leans by more than 1 % above its limit; at limit: the command\n";
-    text += "effort: integral of the command's square; cost: integral of e'Qe + R u^2; update: mean time of one on this machine\n";
+    text += "settle: the arm stays within 2 % of the step; beyond: the pendulum leans by more than 1 % \
+        above its limit; at limit: the command\n";
+    text += "effort: integral of the command's square; cost: integral of e'Qe + R u^2; update: mean time \
+        of one on this machine\n";
     text
 }
 

@@ -18,8 +18,9 @@ use crate::outputs::{self, Output};
 use crate::print::significant;
 use crate::streams;
 
-/// Ramos-Velasco, Ruiz-Leon, Celikovsky: the pendulum follows a sine from beta = -alpha far off, while arm length, pendulum length and
-/// pendulum mass are off for a while. Output regulator, sliding mode in normal form, sliding modes on an LQR's surface.
+/// Ramos-Velasco, Ruiz-Leon, Celikovsky: the pendulum follows a sine from beta = -alpha far off, while arm length,
+/// pendulum length and pendulum mass are off for a while. Output regulator, sliding mode in normal form, sliding modes
+/// on an LQR's surface.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// On what.

@@ -10,7 +10,8 @@ use crate::commands::emulate::positive;
 use crate::failure::Failure;
 use crate::streams;
 
-/// Search all voltages within the command limit for the one that brings the hanging pendulum nearest to upright: what no swing-up can better.
+/// Search all voltages within the command limit for the one that brings the hanging pendulum nearest to upright: what
+/// no swing-up can better.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file.

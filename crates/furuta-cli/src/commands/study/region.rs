@@ -18,8 +18,9 @@ use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::streams;
 
-/// From which angles and speeds of the pendulum, the arm at rest, each controller brings it upright: the share of a grid about upright, with perfect
-/// states and the rig's voltage limit. Beside it the share from which the voltage suffices for the linearised plant: no linear reasoning promises more.
+/// From which angles and speeds of the pendulum, the arm at rest, each controller brings it upright: the share of a
+/// grid about upright, with perfect states and the rig's voltage limit. Beside it the share from which the voltage
+/// suffices for the linearised plant: no linear reasoning promises more.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file; may be repeated. All built-in ones if not given.

@@ -13,8 +13,9 @@ use crate::outputs::{self, Output};
 use crate::print::significant;
 use crate::streams;
 
-/// Shahzad, Munshi, Azam, Khan 2022: the LQR of Q = I, R = 1 holds the pendulum while the arm's reference steps by 0.1 rad, and when the
-/// pendulum is pushed. 10 s from rest, on the paper's linear model, on the nonlinear one, and on that with encoders and friction.
+/// Shahzad, Munshi, Azam, Khan 2022: the LQR of Q = I, R = 1 holds the pendulum while the arm's reference steps by 0.1
+/// rad, and when the pendulum is pushed. 10 s from rest, on the paper's linear model, on the nonlinear one, and on that
+/// with encoders and friction.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// What happens; everything if not given.
@@ -137,8 +138,10 @@ fn text(rig: &Rig, gain: [f64; 4], rows: &[(Task, On, Figures)]) -> String {
             if f.up { "" } else { "  fell" }
         );
     }
-    text += "settle: the arm stays within 2 % of the step (push: of its largest deflection); -: not before the next step, or not at all\n";
-    text += "pendulum, arm, command: largest angle from upright, from the reference, largest voltage; effort: integral of its square\n";
+    text += "settle: the arm stays within 2 % of the step (push: of its largest deflection); -: not before \
+        the next step, or not at all\n";
+    text += "pendulum, arm, command: largest angle from upright, from the reference, largest voltage; \
+        effort: integral of its square\n";
     text
 }
 

@@ -21,9 +21,9 @@ const GOAL: f64 = 0.995;
 /// Nearer to upright than this, a search over voltages has brought a rig up, rad.
 const UPRIGHT: f64 = 0.1;
 
-/// Swing up rigs drawn about a rig file, from hanging, with its encoders and voltage limit, dry friction that the control system does not know,
-/// and one sample of delay; push each one over once it is up. Where fewer than 99.5 of 100 come up, a search over all voltages says whether the
-/// rig can be brought up at all.
+/// Swing up rigs drawn about a rig file, from hanging, with its encoders and voltage limit, dry friction that the
+/// control system does not know, and one sample of delay; push each one over once it is up. Where fewer than 99.5 of
+/// 100 come up, a search over all voltages says whether the rig can be brought up at all.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file; may be repeated. All built-in ones if not given.
@@ -144,7 +144,8 @@ fn print_text(rig: &Rig, o: &Outcome, limit: Option<&Reach>) -> Result<(), Failu
     writeln!(out, "  {}", times(o.time_again))?;
     writeln!(
         out,
-        "  {:.2} catches let go per draw; the command jumps at a catch by {:.0} % of its range (median; {:.0} % at most); arm to {:.2} rad at most, {} faults",
+        "  {:.2} catches let go per draw; the command jumps at a catch by {:.0} % of its range (median; \
+         {:.0} % at most); arm to {:.2} rad at most, {} faults",
         o.dropped,
         100.0 * o.jump[0],
         100.0 * o.jump[1],
@@ -162,8 +163,9 @@ fn print_text(rig: &Rig, o: &Outcome, limit: Option<&Reach>) -> Result<(), Failu
     } else {
         writeln!(
             out,
-            "  why: no voltage within {volts} V brings the rig of the file nearer to upright than {:.2} rad, as far as a search finds:\n  \
-             of the {:.4} J that the arm puts into the pendulum, the hinge's friction leaves {:.4} J; upright takes {:.4} J",
+            "  why: no voltage within {volts} V brings the rig of the file nearer to upright than {:.2} \
+             rad, as far as a search finds:\n  of the {:.4} J that the arm puts into the pendulum, the \
+             hinge's friction leaves {:.4} J; upright takes {:.4} J",
             r.nearest,
             r.work,
             r.work - r.friction,

@@ -1,15 +1,16 @@
 //! The doubling iteration and its starts.
 
-use super::problem::Problem;
+use super::equation::RiccatiEquation;
 use crate::design::Float;
 use crate::design::elimination::Lu;
 use crate::design::lyapunov::{SQUARINGS, symmetric};
 use nalgebra::SMatrix;
 
-/// Doubling of `(A, G, H)`: `H` tends to the solution of `X = A'X(I + GX)^-1 A + H`, `A` to 0 where that solution stabilises.
+/// Doubling of `(A, G, H)`: `H` tends to the solution of `X = A'X(I + GX)^-1 A + H`, `A` to 0 where that solution
+/// stabilises.
 ///
-/// `None` where it breaks down, and where `A` does not die out: a closed loop on the stability boundary, to which `H` may well converge,
-/// only not quadratically.
+/// `None` where it breaks down, and where `A` does not die out: a closed loop on the stability boundary, to which `H`
+/// may well converge, only not quadratically.
 fn double<T: Float, const N: usize>(
     mut a: SMatrix<T, N, N>,
     mut g: SMatrix<T, N, N>,
@@ -43,7 +44,7 @@ fn double<T: Float, const N: usize>(
 
 /// The discrete equation from the start `shift * I`.
 pub(super) fn discrete<T: Float, const N: usize, const M: usize>(
-    p: &Problem<T, N, M>,
+    p: &RiccatiEquation<T, N, M>,
     shift: T,
 ) -> Option<(SMatrix<T, N, N>, u32)> {
     if shift == T::zero() {
@@ -60,7 +61,7 @@ pub(super) fn discrete<T: Float, const N: usize, const M: usize>(
 
 /// The continuous equation from the start `shift * I`, by a Cayley transform with the given centre.
 pub(super) fn continuous<T: Float, const N: usize, const M: usize>(
-    p: &Problem<T, N, M>,
+    p: &RiccatiEquation<T, N, M>,
     centre: T,
     shift: T,
 ) -> Option<(SMatrix<T, N, N>, u32)> {

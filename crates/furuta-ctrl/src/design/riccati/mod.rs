@@ -1,30 +1,31 @@
 //! Algebraic Riccati equations by structure-preserving doubling.
 //!
-//! Each doubling step does the work of as many steps of the Riccati difference equation as all steps before it together, so the
-//! error squares from step to step: six to twelve steps suffice for ordinary problems. Method: E. K.-W. Chu, H.-Y. Fan, W.-W. Lin,
-//! C.-S. Wang, *Structure-preserving algorithms for periodic discrete-time algebraic Riccati equations* (Int. J. Control 77, 2004)
-//! and, for continuous time by way of a Cayley transform, E. K.-W. Chu, H.-Y. Fan, W.-W. Lin, *A structure-preserving doubling
-//! algorithm for continuous-time algebraic Riccati equations* (Linear Algebra Appl. 396, 2005).
+//! Each doubling step does the work of as many steps of the Riccati difference equation as all steps before it
+//! together, so the error squares from step to step: six to twelve steps suffice for ordinary problems. Method: E.
+//! K.-W. Chu, H.-Y. Fan, W.-W. Lin, C.-S. Wang, *Structure-preserving algorithms for periodic discrete-time algebraic
+//! Riccati equations* (Int. J. Control 77, 2004) and, for continuous time by way of a Cayley transform, E. K.-W. Chu,
+//! H.-Y. Fan, W.-W. Lin, *A structure-preserving doubling algorithm for continuous-time algebraic Riccati equations*
+//! (Linear Algebra Appl. 396, 2005).
 //!
 //! Around it:
 //!
-//! 1. The weight of the input is made 1 by its Cholesky factor, the states are scaled by powers of two until the Hamiltonian matrix is
-//!    balanced: states in micrometres beside inputs in kilovolts cost no digits.
-//! 2. The result is refined by Newton's method until the residual is at rounding, and refused where it stays above 1e-10 of the equation's
-//!    terms (f32: 4e-5), in scaled or in given units.
-//! 3. The closed loop is checked to be stable by squaring it until it has died out, and to stay so when the last digits of the problem
-//!    change: a mode that only rounding connects to the input is not called controllable.
-//! 4. Where there is no solution, the problem with unit weights tells why: [`DesignError::NotStabilisable`] if that has none either,
-//!    [`DesignError::NoStabilisingSolution`] if the weights are to blame.
+//! 1. The weight of the input is made 1 by its Cholesky factor, the states are scaled by powers of two until the
+//!    Hamiltonian matrix is balanced: states in micrometres beside inputs in kilovolts cost no digits.
+//! 2. The result is refined by Newton's method until the residual is at rounding, and refused where it stays above
+//!    1e-10 of the equation's terms (f32: 4e-5), in scaled or in given units.
+//! 3. The closed loop is checked to be stable by squaring it until it has died out, and to stay so when the last digits
+//!    of the problem change: a mode that only rounding connects to the input is not called controllable.
+//! 4. Where there is no solution, the problem with unit weights tells why: [`DesignError::NotStabilisable`] if that has
+//!    none either, [`DesignError::NoStabilisingSolution`] if the weights are to blame.
 
 mod doubling;
-mod judge;
-mod problem;
+mod equation;
+mod verify;
 
 use super::{DesignError, Float, Weights};
-use judge::Time;
+use equation::RiccatiEquation;
 use nalgebra::SMatrix;
-use problem::Problem;
+use verify::Time;
 
 /// Stabilising solution of a Riccati equation.
 #[derive(Copy, Clone, Debug, PartialEq)]
@@ -43,8 +44,8 @@ pub struct Solution<T: Float, const N: usize, const M: usize> {
 /// gain `K = (R + B'XB)^-1 (B'XA + N')`, closed loop `A - BK` inside the unit circle.
 ///
 /// # Errors
-/// [`DesignError`]: weights not symmetric, `R` not positive definite, entries not finite, no stabilising solution (and why), or not solved
-/// well in this precision.
+/// [`DesignError`]: weights not symmetric, `R` not positive definite, entries not finite, no stabilising solution
+/// (and why), or not solved well in this precision.
 ///
 /// ```
 /// use furuta_ctrl::design::{Weights, riccati};
@@ -60,7 +61,7 @@ pub fn discrete<T: Float, const N: usize, const M: usize>(
     b: &SMatrix<T, N, M>,
     weights: &Weights<T, N, M>,
 ) -> Result<Solution<T, N, M>, DesignError> {
-    solve(Time::Discrete, &Problem::new(a, b, weights)?)
+    solve(Time::Discrete, &RiccatiEquation::new(a, b, weights)?)
 }
 
 /// Solves `A'X + XA - (XB + N) R^-1 (B'X + N') + Q = 0` for the stabilising `X`;
@@ -83,12 +84,12 @@ pub fn continuous<T: Float, const N: usize, const M: usize>(
     b: &SMatrix<T, N, M>,
     weights: &Weights<T, N, M>,
 ) -> Result<Solution<T, N, M>, DesignError> {
-    solve(Time::Continuous, &Problem::new(a, b, weights)?)
+    solve(Time::Continuous, &RiccatiEquation::new(a, b, weights)?)
 }
 
 fn solve<T: Float, const N: usize, const M: usize>(
     time: Time,
-    problem: &Problem<T, N, M>,
+    problem: &RiccatiEquation<T, N, M>,
 ) -> Result<Solution<T, N, M>, DesignError> {
     attempt(time, problem).map_err(|reason| match reason {
         DesignError::NoStabilisingSolution { .. }
@@ -103,14 +104,14 @@ fn solve<T: Float, const N: usize, const M: usize>(
 /// The first start that leads to a solution; otherwise why the best one is none.
 fn attempt<T: Float, const N: usize, const M: usize>(
     time: Time,
-    p: &Problem<T, N, M>,
+    p: &RiccatiEquation<T, N, M>,
 ) -> Result<Solution<T, N, M>, DesignError> {
     let mut reason = DesignError::NoStabilisingSolution { measure: f64::NAN };
-    // The plain iteration misses a solution in which an unstable mode without weight is turned back: it would start and stay at 0
-    // there. Solving for the difference from a positive definite matrix finds it.
+    // The plain iteration misses a solution in which an unstable mode without weight is turned back: it would start and
+    // stay at 0 there. Solving for the difference from a positive definite matrix finds it.
     for shift in [T::zero(), p.shift()] {
-        // The centre of the Cayley transform only has to miss the eigenvalues of A and sit among the sizes of the closed-loop poles; others
-        // are tried in case the first is unlucky.
+        // The centre of the Cayley transform only has to miss the eigenvalues of A and sit among the sizes of the
+        // closed-loop poles; others are tried in case the first is unlucky.
         let centres: &[f64] = match time {
             Time::Discrete => &[1.0],
             Time::Continuous => &[0.3, 1.7, 0.02],
@@ -127,7 +128,7 @@ fn attempt<T: Float, const N: usize, const M: usize>(
             let Some((x, iterations)) = found else {
                 continue;
             };
-            match p.judge(time, x, shift, iterations) {
+            match p.verify(time, x, shift, iterations) {
                 Ok(solution) => return Ok(solution),
                 Err(found) => reason = better(reason, found),
             }

@@ -29,7 +29,8 @@ pub(super) fn library(coefficients: &Coefficients<f64>) -> Vec<Column> {
         .collect()
 }
 
-/// Whether a torque by this term never changes its direction against the axis' motion: then only one sign is friction, the other would drive for ever.
+/// Whether a torque by this term never changes its direction against the axis' motion: then only one sign is friction,
+/// the other would drive for ever.
 fn drags(term: &Term, axis: usize, coefficients: &Coefficients<f64>) -> bool {
     const ANGLES: [f64; 5] = [-2.1, -0.7, 0.0, 0.9, 2.3];
     const SPEEDS: [f64; 4] = [-3.1, -0.4, 0.6, 2.9];

@@ -1,15 +1,18 @@
-//! What no effect of the catalogue explains: an empirical expression for it, sparse and judged on data that were not fitted.
+//! What no effect of the catalogue explains: an empirical expression for it, sparse and judged on data that were not
+//! fitted.
 //!
-//! About the fit with all that was named, a small torque on either axis moves the predictions linearly (the same impulse responses as in `scout`).
-//! Each term of the library of [`TERMS`] on each axis is such a torque, so the cost is a quadratic in their coefficients, the windows' initial
-//! states and all fitted parameters eliminated. A lasso on it,
+//! About the fit with all that was named, a small torque on either axis moves the predictions linearly (the same
+//! impulse responses as in `screen`). Each term of the library of [`TERMS`] on each axis is such a torque, so the cost
+//! is a quadratic in their coefficients, the windows' initial states and all fitted parameters eliminated. A lasso on
+//! it,
 //!
 //! ```text
 //! minimise  ½ c'G c - b'c + lambda |c|_1,   c <= 0 for terms that can only drag or only drive
 //! ```
 //!
-//! is solved along a path of lambda; the few terms that come in first are refined by exchange, their number is chosen on the folds of `held_out`, and the
-//! expression is fitted like any hypothesis and kept if it lowers the error on held-out data clearly. It is no cause: the verdict does not change.
+//! is solved along a path of lambda; the few terms that come in first are refined by exchange, their number is chosen
+//! on the folds of `held_out`, and the expression is fitted like any hypothesis and kept if it lowers the error on
+//! held-out data clearly. It is no cause: the verdict does not change.
 
 mod library;
 mod normal;
@@ -20,17 +23,17 @@ use furuta_model::effects::{EMPIRICAL, TERMS};
 use nalgebra::DVector;
 
 use self::library::{Column, library};
-use self::normal::{Normal, normals};
+use self::normal::{LibraryNormal, normals};
 use self::sparse::choose;
 use super::Fit;
 use super::held_out::{self, Folds};
-use super::hypothesis::Nominal;
+use super::hypothesis::Sheet;
 use super::predict::{self, rms};
 use super::repair;
 use super::result::{CustomTerm, Expression};
 use crate::shooting::{Effort, MAX_FREE, Model, Problem};
 
-/// An expression has at most so many terms: more are no longer read as one.
+/// An expression has at most this many terms: more are not readable.
 const MOST_TERMS: usize = 3;
 /// The whole must lower the squared error on held-out data by this share.
 const LEAST_GAIN: f64 = 0.1;
@@ -38,7 +41,7 @@ const LEAST_GAIN: f64 = 0.1;
 const INSTEAD: f64 = 0.5;
 /// So often terms are looked for.
 const ROUNDS: usize = 2;
-/// A coefficient within so many standard deviations of zero is none.
+/// A coefficient within this many standard deviations of zero is none.
 const SIGNIFICANT: f64 = 3.0;
 
 /// An expression and the fit that has it.
@@ -51,17 +54,17 @@ pub(super) struct Custom {
     columns: Vec<Column>,
 }
 
-/// An expression for what no effect explains, where one helps on held-out data: in the place of all effects that were named, where it explains the
-/// recordings or leaves far less than beside them (effects named by mistake each take a part of what one expression says), otherwise beside them. `without`
-/// are the errors of `named` on held-out data.
+/// An expression for what no effect explains, where one helps on held-out data: in the place of all effects that were
+/// named, where it explains the recordings or leaves far less than beside them (effects named by mistake each take a
+/// part of what one expression says), otherwise beside them. `without` are the errors of `named` on held-out data.
 pub(super) fn propose(
     problem: &Problem<'_>,
     folds: &Folds,
-    recalibrated: &Fit,
+    refitted: &Fit,
     (named, without): (&Fit, &[[f64; 2]]),
 ) -> Option<Custom> {
     let data = problem.data;
-    let instead = grow(problem, folds, recalibrated);
+    let instead = grow(problem, folds, refitted);
     let alone = named.model.effects.is_empty();
     let (fit, columns) = match instead {
         Some(grown) if alone || problem.explains(&grown.0) => grown,
@@ -73,10 +76,13 @@ pub(super) fn propose(
         },
     };
     let fit = problem.fit(&fit.model, fit.z.clone(), &fit.states, Effort::FULL);
-    if !lasts(problem, &[recalibrated, named], &fit) {
+    if !lasts(problem, &[refitted, named], &fit) {
         return None;
     }
-    let with = held_out::unseen(data, folds, &fit, true).errors;
+    let with = held_out::unseen(data, folds, &fit, true, problem.stop).errors;
+    if problem.stop.wanted() {
+        return None;
+    }
     let gain = held_out::removed(data, without, &with);
     if gain.is_nan() || gain < LEAST_GAIN {
         return None;
@@ -95,7 +101,8 @@ pub(super) fn propose(
     })
 }
 
-/// Whether the model with the expression predicts whole runs no worse than any of those without: what imitates for a quarter of a second may run away.
+/// Whether the model with the expression predicts whole runs no worse than any of those without: what imitates for a
+/// quarter of a second may run away.
 fn lasts(problem: &Problem<'_>, without: &[&Fit], with: &Fit) -> bool {
     let error = |fit: &Fit| predict::open_loop(problem.data, fit);
     let least = without.iter().map(|f| error(f)).fold(f64::MAX, f64::min);
@@ -104,7 +111,7 @@ fn lasts(problem: &Problem<'_>, without: &[&Fit], with: &Fit) -> bool {
 
 /// Adds terms to `start` as long as they help, each round about the fit with those before.
 fn grow(problem: &Problem<'_>, folds: &Folds, start: &Fit) -> Option<(Fit, Vec<Column>)> {
-    let library = library(&start.model.nominal.coefficients);
+    let library = library(&start.model.sheet.coefficients);
     let (mut here, mut columns) = (start.clone(), Vec::new());
     for _ in 0..ROUNDS {
         if problem.explains(&here) {
@@ -131,9 +138,9 @@ fn grow(problem: &Problem<'_>, folds: &Folds, start: &Fit) -> Option<(Fit, Vec<C
     (!columns.is_empty()).then_some((here, columns))
 }
 
-/// The terms that a rig file has room for.
-fn slots(nominal: &Nominal) -> Vec<&'static Spec> {
-    let taken = |s: &Spec| nominal.present.iter().any(|e| e.spec().id == s.id);
+/// The terms that a rig file holds.
+fn slots(sheet: &Sheet) -> Vec<&'static Spec> {
+    let taken = |s: &Spec| sheet.present.iter().any(|e| e.spec().id == s.id);
     EMPIRICAL.iter().copied().filter(|s| !taken(s)).collect()
 }
 
@@ -154,10 +161,10 @@ fn with_terms(
     let p = here.z.len();
     let mut h = here.model.clone();
     let mut z: Vec<f64> = (0..p).map(|i| here.z[i] + step[i]).collect();
-    let slots = slots(&here.model.nominal);
+    let slots = slots(&here.model.sheet);
     for (i, column) in found.iter().enumerate() {
         let spec = slots.get(before + i)?;
-        let typical = (spec.parameters[0].typical)(&here.model.nominal.params);
+        let typical = (spec.parameters[0].typical)(&here.model.sheet.params);
         let values = [
             step[p + i] / typical,
             column.axis as f64,
@@ -191,7 +198,8 @@ fn without_term(problem: &Problem<'_>, fit: &Fit, left: usize, i: usize) -> Fit 
     problem.fit(&h, z, &fit.states, Effort::QUICK)
 }
 
-/// Terms for what `here` leaves, in which there are `before` already, and the step of its parameters and their coefficients.
+/// Terms for what `here` leaves, in which there are `before` already, and the step of its parameters and their
+/// coefficients.
 fn further(
     problem: &Problem<'_>,
     folds: &Folds,
@@ -199,12 +207,12 @@ fn further(
     library: &[Column],
     before: usize,
 ) -> Option<(Vec<Column>, DVector<f64>)> {
-    // A fit has room for so many numbers.
-    let room = MAX_FREE.saturating_sub(here.model.layout().local()) / EMPIRICAL[0].parameters.len();
-    let slots = slots(&here.model.nominal).len().min(MOST_TERMS);
-    let most = room.min(slots.saturating_sub(before));
+    // A fit holds a limited number of parameters.
+    let free = MAX_FREE.saturating_sub(here.model.layout().local()) / EMPIRICAL[0].parameters.len();
+    let slots = slots(&here.model.sheet).len().min(MOST_TERMS);
+    let most = free.min(slots.saturating_sub(before));
     let p = here.z.len();
-    let mut parts = vec![Normal::zero(p + library.len()); folds.count()];
+    let mut parts = vec![LibraryNormal::zero(p + library.len()); folds.count()];
     for (w, n) in normals(problem, here, library) {
         parts[folds.part(problem.data, w)].add(&n);
     }

@@ -1,4 +1,5 @@
-//! How the cost depends on the coefficients of all terms of the library: a quadratic, from the impulse responses about a fit.
+//! How the cost depends on the coefficients of all terms of the library: a quadratic, from the impulse responses about
+//! a fit.
 
 use furuta_model::dynamics::{Angle, mass_matrix};
 use furuta_model::effects::TERMS;
@@ -13,13 +14,13 @@ use crate::shooting::{Layout, MAX_FREE, Model, Problem, Traced, Window, Windows}
 
 /// Normal equations over the fitted parameters and, behind them, the columns of the library; initial states eliminated.
 #[derive(Clone)]
-pub(super) struct Normal {
+pub(super) struct LibraryNormal {
     pub(super) matrix: DMatrix<f64>,
     pub(super) gradient: DVector<f64>,
     pub(super) cost: f64,
 }
 
-impl Normal {
+impl LibraryNormal {
     pub(super) fn zero(n: usize) -> Self {
         Self {
             matrix: DMatrix::zeros(n, n),
@@ -78,7 +79,7 @@ pub(super) fn normals<'a>(
     problem: &'a Problem<'_>,
     fit: &Fit,
     library: &[Column],
-) -> Vec<(&'a Window, Normal)> {
+) -> Vec<(&'a Window, LibraryNormal)> {
     const N: usize = 4 + MAX_FREE;
     let windows = Windows::<N>::new(&fit.model, &fit.z);
     let coefficients = windows.plain().plant.coefficients;
@@ -91,11 +92,11 @@ pub(super) fn normals<'a>(
         .windows
         .par_iter()
         .zip(&fit.states)
-        .filter_map(|(w, x0)| {
-            let mut steps = windows.trace(problem.data, w, *x0).steps;
+        .filter_map(|(w, start)| {
+            let mut steps = windows.trace(problem.data, w, start).steps;
             let run = &problem.data.runs[w.run];
-            let predictions = windows.predictions(problem.data, w, *x0);
-            let mut before = [x0.theta, x0.alpha];
+            let predictions = windows.predictions(problem.data, w, start);
+            let mut before = [start.x.theta, start.x.alpha];
             for ((step, y), measured) in steps
                 .iter_mut()
                 .zip(&predictions)
@@ -141,7 +142,7 @@ fn normal<const N: usize>(
     library: &[Column],
     coefficients: &Coefficients<f64>,
     h: f64,
-) -> Option<Normal> {
+) -> Option<LibraryNormal> {
     let (p, m) = (free.len(), library.len());
     let mut rows = DMatrix::zeros(2 * steps.len(), 4 + p + m);
     let mut left = DVector::zeros(2 * steps.len());
@@ -185,16 +186,16 @@ fn normal<const N: usize>(
             }
         }
     }
-    let all = Normal {
+    let all = LibraryNormal {
         matrix: rows.tr_mul(&rows),
         gradient: rows.tr_mul(&left),
         cost: 0.0,
     };
     let states: [usize; 4] = [0, 1, 2, 3];
-    let settled = all.step(&states)?;
+    let solved = all.step(&states)?;
     let (matrix, gradient) = all.eliminate(4)?;
-    let cost = left.norm_squared() - settled.dot(&all.gradient.rows(0, 4));
-    (matrix.iter().all(|v| v.is_finite()) && cost.is_finite()).then_some(Normal {
+    let cost = left.norm_squared() - solved.dot(&all.gradient.rows(0, 4));
+    (matrix.iter().all(|v| v.is_finite()) && cost.is_finite()).then_some(LibraryNormal {
         matrix,
         gradient,
         cost,

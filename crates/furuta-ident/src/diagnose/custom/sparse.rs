@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::library::Column;
-use super::normal::{Normal, solver};
+use super::normal::{LibraryNormal, solver};
 
 /// Points on the path of lambda, and how far down from where all coefficients are zero it goes.
 const PATH: usize = 10;
@@ -18,19 +18,20 @@ const NOTHING: f64 = 1e-3;
 /// A term that initial states and parameters can follow to within this share is none of its own.
 const OWN: f64 = 1e-3;
 /// A further term must lower the linear model's held-out cost by this share of what is left above the noise.
-const WORTH: f64 = 0.08;
+const LEAST_SHARE: f64 = 0.08;
 /// Rounds of exchanging one term for another.
 const EXCHANGES: usize = 4;
 
-/// The terms of the expression, and the step of the `p` parameters and these terms' coefficients that all data together ask for.
+/// The terms of the expression, and the step of the `p` parameters and these terms' coefficients that all data together
+/// ask for.
 pub(super) fn choose(
-    parts: &[Normal],
+    parts: &[LibraryNormal],
     p: usize,
     library: &[Column],
     most: usize,
     floor: f64,
 ) -> Option<(Vec<Column>, DVector<f64>)> {
-    let mut all = Normal::zero(p + library.len());
+    let mut all = LibraryNormal::zero(p + library.len());
     for part in parts {
         all.add(part);
     }
@@ -42,7 +43,7 @@ pub(super) fn choose(
             continue;
         };
         let share = (known - cost) / (known - floor).max(1e-3 * floor);
-        if share > WORTH {
+        if share > LEAST_SHARE {
             known = cost;
             best = Some((cost, chosen));
         }
@@ -54,11 +55,16 @@ pub(super) fn choose(
 }
 
 /// Cost of every part with the step that the others ask for.
-fn held_out_cost(parts: &[Normal], p: usize, chosen: &[usize], library: &[Column]) -> Option<f64> {
+fn held_out_cost(
+    parts: &[LibraryNormal],
+    p: usize,
+    chosen: &[usize],
+    library: &[Column],
+) -> Option<f64> {
     let at: Vec<usize> = (0..p).chain(chosen.iter().map(|j| p + j)).collect();
     let mut cost = 0.0;
     for (i, part) in parts.iter().enumerate() {
-        let mut others = Normal::zero(part.gradient.len());
+        let mut others = LibraryNormal::zero(part.gradient.len());
         for (j, other) in parts.iter().enumerate() {
             if i != j {
                 others.add(other);
@@ -87,7 +93,7 @@ struct Reduced {
 }
 
 impl Reduced {
-    fn new(all: &Normal, p: usize, library: &[Column]) -> Option<Self> {
+    fn new(all: &LibraryNormal, p: usize, library: &[Column]) -> Option<Self> {
         let (matrix, gradient) = all.eliminate(p)?;
         let columns: Vec<usize> = (0..library.len())
             .filter(|j| {
@@ -158,7 +164,8 @@ impl Reduced {
             .collect()
     }
 
-    /// The minimum for one lambda. Each coefficient is the difference of two that are not negative; where it must not be positive, less one.
+    /// The minimum for one lambda. Each coefficient is the difference of two that are not negative; where it must not
+    /// be positive, less one.
     fn lasso(&self, lambda: f64) -> Option<Vec<f64>> {
         let n = self.columns.len();
         let signed: Vec<(usize, f64)> = (0..n)

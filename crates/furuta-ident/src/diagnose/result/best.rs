@@ -1,4 +1,4 @@
-//! Which model is worth writing to a rig file.
+//! Which model is to be written to a rig file.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,8 @@ pub enum Best {
     Repaired,
 }
 
-/// A larger model is taken where its error is no more than this share above the least: errors on data kept apart are known to some per cent.
+/// A larger model is taken where its error is no more than this share above the least: errors on data kept apart are
+/// known to some per cent.
 const ALIKE: f64 = 0.02;
 
 impl Best {

@@ -51,10 +51,8 @@ pub struct GapBar {
 pub struct CandidateEvidence {
     /// Id in the catalogue.
     pub id: String,
-    /// Fall of the Bayesian information criterion when this effect alone is added to the recalibrated model.
+    /// Fall of the Bayesian information criterion when this effect alone is added to the refitted model.
     pub delta_bic: f64,
-    /// Share of the squared error on held-out data that it removes alone.
-    pub held_out_gain: f64,
     /// Whether it was named in the end.
     pub named: bool,
 }
@@ -91,7 +89,8 @@ impl Curves {
 
 /// The torque that the model lacks on one axis, against one state: report only.
 ///
-/// A line through some points over the state, by least squares on the residuals of half-second windows through the model's impulse responses.
+/// A line through some points over the state, by least squares on the residuals of half-second windows through the
+/// model's impulse responses.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TorqueByState {
     /// The axis it acts on.

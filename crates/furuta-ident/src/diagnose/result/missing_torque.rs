@@ -46,7 +46,7 @@ impl Shape {
     }
 }
 
-/// A torque that the recalibrated model lacks on one axis, against the state on which it depends most.
+/// A torque that the refitted model lacks on one axis, against the state on which it depends most.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MissingTorque {
     /// The axis it acts on.

@@ -1,7 +1,8 @@
 //! What a diagnosis says: the JSON contract, and the curves that only the report shows.
 //!
-//! [`Diagnosis`] is read by other programs: fields may be added, but none of the present ones changes name, unit or meaning without a new
-//! [`SCHEMA`]. A number that could not be determined is `NaN` here and `null` in the JSON, never an invented zero.
+//! [`Diagnosis`] is read by other programs: fields may be added, but none of the present ones changes name, unit or
+//! meaning without a new [`SCHEMA`]. A number that could not be determined is `NaN` here and `null` in the JSON, never
+//! an invented zero.
 
 mod best;
 mod curves;
@@ -36,7 +37,8 @@ pub enum Verdict {
     ParametersOnly,
     /// Named effects are missing; with them the gap closes.
     MissingEffects,
-    /// A gap remains that no entry of the catalogue explains (effects may still be named: they help, and are not the whole of it).
+    /// A gap remains that no entry of the catalogue explains (effects may still be named: they help, and are not the
+    /// whole of it).
     Unexplained,
 }
 
@@ -62,7 +64,8 @@ pub enum Part {
     Parameters,
     /// Looking through the catalogue: effects that are not named may be missing all the same.
     Search,
-    /// Comparing each named effect with others in its place: [`NamedEffect::confusable_with`] holds the catalogue's look-alikes, none of them ruled out.
+    /// Comparing each named effect with others in its place: [`NamedEffect::confusable_with`] holds the catalogue's
+    /// look-alikes, none of them ruled out.
     Rivals,
     /// Looking for an empirical expression for what no effect explains.
     Expression,
@@ -151,7 +154,8 @@ pub struct Estimate {
     /// Fitted value in `unit`.
     #[serde(with = "null_if_not_finite")]
     pub value: f64,
-    /// Standard deviation of `value` in `unit`; `NaN` for what is chosen, not fitted (a whole number, one of several words).
+    /// Standard deviation of `value` in `unit`; `NaN` for what is chosen, not fitted (a whole number, one of several
+    /// words).
     #[serde(with = "null_if_not_finite")]
     pub std: f64,
     /// SI unit, `1` where there is none.
@@ -162,7 +166,8 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// `0.03 ± 5e-6 N m/rad`, the value in so many digits; the word for what is a choice, the number alone for what is not fitted.
+    /// `0.03 ± 5e-6 N m/rad`, the value in as many digits; the word for what is a choice, the number alone for what is
+    /// not fitted.
     ///
     /// ```
     /// use furuta_ident::diagnose::result::Estimate;
@@ -198,7 +203,8 @@ pub struct NamedEffect {
     pub name: String,
     /// Fitted parameters by the names that the rig file uses.
     pub parameters: BTreeMap<String, Estimate>,
-    /// Fall of the Bayesian information criterion when the effect is added to everything else named; larger is stronger evidence.
+    /// Fall of the Bayesian information criterion when the effect is added to everything else named; larger is stronger
+    /// evidence.
     #[serde(with = "null_if_not_finite")]
     pub delta_bic: f64,
     /// Share of the remaining squared prediction error on held-out data that the effect removes, at most 1.
@@ -213,8 +219,8 @@ pub struct NamedEffect {
 pub struct Zero {
     /// Name of the recording.
     pub run: String,
-    /// By how much the arm's true angle was greater when its encoder read zero, rad; `NaN` where nothing depends on the arm's absolute angle, so that no
-    /// recording shows it.
+    /// By how much the arm's true angle was greater when its encoder read zero, rad; `NaN` where nothing depends on the
+    /// arm's absolute angle, so that no recording shows it.
     #[serde(with = "null_if_not_finite")]
     pub theta: f64,
     /// The same of the pendulum, rad.
@@ -235,7 +241,7 @@ impl Zero {
     }
 }
 
-/// A zero of theta that is worth a line, rad: a few counts of a usual encoder.
+/// A zero of theta that is reported, rad: a few counts of a usual encoder.
 const LEAST_ZERO: f64 = 0.01;
 
 /// An effect that was not named, and how large it could be all the same.
@@ -245,10 +251,12 @@ pub struct Limit {
     pub id: String,
     /// The parameter that says how strong it is.
     pub parameter: String,
-    /// With a confidence of 95 per cent the parameter is no further than this from where the effect does nothing, in `unit`.
+    /// With a confidence of 95 per cent the parameter is no further than this from where the effect does nothing, in
+    /// `unit`.
     #[serde(with = "null_if_not_finite")]
     pub at_most: f64,
-    /// Standard deviation with which these data determine the parameter, were the effect there, in `unit`: what is several times as large is found.
+    /// Standard deviation with which these data determine the parameter, were the effect there, in `unit`: what is
+    /// several times as large is found.
     #[serde(default = "not_a_number", with = "null_if_not_finite")]
     pub std: f64,
     /// A size that would be noticed on this rig, in `unit`.
@@ -258,7 +266,7 @@ pub struct Limit {
     pub unit: String,
 }
 
-/// A parameter of the rig file before and after recalibration.
+/// A parameter of the rig file as given and refitted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterEstimate {
     /// Value in the rig file.
@@ -305,7 +313,7 @@ pub struct HeldOut {
     pub noise_floor: Channels,
 }
 
-/// Where the gap of the recalibrated model sits: in which run, in which angle, under which condition.
+/// Where the gap of the refitted model sits: in which run, in which angle, under which condition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GapShare {
     /// Name of the run, or `all`.
@@ -350,8 +358,8 @@ pub struct PlannedExperiment {
     pub volts: f64,
     /// Ids of the effect named and of the one that could stand in its place.
     pub separates: [String; 2],
-    /// By how much the Bayesian information criterion of the wrong one is expected to be above that of the right one, whichever of the two is
-    /// right: above 10 counts as very strong, below 0 the experiment tells nothing.
+    /// By how much the Bayesian information criterion of the wrong one is expected to be above that of the right one,
+    /// whichever of the two is right: above 10 counts as very strong, below 0 the experiment tells nothing.
     #[serde(with = "null_if_not_finite")]
     pub expected_evidence: f64,
     /// The same if the first of the two is right, and if the second is.
@@ -378,18 +386,22 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Effects that are missing, the strongest evidence first.
     pub effects: Vec<NamedEffect>,
-    /// Effects that fit the recordings better and predict data kept apart worse; left out of the JSON where there are none.
+    /// Effects that fit the recordings better and predict data kept apart worse; left out of the JSON where there are
+    /// none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub suspected: Vec<Suspected>,
-    /// An empirical expression for what no effect explains, where the verdict is `unexplained` and one helps; left out of the JSON otherwise.
+    /// An empirical expression for what no effect explains, where the verdict is `unexplained` and one helps; left out
+    /// of the JSON otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub custom: Option<Expression>,
-    /// The zeros of the recordings' encoders, where each has its own; left out of the JSON where there is one recording.
+    /// The zeros of the recordings' encoders, where each has its own; left out of the JSON where there is one
+    /// recording.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub zeros: Vec<Zero>,
     /// The rig file's parameters by `table.key`.
     pub parameters: BTreeMap<String, ParameterEstimate>,
-    /// How large each effect that was not named could still be, what is ruled out most firmly (against its typical size) first.
+    /// How large each effect that was not named could still be, what is ruled out most firmly (against its typical
+    /// size) first.
     #[serde(default)]
     pub limits: Vec<Limit>,
     /// Prediction error on the data given.
@@ -400,23 +412,24 @@ pub struct Diagnosis {
     /// Which of the three models predicts data kept apart best: the one that is written as a rig file.
     #[serde(default)]
     pub best: Best,
-    /// Where the gap of the recalibrated model sits, the largest share first.
+    /// Where the gap of the refitted model sits, the largest share first.
     #[serde(rename = "where")]
     pub location: Vec<GapShare>,
-    /// Which torque the recalibrated model lacks, and on what it depends most; the axis where that says most first. Left out of the JSON where
-    /// no torque explains the gap.
+    /// Which torque the refitted model lacks, and on what it depends most; the axis where that says most first. Left
+    /// out of the JSON where no torque explains the gap.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing_torque: Vec<MissingTorque>,
     /// What to measure next, in a sentence.
     pub next_experiment: Option<String>,
-    /// Experiments that would tell confusable effects apart, the clearest first for each pair, where they were asked for; left out of the JSON
-    /// where there are none.
+    /// Experiments that would tell confusable effects apart, the clearest first for each pair, where they were asked
+    /// for; left out of the JSON where there are none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub plan: Vec<PlannedExperiment>,
     /// Recordings of `--verify`, predicted over their whole length; left out of the JSON where there are none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub verification: Vec<VerificationRow>,
-    /// What was noticed about the recordings and dealt with, one sentence each; left out of the JSON where there is nothing.
+    /// What was noticed about the recordings and dealt with, one sentence each; left out of the JSON where there is
+    /// nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notices: Vec<String>,
     /// Whether a person ended the diagnosis before it was done: what it says holds for what was looked at.

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::answer::significant;
 
-/// An effect that fits the recordings better, and predicts data kept apart worse or was not judged on them: suspected, not named.
+/// An effect that fits the recordings better, and predicts data kept apart worse or was not judged on them: suspected,
+/// not named.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Suspected {
     /// Id in the catalogue.
@@ -20,13 +21,28 @@ pub struct Suspected {
 const HORIZONS: [&str; 4] = ["0.25 s", "0.5 s", "2 s", "whole runs"];
 
 impl Suspected {
-    /// One that was found and, for want of time, not judged on data kept apart.
-    pub(crate) fn unjudged(spec: &Spec) -> Self {
+    fn because(spec: &Spec, reason: impl Into<String>) -> Self {
         Self {
             id: spec.id.into(),
             name: spec.name.into(),
-            reason: "the diagnosis ended before it was judged on data kept apart".into(),
+            reason: reason.into(),
         }
+    }
+
+    /// One that was found and, for want of time, not judged on data kept apart.
+    pub(crate) fn unjudged(spec: &Spec) -> Self {
+        Self::because(
+            spec,
+            "the diagnosis ended before it was judged on data kept apart",
+        )
+    }
+
+    /// One that acts once and does not help over long windows.
+    pub(crate) fn transient(spec: &Spec) -> Self {
+        Self::because(
+            spec,
+            "predicted over 2 s, its recording gains nothing by it",
+        )
     }
 
     /// From the mean squared errors on data kept apart, with the effect and without it.
@@ -43,10 +59,6 @@ impl Suspected {
             ),
             None => "nothing could be predicted with it on data kept apart".into(),
         };
-        Self {
-            id: spec.id.into(),
-            name: spec.name.into(),
-            reason,
-        }
+        Self::because(spec, reason)
     }
 }

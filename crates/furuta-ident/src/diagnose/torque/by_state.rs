@@ -7,15 +7,16 @@ use rayon::prelude::*;
 
 use super::super::hypothesis::{ARM_DAMPING, DRIVE, PENDULUM_DAMPING};
 use super::super::result::{MissingTorque, Shape, TorqueByState};
-use super::{Block, Normal, Responses, solver};
+use super::{Block, Responses, TorqueNormal, solver};
 use crate::answer::Channel;
 
-/// So many stretches between points, each with as many blocks as any other.
+/// This many stretches between points, each with as many blocks as any other.
 const STRETCHES: usize = 14;
 /// This share of the blocks lies beyond the first and the last point.
 const BEYOND: f64 = 0.003;
-/// A state is told where its torques explain at least this share of what is left above the noise, and have this much evidence.
-const WORTH_TELLING: f64 = 0.1;
+/// A state is told where its torques explain at least this share of what is left above the noise, and have this much
+/// evidence.
+const LEAST_SHARE: f64 = 0.1;
 const EVIDENCE: f64 = 60.0;
 /// A curve has a shape where that explains this share of what the curve does.
 const ALIKE: f64 = 0.9;
@@ -66,11 +67,12 @@ const AXES: [Axis; 5] = [
 struct Curve {
     torque: DVector<f64>,
     covariance: DMatrix<f64>,
-    /// Standard deviations that do not trust the rest to be noise: from how much the windows differ, and no smaller than `covariance` says.
+    /// Standard deviations that do not trust the rest to be noise: from how much the windows differ, and no smaller
+    /// than `covariance` says.
     std: Vec<f64>,
     /// Factor of the covariance for what is left above the noise.
     left: f64,
-    normal: Normal,
+    normal: TorqueNormal,
 }
 
 impl Curve {
@@ -104,18 +106,18 @@ pub(in super::super) fn by_state(
             continue;
         };
         for (c, channel) in Channel::ALL.into_iter().enumerate() {
-            let (recalibrated, recalibrated_std) = left.of(c);
+            let (refitted, refitted_std) = left.of(c);
             let later = right.as_ref().map(|right| right.of(c));
-            let (augmented, augmented_std) = later.unwrap_or_default();
+            let (repaired, repaired_std) = later.unwrap_or_default();
             curves.push(TorqueByState {
                 axis: channel,
                 state: axis.state.into(),
                 unit: axis.unit.into(),
                 at: at.clone(),
-                recalibrated,
-                recalibrated_std,
-                augmented,
-                augmented_std,
+                recalibrated: refitted,
+                recalibrated_std: refitted_std,
+                augmented: repaired,
+                augmented_std: repaired_std,
             });
             told.extend(tell(before, &left, axis, channel, &at));
         }
@@ -132,10 +134,10 @@ pub(in super::super) fn by_state(
 }
 
 /// The state's value, a pendulum angle counted from where its recordings do not wrap.
-fn unwrapped(axis: &Axis, heard: &Responses) -> impl Fn(&Block) -> f64 + Sync + use<> {
+fn unwrapped(axis: &Axis, responses: &Responses) -> impl Fn(&Block) -> f64 + Sync + use<> {
     let value = axis.value;
     let angle = axis.state == "alpha";
-    let blocks = heard.responses.iter().flat_map(|e| &e.blocks);
+    let blocks = responses.by_window.iter().flat_map(|e| &e.blocks);
     let (up, down) = blocks.fold((0, 0), |(up, down), b| {
         if b.x.alpha.cos() > 0.0 {
             (up + 1, down)
@@ -155,8 +157,8 @@ fn unwrapped(axis: &Axis, heard: &Responses) -> impl Fn(&Block) -> f64 + Sync + 
 }
 
 /// The points, in their order.
-fn points(value: &impl Fn(&Block) -> f64, heard: &Responses) -> Option<Vec<f64>> {
-    let blocks = heard.responses.iter().flat_map(|e| &e.blocks);
+fn points(value: &impl Fn(&Block) -> f64, responses: &Responses) -> Option<Vec<f64>> {
+    let blocks = responses.by_window.iter().flat_map(|e| &e.blocks);
     let mut all: Vec<f64> = blocks.map(value).collect();
     all.sort_by(f64::total_cmp);
     let last = all.len().checked_sub(1)? as f64;
@@ -181,17 +183,17 @@ fn between(points: &[f64], x: f64) -> [(usize, f64); 2] {
 }
 
 fn curve(
-    heard: &Responses,
+    responses: &Responses,
     value: &(impl Fn(&Block) -> f64 + Sync),
     points: &[f64],
     held: Option<usize>,
 ) -> Option<Curve> {
     let n = points.len();
-    let parts: Vec<Normal> = heard
-        .responses
+    let parts: Vec<TorqueNormal> = responses
+        .by_window
         .par_iter()
         .map(|e| {
-            let all = Normal::of(e, n, |_, block| between(points, value(block)));
+            let all = TorqueNormal::of(e, n, |_, block| between(points, value(block)));
             match held {
                 Some(parameter) => all.holding(&[2 * n + parameter]),
                 None => all,
@@ -207,7 +209,7 @@ fn curve(
     let solver = solver(all.matrix.clone())?;
     let torque = solver.solve(&all.gradient);
     // What is left is not only noise: the deviations are no smaller than it says.
-    let left = (heard.chi2 - torque.dot(&all.gradient) / heard.samples).max(1.0);
+    let left = (responses.chi2 - torque.dot(&all.gradient) / responses.samples).max(1.0);
     let covariance = solver.inverse() * left;
     let mut spread = DMatrix::zeros(torque.len(), torque.len());
     for part in parts.iter().filter(|p| p.is_finite()) {
@@ -228,15 +230,20 @@ fn curve(
 
 impl Curve {
     /// The share of the gap that goes when one axis' torques are left out, the other's free to imitate them.
-    fn own_share(&self, heard: &Responses, first: usize, n: usize) -> Option<f64> {
+    fn own_share(&self, responses: &Responses, first: usize, n: usize) -> Option<f64> {
         let torque = self.torque.rows(first, n).into_owned();
         let own = self.covariance.view((first, first), (n, n)).into_owned();
         let fall = torque.dot(&solver(own)?.solve(&torque)) * self.left;
-        Some(fall / heard.gap())
+        Some(fall / responses.gap())
     }
 
-    /// One axis' torques by themselves, beside the base parameters: their precision, what it makes of them, and the share of the gap that they explain.
-    fn alone(&self, heard: &Responses, first: usize) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
+    /// One axis' torques by themselves, beside the base parameters: their precision, what it makes of them, and the
+    /// share of the gap that they explain.
+    fn alone(
+        &self,
+        responses: &Responses,
+        first: usize,
+    ) -> Option<(DMatrix<f64>, DVector<f64>, f64)> {
         let n = self.std.len() / 2;
         let other: Vec<usize> = (n - first..2 * n - first).collect();
         let here = self.normal.clone().holding(&other);
@@ -248,17 +255,17 @@ impl Curve {
             .gradient
             .dot(&solver(base.matrix)?.solve(&base.gradient));
         let fall = here.gradient.dot(&step) - before;
-        let left = (heard.chi2 - here.gradient.dot(&step) / heard.samples).max(1.0);
+        let left = (responses.chi2 - here.gradient.dot(&step) / responses.samples).max(1.0);
         let covariance = all.inverse().view((0, 0), (n, n)).into_owned() * left;
         let certain = solver(covariance)?.inverse();
         let weighed = &certain * step.rows(0, n);
-        Some((certain, weighed, fall / heard.gap()))
+        Some((certain, weighed, fall / responses.gap()))
     }
 }
 
 /// What one curve says, if it says enough.
 fn tell(
-    heard: &Responses,
+    responses: &Responses,
     curve: &Curve,
     axis: &Axis,
     channel: Channel,
@@ -266,10 +273,10 @@ fn tell(
 ) -> Option<MissingTorque> {
     let n = at.len();
     let first = if channel == Channel::Theta { 0 } else { n };
-    if curve.own_share(heard, first, n)? < WORTH_TELLING {
+    if curve.own_share(responses, first, n)? < LEAST_SHARE {
         return None;
     }
-    let (certain, weighed, share) = curve.alone(heard, first)?;
+    let (certain, weighed, share) = curve.alone(responses, first)?;
     let torque = solver(certain.clone())?.solve(&weighed);
     let evidence = torque.dot(&weighed);
     if evidence.is_nan() || evidence < EVIDENCE {

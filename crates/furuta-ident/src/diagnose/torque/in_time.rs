@@ -1,10 +1,11 @@
-//! The missing torque over time: the most likely course under a prior that it is smooth over some hundredths of a second.
+//! The missing torque over time: the most likely course under a prior that it is smooth over some hundredths of a
+//! second.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::super::result::TorqueInTime;
-use super::{FOLLOW, Normal, Response, Responses};
+use super::{FOLLOW, Response, Responses, TorqueNormal};
 use crate::shooting::Problem;
 
 /// Blocks with the same torque.
@@ -14,11 +15,11 @@ const MEMORY: f64 = 0.06;
 /// Sizes tried for the prior, as multiples of the smallest that could be seen, and how often for each axis in turn.
 const SIZES: usize = 12;
 const STEP: f64 = 3.0;
-const TURNS: usize = 3;
+const ROUNDS: usize = 3;
 
 /// One window's quadratic, and where its torques stand.
 struct Slices {
-    normal: Normal,
+    normal: TorqueNormal,
     t: Vec<f64>,
     alike: DMatrix<f64>,
 }
@@ -32,7 +33,7 @@ impl Slices {
             .map(|c| c.iter().map(|b| b.t).sum::<f64>() / c.len() as f64)
             .collect();
         Self {
-            normal: Normal::of(response, n, |k, _| [(k / TOGETHER, 1.0), (0, 0.0)])
+            normal: TorqueNormal::of(response, n, |k, _| [(k / TOGETHER, 1.0), (0, 0.0)])
                 .holding(&std::array::from_fn::<_, FOLLOW, _>(|i| 2 * n + i)),
             alike: DMatrix::from_fn(n, n, |i, j| (-(t[i] - t[j]).abs() / MEMORY).exp()),
             t,
@@ -51,8 +52,8 @@ impl Slices {
         })
     }
 
-    /// Twice the logarithm of the evidence, but for a constant, and the posterior: mean and covariance. With the prior's root `L` and
-    /// `B = I + L'GL`, the covariance is `L B⁻¹ L'`.
+    /// Twice the logarithm of the evidence, but for a constant, and the posterior: mean and covariance. With the
+    /// prior's root `L` and `B = I + L'GL`, the covariance is `L B⁻¹ L'`.
     fn posterior(&self, size: [f64; 2]) -> Option<(f64, DVector<f64>, DMatrix<f64>)> {
         let mut prior = self.prior(size);
         for i in 0..prior.nrows() {
@@ -86,7 +87,8 @@ struct Course {
     std: [Vec<f64>; 2],
 }
 
-/// The torques missing in every run, before and after the effects. Where a window says nothing about the model with them, that is `NaN`.
+/// The torques missing in every run, before and after the effects. Where a window says nothing about the model with
+/// them, that is `NaN`.
 pub(in super::super) fn in_time(
     problem: &Problem<'_>,
     before: &Responses,
@@ -122,10 +124,10 @@ pub(in super::super) fn in_time(
     runs
 }
 
-fn courses(heard: &Responses) -> Vec<Course> {
-    let slices: Vec<Slices> = heard.responses.par_iter().map(Slices::of).collect();
+fn courses(responses: &Responses) -> Vec<Course> {
+    let slices: Vec<Slices> = responses.by_window.par_iter().map(Slices::of).collect();
     let size = likely(&slices);
-    (heard.responses.par_iter().zip(slices))
+    (responses.by_window.par_iter().zip(slices))
         .filter_map(|(response, slices)| {
             let (_, mean, covariance) = slices.posterior(size)?;
             let n = slices.t.len();
@@ -161,8 +163,8 @@ fn likely(slices: &[Slices]) -> [f64; 2] {
     });
     let mut size = least;
     let mut best = f64::NEG_INFINITY;
-    for turn in 0..TURNS {
-        let c = turn % 2;
+    for round in 0..ROUNDS {
+        let c = round % 2;
         for k in 0..SIZES {
             let mut trial = size;
             trial[c] = 0.1 * least[c] * STEP.powi(k as i32);

@@ -1,7 +1,8 @@
 //! The torque that a model lacks on either axis: against each state, and over time.
 //!
-//! Both are least squares on the residuals of half-second windows, through the same impulse responses that `screen` uses, so nothing is differentiated
-//! twice: noise stays noise, and the standard deviations are those of the encoders (or of what is left, where that is more).
+//! Both are least squares on the residuals of half-second windows, through the same impulse responses that `screen`
+//! uses, so nothing is differentiated twice: noise stays noise, and the standard deviations are those of the encoders
+//! (or of what is left, where that is more).
 
 mod by_state;
 mod in_time;
@@ -20,7 +21,7 @@ type Block = shooting::Block<FOLLOW>;
 
 /// The impulse responses about a model, and how far off it is.
 pub(super) struct Responses {
-    responses: Vec<Response>,
+    by_window: Vec<Response>,
     /// Squared residuals in units of the noise, for each sample.
     chi2: f64,
     samples: f64,
@@ -29,11 +30,11 @@ pub(super) struct Responses {
 impl Responses {
     /// About `model`, each window from its best initial state.
     pub(super) fn new(problem: &Problem<'_>, model: &Predictor) -> Self {
-        let fit: Fit = problem.settle(&model.hypothesis, &model.z, None);
+        let fit: Fit = problem.solve_states(&model.hypothesis, &model.z, None);
         let (_, responses) = responses(problem, &fit);
         let samples = problem.samples();
         Self {
-            responses,
+            by_window: responses,
             chi2: fit.cost / samples,
             samples,
         }
@@ -45,15 +46,15 @@ impl Responses {
     }
 }
 
-/// Normal equations for torques that are sums of some functions, the initial state eliminated: the arm's coefficients first, then the pendulum's,
-/// then the base parameters.
+/// Normal equations for torques that are sums of some functions, the initial state eliminated: the arm's coefficients
+/// first, then the pendulum's, then the base parameters.
 #[derive(Clone)]
-struct Normal {
+struct TorqueNormal {
     matrix: DMatrix<f64>,
     gradient: DVector<f64>,
 }
 
-impl Normal {
+impl TorqueNormal {
     fn zero(functions: usize) -> Self {
         let size = 2 * functions + FOLLOW;
         Self {

@@ -1,5 +1,5 @@
-//! What does a measured transfer function know that a rig file does not? Each effect of the catalogue with a linear footprint is fitted, alone and
-//! together with others, beside the rig's refitted parameters.
+//! What does a measured transfer function know that a rig file does not? Each effect of the catalogue with a linear
+//! footprint is fitted, alone and together with others, beside the rig's refitted parameters.
 
 mod linear;
 mod problem;
@@ -11,7 +11,7 @@ use nalgebra::Complex;
 
 pub use words::{plot, text};
 
-use self::problem::Problem;
+use self::problem::CompareProblem;
 use super::first_principles::Output;
 use super::hold::Hold;
 use super::response::Frf;
@@ -26,13 +26,14 @@ pub struct Measured {
     pub output: Output,
     /// What stands between the rig and the response.
     pub hold: Hold,
-    /// How many independent numbers it holds: twice its lines for a measured response, the coefficients of a published function.
+    /// How many independent numbers it holds: twice its lines for a measured response, the coefficients of a published
+    /// function.
     pub numbers: f64,
 }
 
 impl Measured {
-    /// A transfer function that was fitted elsewhere, over a band (Hz): lines evenly in the logarithm, all equally important relative to their size.
-    /// However many lines, they say no more than its coefficients.
+    /// A transfer function that was fitted elsewhere, over a band (Hz): lines evenly in the logarithm, all equally
+    /// important relative to their size. However many lines, they say no more than its coefficients.
     ///
     /// # Errors
     /// A band that is none.
@@ -78,7 +79,8 @@ const SAME: f64 = 0.01;
 /// A refitted parameter beyond this factor of the data sheet's is not believed without a word.
 pub const FAR: f64 = 2.0;
 
-/// How far the data sheet is trusted where the response leaves a combination of its parameters open: standard deviation of a logarithm.
+/// How far the data sheet is trusted where the response leaves a combination of its parameters open: standard deviation
+/// of a logarithm.
 pub const TRUST: f64 = 0.5;
 
 /// Why nothing can be compared.
@@ -212,8 +214,8 @@ impl Comparison {
     }
 }
 
-/// Compares a measured response with the hanging rig of this file, whose effects are part of the rig where they are linear springs, and otherwise left
-/// out.
+/// Compares a measured response with the hanging rig of this file, whose effects are part of the rig where they are
+/// linear springs, and otherwise left out.
 ///
 /// ```
 /// use furuta_ident::frequency::compare::{Measured, compare};
@@ -248,7 +250,7 @@ pub fn compare(measured: &Measured, rig: &Rig) -> Result<Comparison, CompareErro
             });
         }
     }
-    let problem = Problem::new(measured, rig);
+    let problem = CompareProblem::new(measured, rig);
     let as_given = problem.as_given();
     let null = problem.alone().ok_or(CompareError::NoConvergence {
         output: measured.output.name(),

@@ -11,8 +11,8 @@ use super::super::least_squares::{covariance, minimise};
 use super::linear::Linear;
 use super::{Explanation, Measured, Refitted, TRUST, Value};
 
-/// The rig's parameters that are refitted, by the equations' coefficients; the weight's moment and the coupling stay as the data sheet has them,
-/// since only ratios show.
+/// The rig's parameters that are refitted, by the equations' coefficients; the weight's moment and the coupling stay as
+/// the data sheet has them, since only ratios show.
 const BASE: [BaseParameter; 5] = BaseParameter::ALL;
 
 /// What is uncertain by more than this, a standard deviation of a logarithm, is not determined.
@@ -20,14 +20,14 @@ const UNKNOWN: f64 = 3.0;
 
 /// A parameter of an effect in the search: the logarithm of its value over a typical one.
 #[derive(Copy, Clone)]
-struct Knob {
+struct FreeParameter {
     spec: &'static Spec,
     /// Which of its parameters.
     index: usize,
     typical: f64,
 }
 
-impl Knob {
+impl FreeParameter {
     fn value(&self, z: f64) -> f64 {
         self.typical * z.exp()
     }
@@ -40,9 +40,9 @@ impl Knob {
 }
 
 /// A response, and what is fitted to it.
-pub(super) struct Problem<'a> {
+pub(super) struct CompareProblem<'a> {
     measured: &'a Measured,
-    nominal: Coefficients<f64>,
+    sheet: Coefficients<f64>,
     /// One over the deviation of each line's real and imaginary part.
     weights: Vec<f64>,
     /// Whether these are the noise's, and not all lines equal.
@@ -50,7 +50,7 @@ pub(super) struct Problem<'a> {
     params: Params<f64>,
 }
 
-impl<'a> Problem<'a> {
+impl<'a> CompareProblem<'a> {
     /// Lines weighted by their deviations, or all alike.
     pub(super) fn new(measured: &'a Measured, rig: &Rig) -> Self {
         let frf = &measured.frf;
@@ -69,7 +69,7 @@ impl<'a> Problem<'a> {
             .collect();
         Self {
             measured,
-            nominal: rig.params.coefficients(),
+            sheet: rig.params.coefficients(),
             weights,
             noise_known,
             params: rig.params,
@@ -78,7 +78,7 @@ impl<'a> Problem<'a> {
 
     /// The rig as its file has it.
     pub(super) fn as_given(&self) -> Vec<Complex<f64>> {
-        self.response(&Linear::new(self.nominal, &[]))
+        self.response(&Linear::new(self.sheet, &[]))
     }
 
     /// The rig's parameters refitted, no effect added.
@@ -87,7 +87,7 @@ impl<'a> Problem<'a> {
     }
 
     /// What is searched for of these effects.
-    fn knobs(&self, effects: &[&'static Spec]) -> Vec<Knob> {
+    fn free_parameters(&self, effects: &[&'static Spec]) -> Vec<FreeParameter> {
         let of = |spec: &&'static Spec| {
             let spec: &'static Spec = spec;
             let shown = match spec.footprint {
@@ -96,7 +96,7 @@ impl<'a> Problem<'a> {
             };
             let all = spec.parameters.iter().enumerate();
             all.filter(|(_, p)| shown.contains(&p.name))
-                .map(|(index, p)| Knob {
+                .map(|(index, p)| FreeParameter {
                     spec,
                     index,
                     typical: (p.typical)(&self.params),
@@ -113,7 +113,7 @@ impl<'a> Problem<'a> {
         z: &[f64],
         set: &[&'static Spec],
     ) -> Vec<Vec<f64>> {
-        let (old, new) = (self.knobs(less), self.knobs(set));
+        let (old, new) = (self.free_parameters(less), self.free_parameters(set));
         let start = |log: f64| -> Vec<f64> {
             let mut start = z[..BASE.len()].to_vec();
             start.extend(new.iter().map(|k| {
@@ -132,8 +132,13 @@ impl<'a> Problem<'a> {
     }
 
     /// The rig at a place of the search; `None` outside what can be.
-    fn place(&self, z: &[f64], effects: &[&'static Spec], knobs: &[Knob]) -> Option<Linear> {
-        let mut c = self.nominal;
+    fn place(
+        &self,
+        z: &[f64],
+        effects: &[&'static Spec],
+        free: &[FreeParameter],
+    ) -> Option<Linear> {
+        let mut c = self.sheet;
         let more = (z[0].exp() - 1.0) * c.arm;
         (c.arm, c.hub) = (c.arm + more, c.hub + more);
         c.pendulum *= z[1].exp();
@@ -144,15 +149,15 @@ impl<'a> Problem<'a> {
             .iter()
             .map(|spec| {
                 let mut values: Vec<f64> = spec.parameters.iter().map(|p| p.off).collect();
-                for (knob, z) in knobs.iter().zip(&z[BASE.len()..]) {
-                    if knob.spec.id == spec.id {
-                        values[knob.index] = knob.value(*z);
+                for (parameter, z) in free.iter().zip(&z[BASE.len()..]) {
+                    if parameter.spec.id == spec.id {
+                        values[parameter.index] = parameter.value(*z);
                     }
                 }
                 Effect::new(spec.id, &values).ok()
             })
             .collect();
-        // A body whose inertias do not allow its coupling is none.
+        // No real body has inertias that do not allow its coupling.
         let body = c.arm * c.pendulum > c.coupling * c.coupling && c.hub > 0.0;
         built.filter(|_| body).map(|built| Linear::new(c, &built))
     }
@@ -184,10 +189,10 @@ impl<'a> Problem<'a> {
         &self,
         z: &DVector<f64>,
         effects: &[&'static Spec],
-        knobs: &[Knob],
+        free: &[FreeParameter],
     ) -> Option<DVector<f64>> {
         const FAINT: f64 = 1e-4;
-        let g = self.response(&self.place(z.as_slice(), effects, knobs)?);
+        let g = self.response(&self.place(z.as_slice(), effects, free)?);
         let lines = g.len();
         let mut r = DVector::zeros(2 * lines + z.len());
         for k in 0..lines {
@@ -206,16 +211,16 @@ impl<'a> Problem<'a> {
         &self,
         z: &DVector<f64>,
         effects: &[&'static Spec],
-        knobs: &[Knob],
+        free: &[FreeParameter],
     ) -> Option<(DVector<f64>, DMatrix<f64>)> {
         const STEP: f64 = 1e-5;
-        let r = self.residuals(z, effects, knobs)?;
+        let r = self.residuals(z, effects, free)?;
         let mut j = DMatrix::zeros(r.len(), z.len());
         for i in 0..z.len() {
             let moved = |by: f64| {
                 let mut z = z.clone();
                 z[i] += by;
-                self.residuals(&z, effects, knobs)
+                self.residuals(&z, effects, free)
             };
             let (up, down) = (moved(STEP)?, moved(-STEP)?);
             j.set_column(i, &((up - down) / (2.0 * STEP)));
@@ -229,17 +234,17 @@ impl<'a> Problem<'a> {
         effects: &[&'static Spec],
         starts: &[Vec<f64>],
     ) -> Option<(Vec<f64>, Explanation)> {
-        let knobs = self.knobs(effects);
+        let free = self.free_parameters(effects);
         let best = starts
             .iter()
             .filter_map(|start| {
                 minimise(DVector::from_column_slice(start), |z| {
-                    self.evaluate(z, effects, &knobs)
+                    self.evaluate(z, effects, &free)
                 })
             })
             .min_by(|a, b| a.sum.total_cmp(&b.sum))?;
         let z: Vec<f64> = best.parameters.iter().copied().collect();
-        let response = self.response(&self.place(&z, effects, &knobs)?);
+        let response = self.response(&self.place(&z, effects, &free)?);
         let relative_error = self.relative_error(&response);
         let lines = 2 * self.measured.frf.frequency.len();
         let jacobian = best.jacobian.rows(0, lines).into_owned();
@@ -274,7 +279,7 @@ impl<'a> Problem<'a> {
                 }
             })
             .collect();
-        let values = knobs
+        let values = free
             .iter()
             .enumerate()
             .map(|(i, k)| {
@@ -306,7 +311,8 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// The Jacobian in units of the noise, with the data sheet below it: where the response leaves a combination open, the sheet's word decides how open.
+/// The Jacobian in units of the noise, with the data sheet below it: where the response leaves a combination open, the
+/// sheet's word decides how open.
 fn trusting(jacobian: &DMatrix<f64>, variance: f64) -> DMatrix<f64> {
     let (lines, n) = jacobian.shape();
     DMatrix::from_fn(lines + BASE.len(), n, |i, j| {
@@ -318,7 +324,8 @@ fn trusting(jacobian: &DMatrix<f64>, variance: f64) -> DMatrix<f64> {
     })
 }
 
-/// Directions of the parameters (logarithms, all of one size) that move the response by more than a thousandth of what the strongest moves it.
+/// Directions of the parameters (logarithms, all of one size) that move the response by more than a thousandth of what
+/// the strongest moves it.
 fn determined(jacobian: &DMatrix<f64>) -> usize {
     let values = jacobian.singular_values();
     let largest = values.max();

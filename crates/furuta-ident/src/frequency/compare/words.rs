@@ -14,9 +14,11 @@ use crate::answer::significant;
 /// Sets of effects shown.
 const SHOWN: usize = 12;
 
-/// The ranking in words: each effect alone, the best sets of several, their numbers, and what a response cannot tell apart.
+/// The ranking in words: each effect alone, the best sets of several, their numbers, and what a response cannot tell
+/// apart.
 ///
-/// `rig` and `what` are names: of the rig, and of what the response is of (`alpha / u`); `given` is the function that stood for a measured response.
+/// `rig` and `what` are names: of the rig, and of what the response is of (`alpha / u`); `given` is the function that
+/// stood for a measured response.
 #[must_use]
 pub fn text(
     rig: &str,
@@ -160,7 +162,8 @@ fn alike(found: &Comparison, output: Output) -> String {
     text
 }
 
-/// What was measured, the rig as given, its parameters refitted, and the best explanation. `rig` and `what` are names, as for [`text`].
+/// What was measured, the rig as given, its parameters refitted, and the best explanation. `rig` and `what` are names,
+/// as for [`text`].
 ///
 /// # Errors
 /// As [`super::super::Frf::confidence`].

@@ -84,7 +84,8 @@ impl Lines {
         }
     }
 
-    /// Weighted residuals and their derivatives by the parameters; `None` where these are out of bounds or a number is not finite.
+    /// Weighted residuals and their derivatives by the parameters; `None` where these are out of bounds or a number is
+    /// not finite.
     pub(super) fn evaluate(&self, x: &DVector<f64>, request: &Request) -> Evaluation {
         let (rational, delay) = Self::rational(x, request);
         // Sought a little below 0 too, or a delay of 0 would be a wall.
@@ -147,7 +148,8 @@ impl Lines {
     }
 }
 
-/// The best of several starts: Sanathanan's and Koerner's, the same made stable, and both for several delays where that is sought.
+/// The best of several starts: Sanathanan's and Koerner's, the same made stable, and both for several delays where that
+/// is sought.
 pub(super) fn search(lines: &Lines, request: &Request) -> Option<Optimum> {
     let fastest = lines.s.last().map_or(1.0, |s| s.im);
     let delays: Vec<f64> = match request.delay {

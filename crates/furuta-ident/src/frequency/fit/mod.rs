@@ -48,8 +48,8 @@ pub struct Uncertain<T> {
 
 /// A fitted transfer function, and how sure it is.
 ///
-/// Standard deviations are those of the response's, carried through the fit to first order, and where the fit leaves more than the noise,
-/// enlarged by as much.
+/// Standard deviations are those of the response's, carried through the fit to first order, and where the fit leaves
+/// more than the noise, enlarged by as much.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     /// The function.
@@ -64,7 +64,8 @@ pub struct Fit {
     pub poles: Vec<Uncertain<Complex<f64>>>,
     /// Zeros, rad/s.
     pub zeros: Vec<Uncertain<Complex<f64>>>,
-    /// Sum of the squared residuals in units of their variance over what is expected: 1 where nothing but noise is left.
+    /// Sum of the squared residuals in units of their variance over what is expected: 1 where nothing but noise is
+    /// left.
     pub chi2: f64,
     /// Akaike's criterion, lower is better: chi² + 2 p.
     pub aic: f64,
@@ -80,14 +81,15 @@ pub struct Fit {
     pub hold: Hold,
 }
 
-/// Times that the images beyond half the sampling rate are computed anew: each is a thousand times smaller than the one before.
+/// Times that the images beyond half the sampling rate are computed anew: each is a thousand times smaller than the one
+/// before.
 const FOLDINGS: usize = 4;
 
-/// Fits a transfer function to a response: least squares over the complex plane, each line weighted by its deviation, from Levi's start by
-/// Sanathanan's and Koerner's iterations to Levenberg's and Marquardt's end.
+/// Fits a transfer function to a response: least squares over the complex plane, each line weighted by its deviation,
+/// from Levi's start by Sanathanan's and Koerner's iterations to Levenberg's and Marquardt's end.
 ///
-/// Lines without a deviation (0 throughout) are weighted by their size. Behind a hold the function is that of the continuous plant: the hold's
-/// factor is divided out, the images beyond half the sampling rate subtracted.
+/// Lines without a deviation (0 throughout) are weighted by their size. Behind a hold the function is that of the
+/// continuous plant: the hold's factor is divided out, the images beyond half the sampling rate subtracted.
 ///
 /// ```
 /// use furuta_ident::frequency::fit::{Delay, Request, fit};

@@ -71,8 +71,8 @@ impl Lines {
     }
 }
 
-/// Roots of a polynomial with uncertain coefficients; those from `first` on are uncertain, with rows `at` and on of `c`. To first order,
-/// `d root / d c_i = -root^(degree - i) / P'(root)`.
+/// Roots of a polynomial with uncertain coefficients; those from `first` on are uncertain, with rows `at` and on of
+/// `c`. To first order, `d root / d c_i = -root^(degree - i) / P'(root)`.
 fn uncertain_roots(
     coefficients: &[f64],
     c: &DMatrix<f64>,

@@ -12,13 +12,16 @@ const FITTED: &str = "fitted to measurements, not derived: shows what (28) is mi
 
 pub(super) const PAPER: Paper = Paper {
     rig: "fong2014-emecs",
-    note: "Ours beside (29) is (28), alpha(s) / u(s) hanging: its numbers are not in the text we have, they follow from Table 1.",
+    note: "Ours beside (29) is (28), alpha(s) / u(s) hanging: its numbers are not in the text we have, \
+        they follow from Table 1.",
     figures: &FIGURES,
     errata: &[Erratum {
         place: "Table 1",
         printed: "C_2 = 390 kg m2/s",
         corrected: "C_2 = 3.167e-4 kg m2/s",
-        reason: "solving either entry of (24) with C_2 for it gives 3.167e-4 (-0.1098) and 3.168e-4 (-1.0584); 390 gives -135208 and -1302999, and with the exponent lost, 3.9e-4, -0.1352 and -1.3030",
+        reason: "solving either entry of (24) with C_2 for it gives 3.167e-4 (-0.1098) and 3.168e-4 \
+            (-1.0584); 390 gives -135208 and -1302999, and with the exponent lost, 3.9e-4, -0.1352 and \
+            -1.3030",
     }],
 };
 

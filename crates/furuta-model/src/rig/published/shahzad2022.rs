@@ -1,4 +1,5 @@
-//! A. Shahzad, S. Munshi, S. Azam, M. N. Khan, *Design and implementation of a state-feedback controller using LQR technique* (2022).
+//! A. Shahzad, S. Munshi, S. Azam, M. N. Khan, *Design and implementation of a state-feedback controller using LQR
+//! technique* (2022).
 
 use super::Quantity::{ArmResolution, IdentityGain, InputMatrix, Parameter, StateMatrix};
 use super::{Erratum, Figure, Paper, agrees, tabled};
@@ -10,14 +11,16 @@ const WEIGHTS: &str = "weights not printed; Q = I, R = 1 gives every digit";
 
 pub(super) const PAPER: Paper = Paper {
     rig: "shahzad2022-srv02",
-    note: "The paper orders its state theta, theta_dot, alpha, alpha_dot; entries are named here, so the order does not matter.",
+    note: "The paper orders its state theta, theta_dot, alpha, alpha_dot; entries are named here, so the \
+        order does not matter.",
     figures: &FIGURES,
     errata: &[
         Erratum {
             place: "(5), (6)",
             printed: "y = r sin(theta) + L cos(theta) sin(alpha)",
             corrected: "y = r sin(theta) - L cos(theta) sin(alpha)",
-            reason: "(3) and (4) give the minus, and only with it does the speed squared become (9), on which all that follows rests",
+            reason: "(3) and (4) give the minus, and only with it does the speed squared become (9), on \
+                which all that follows rests",
         },
         Erratum {
             place: "(32)",
@@ -35,7 +38,8 @@ pub(super) const PAPER: Paper = Paper {
             place: "(52)",
             printed: "(p) - (q) x [...]",
             corrected: "((p) - (q)) x [...]",
-            reason: "p and q are the two terms of one derivative, by which the whole bracket is multiplied; at the upright equilibrium p = q = [...] = 0, and (53) is right",
+            reason: "p and q are the two terms of one derivative, by which the whole bracket is \
+                multiplied; at the upright equilibrium p = q = [...] = 0, and (53) is right",
         },
     ],
 };

@@ -1,7 +1,7 @@
 //! The numbers of a supervisor: what a controller file may say of them, and what they are at a site.
 
 use crate::real::Real;
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::{Limits, Site};
 
 /// What a controller file's section `[supervisor]` may say.
@@ -46,7 +46,8 @@ pub static SPEC: Spec = Spec {
             "",
             0.0,
             0.5,
-            "a catch must succeed by the model with its weight so much greater, and so much less; 0: by the model as it is",
+            "a catch must succeed by the model with its weight greater, and less, by this share; 0: by the \
+             model as it is",
         )
         .or(0.0),
         ParameterSpec::number(
@@ -54,7 +55,8 @@ pub static SPEC: Spec = Spec {
             "",
             0.0,
             1.0,
-            "time constant with which the difference of the two commands at a catch dies out, of the pendulum's time constant; 0: at once",
+            "time constant with which the difference of the two commands at a catch dies out, of the \
+             pendulum's time constant; 0: at once",
         )
         .or(0.1),
         ParameterSpec::whole(
@@ -62,7 +64,7 @@ pub static SPEC: Spec = Spec {
             1.0,
             1000.0,
             1.0,
-            "samples from one test of the catch to the next: what it costs is spread over so many",
+            "samples from one test of the catch to the next: its cost is spread over them",
         ),
     ],
 };
@@ -103,7 +105,7 @@ pub static LIMITS: Spec = Spec {
     ],
 };
 
-/// Numbers of a [`Supervisor`](super::Supervisor).
+/// Numbers of a [`Supervisor`](crate::supervisor::Supervisor).
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Thresholds<T> {
     /// Largest arm angle either way, rad.
@@ -130,7 +132,7 @@ pub struct Thresholds<T> {
 
 impl<T: Real> Thresholds<T> {
     /// Those of a controller file's section `[supervisor]` at a site whose limits are known already: see [`within`].
-    pub(super) fn of(settings: &Settings, site: &Site<'_>) -> Self {
+    pub(crate) fn of(settings: &Settings, site: &Site<'_>) -> Self {
         let k = site.params.coefficients();
         let frequency = site.frequency();
         let free_speed = k.drive * site.params.motor.command_limit / k.arm_damping.max(1e-9);
@@ -155,7 +157,7 @@ impl<T: Real> Thresholds<T> {
 }
 
 /// The site with the tighter of its own limits and the file's.
-pub(super) fn within<'a>(settings: &Settings, site: &Site<'a>) -> Site<'a> {
+pub(crate) fn within<'a>(settings: &Settings, site: &Site<'a>) -> Site<'a> {
     let tighter = |of_rig: Option<f64>, key| match (of_rig, settings.number(key)) {
         (Some(a), Some(b)) => Some(a.min(b)),
         (a, b) => a.or(b),

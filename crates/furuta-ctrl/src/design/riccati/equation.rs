@@ -9,7 +9,7 @@ use nalgebra::{SMatrix, SVector};
 
 /// The problem in scaled states `z = D^-1 x` and inputs `v = L'u` with `R = L L'`, so that the weight of `v` is 1.
 #[derive(Copy, Clone)]
-pub(super) struct Problem<T: Float, const N: usize, const M: usize> {
+pub(super) struct RiccatiEquation<T: Float, const N: usize, const M: usize> {
     pub(super) a: SMatrix<T, N, N>,
     pub(super) b: SMatrix<T, N, M>,
     pub(super) q: SMatrix<T, N, N>,
@@ -25,7 +25,7 @@ pub(super) struct Problem<T: Float, const N: usize, const M: usize> {
     root: SMatrix<T, M, M>,
 }
 
-impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
+impl<T: Float, const N: usize, const M: usize> RiccatiEquation<T, N, M> {
     pub(super) fn new(
         a: &SMatrix<T, N, N>,
         b: &SMatrix<T, N, M>,
@@ -60,8 +60,8 @@ impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
         Ok(problem)
     }
 
-    /// Chooses `D`, a diagonal of powers of two, so that rows and columns of the Hamiltonian matrix `[A, -G; -H, -A']` become alike
-    /// (Osborne 1960, kept symplectic as by Benner 2001). Powers of two leave every digit as it is.
+    /// Chooses `D`, a diagonal of powers of two, so that rows and columns of the Hamiltonian matrix `[A, -G; -H, -A']`
+    /// become alike (Osborne 1960, kept symplectic as by Benner 2001). Powers of two leave every digit as it is.
     fn balance(&mut self) {
         let nothing = T::zero();
         // Without weight or without input one side of the balance is empty.
@@ -123,7 +123,8 @@ impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
         self.scaled = true;
     }
 
-    /// The same system with the weight 1 on every scaled state: it can be stabilised exactly where the input reaches all unstable modes.
+    /// The same system with the weight 1 on every scaled state: it can be stabilised exactly where the input reaches
+    /// all unstable modes.
     pub(super) fn with_unit_weight(mut self) -> Self {
         self.q = SMatrix::identity();
         self.h = SMatrix::identity();
@@ -178,8 +179,8 @@ fn check_symmetric<T: Float, const N: usize>(
     finite(m, matrix)?;
     for row in 0..N {
         for col in 0..row {
-            // Rounding while a weight is put together, C'C for instance, leaves differences of a few units in the last place of the
-            // products, whose size the diagonal shows.
+            // Rounding while a weight is put together, C'C for instance, leaves differences of a few units in the last
+            // place of the products, whose size the diagonal shows.
             let size = (m[(row, row)] * m[(col, col)]).abs().sqrt();
             let size = size.max(m[(row, col)].abs());
             let difference = m[(row, col)] - m[(col, row)];

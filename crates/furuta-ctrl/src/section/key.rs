@@ -1,17 +1,25 @@
-//! Parameters of a section as the program reads them: looked up when it is compiled, so that a name which the section has not does not compile.
+//! Parameters of a section as the program reads them: looked up when it is compiled, so that a name which the section
+//! has not does not compile.
 
-use super::{ParameterSpec, Settings, Shape, Spec};
+use super::spec::{ParameterSpec, Shape, Spec};
+use super::values::Settings;
 
 /// A number that may be left out.
 #[derive(Copy, Clone, Debug)]
 pub struct Optional(&'static str);
 
-/// A number, a switch or a word that has a default.
+/// A number or a switch that has a default.
 #[derive(Copy, Clone, Debug)]
 pub struct Settled {
     name: &'static str,
-    shape: Shape,
     default: f64,
+}
+
+/// One of some words.
+#[derive(Copy, Clone, Debug)]
+pub struct Chosen {
+    place: Settled,
+    words: &'static [&'static str],
 }
 
 /// `N` numbers that may be left out.
@@ -25,8 +33,8 @@ impl Spec {
     /// There is none: in a constant, that does not compile.
     ///
     /// ```compile_fail
-    /// use furuta_ctrl::controllers::swing_up::SPEC;
-    /// let key = const { SPEC.parameter("brake_att").settled() };
+    /// use furuta_ctrl::controllers::SWING_UP;
+    /// let key = const { SWING_UP.parameter("brake_att").settled() };
     /// ```
     #[must_use]
     pub const fn parameter(&self, name: &str) -> &ParameterSpec {
@@ -64,10 +72,24 @@ impl ParameterSpec {
         match self.default {
             Some(default) => Settled {
                 name: self.name,
-                shape: self.shape,
                 default,
             },
             None => panic!("the parameter has no default"),
+        }
+    }
+
+    /// To read it as a word.
+    ///
+    /// # Panics
+    /// It is none: in a constant, that does not compile.
+    #[must_use]
+    pub const fn chosen(&self) -> Chosen {
+        match self.shape {
+            Shape::Word(words) => Chosen {
+                place: self.settled(),
+                words,
+            },
+            _ => panic!("the parameter is no word"),
         }
     }
 
@@ -122,10 +144,11 @@ impl Settings {
         whole
     }
 
-    /// The word, given or by default; empty where the parameter is none.
+    /// The word, given or by default.
     #[must_use]
-    pub fn word(&self, key: Settled) -> &'static str {
-        key.shape.word(self.value(key)).unwrap_or_default()
+    pub fn word(&self, key: Chosen) -> &'static str {
+        let place = self.whole(key.place); // checked to be within the list
+        key.words.get(place).copied().unwrap_or_default()
     }
 }
 

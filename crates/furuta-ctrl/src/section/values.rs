@@ -1,19 +1,8 @@
-//! Settings: the numbers of a controller file's sections, checked against what each section says it takes.
-//!
-//! A section is described by a [`Spec`] beside the code that reads it; reading and writing of files, messages about mistakes, lists for
-//! people and what goes over a wire to a microcontroller all follow from it. No allocation.
+//! The numbers given in one section.
 
-mod key;
-mod spec;
-mod wire;
-
-pub use key::{Optional, Settled, Several};
-pub use spec::{ParameterSpec, Shape, Spec};
-
+use super::error::{MAX_NUMBERS, SettingsError};
+use super::spec::{ParameterSpec, Spec};
 use arrayvec::ArrayVec;
-
-/// The most numbers that one section can hold.
-pub const MAX_NUMBERS: usize = 48;
 
 /// The numbers given in one section. What is not given has its default, or is designed from the rig.
 ///
@@ -30,93 +19,15 @@ pub const MAX_NUMBERS: usize = 48;
 pub struct Settings {
     spec: &'static Spec,
     /// Bit `i`: whether parameter `i` is given.
-    given: u32,
+    pub(crate) given: u32,
     /// The given ones, one after the other.
-    numbers: ArrayVec<f64, MAX_NUMBERS>,
+    pub(crate) numbers: ArrayVec<f64, MAX_NUMBERS>,
 }
 
 impl PartialEq for Settings {
     fn eq(&self, other: &Self) -> bool {
         self.spec.id == other.spec.id && self.given == other.given && self.numbers == other.numbers
     }
-}
-
-/// What is wrong with a setting.
-#[derive(Copy, Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SettingsError {
-    /// The section has no parameter of this name.
-    #[error("{section} has no such parameter; it has {}", Names(.section))]
-    Unknown {
-        /// The section.
-        section: &'static str,
-    },
-    /// A value outside its range, or not a number.
-    #[error("{section}: {name} = {} is outside the allowed range [{min}, {max}]{}{unit}", furuta_input::number(*.value), if .unit.is_empty() { "" } else { " " })]
-    OutOfRange {
-        /// The section.
-        section: &'static str,
-        /// The parameter.
-        name: &'static str,
-        /// What it was.
-        value: f64,
-        /// Lower end.
-        min: f64,
-        /// Upper end.
-        max: f64,
-        /// Unit of value and range.
-        unit: &'static str,
-    },
-    /// A number that is not whole where it must be.
-    #[error("{section}: {name} = {} must be a whole number from {min} to {max}", furuta_input::number(*.value))]
-    NotWhole {
-        /// The section.
-        section: &'static str,
-        /// The parameter.
-        name: &'static str,
-        /// What it was.
-        value: f64,
-        /// Lower end.
-        min: f64,
-        /// Upper end.
-        max: f64,
-    },
-    /// Too many or too few numbers.
-    #[error("{section}: {name} needs {wanted} number{}, not {given}", if *.wanted == 1 { "" } else { "s" })]
-    Count {
-        /// The section.
-        section: &'static str,
-        /// The parameter.
-        name: &'static str,
-        /// How many there are.
-        given: usize,
-        /// How many there must be.
-        wanted: usize,
-    },
-    /// More numbers than a section can hold.
-    #[error("{section}: more than {MAX_NUMBERS} numbers in one section")]
-    Full {
-        /// The section.
-        section: &'static str,
-    },
-}
-
-/// The parameters of a section by name, for messages.
-struct Names<'a>(&'a &'static str);
-
-impl core::fmt::Display for Names<'_> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match find(self.0) {
-            Some(spec) => spec.names().fmt(f),
-            None => Ok(()),
-        }
-    }
-}
-
-/// The section with this id, whatever it configures.
-#[must_use]
-pub fn find(id: &str) -> Option<&'static Spec> {
-    crate::config::specs().find(|spec| spec.id == id)
 }
 
 impl Settings {
@@ -142,10 +53,7 @@ impl Settings {
     /// No such parameter, another count, or a value outside its range.
     pub fn with(&self, name: &str, values: &[f64]) -> Result<Self, SettingsError> {
         let section = self.spec.id;
-        let place = self
-            .spec
-            .place(name)
-            .ok_or(SettingsError::Unknown { section })?;
+        let place = self.spec.place(name).ok_or_else(|| self.spec.unknown())?;
         let parameter = &self.spec.parameters[place];
         parameter.check(section, values)?;
         let mut next = Self::new(self.spec);

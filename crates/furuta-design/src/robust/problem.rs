@@ -1,22 +1,8 @@
-//! Robust linear-quadratic regulators: one gain for every model in a polytope, with a guaranteed cost.
-//!
-//! For `dx/dt = A x + B u` with `[A, B]` anywhere in the convex hull of given vertices, also moving about in it however fast, the gain `K`
-//! and the matrix `X` satisfy at every vertex
-//!
-//! ```text
-//! (A - B K)' X + X (A - B K) + Q + K'R K <= 0        (continuous)
-//! (A - B K)' X (A - B K) - X + Q + K'R K <= 0        (discrete),
-//! ```
-//!
-//! so that the cost from `x` on is at most `x'X x` (quadratic stability with guaranteed cost). In `S = X^-1`, `Y = K S` these are linear matrix
-//! inequalities, convex in `[A, B]`: vertices suffice. Of all such `X` the one with the smallest `trace(X X0)` is taken, the mean of the bound over starts
-//! with the covariance `X0`. With one vertex this is the LQR, whatever `X0`.
-//!
-//! Bernussou, Peres, Geromel, *A linear programming oriented procedure for quadratic stabilization of uncertain systems* (Systems & Control
-//! Letters 13, 1989); Boyd, El Ghaoui, Feron, Balakrishnan, *Linear Matrix Inequalities in System and Control Theory* (1994), chapters 5 and 7.
+//! The linear matrix inequalities of a robust regulator.
 
+use super::regulator::{BROKEN, Robust, RobustError, Time, Vertex};
 use crate::lmi::{Block, Objective, minimise, strictly_inside};
-use furuta_ctrl::design::{DesignError, Weights, is_hurwitz, is_schur, riccati};
+use furuta_ctrl::design::{Weights, is_hurwitz, is_schur};
 use nalgebra::{DMatrix, DVector, SMatrix};
 
 /// Relative distance from the least guaranteed cost at which the search ends.
@@ -29,169 +15,14 @@ const ENOUGH: f64 = 1e-2;
 const LARGEST: f64 = 1e3;
 /// A margin below this is rounding.
 const SMALLEST_MARGIN: f64 = 1e-8;
-/// What linear algebra that breaks down is reported as.
-const BROKEN: RobustError = RobustError::Broken;
-
-/// Continuous or sampled system.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub enum Time {
-    /// `dx/dt = A x + B u`
-    Continuous,
-    /// `x[k+1] = A x[k] + B u[k]`
-    Discrete,
-}
-
-impl Time {
-    fn solve<const N: usize, const M: usize>(
-        self,
-        (a, b): &Vertex<N, M>,
-        weights: &Weights<f64, N, M>,
-    ) -> Result<riccati::Solution<f64, N, M>, RobustError> {
-        match self {
-            Self::Continuous => riccati::continuous(a, b, weights),
-            Self::Discrete => riccati::discrete(a, b, weights),
-        }
-        .map_err(RobustError::Nominal)
-    }
-}
-
-/// `(A, B)`.
-pub type Vertex<const N: usize, const M: usize> = (SMatrix<f64, N, N>, SMatrix<f64, N, M>);
-
-/// A robust regulator `u = -K x`.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Robust<const N: usize, const M: usize> {
-    /// The gain `K`.
-    pub gain: SMatrix<f64, M, N>,
-    /// From `x` on, the cost is at most `x' X x` for every model in the polytope.
-    pub cost: SMatrix<f64, N, N>,
-    /// `trace(X X0)`: the mean of that bound.
-    pub guaranteed: f64,
-    /// The least such mean lies at most so much below, as a share of it.
-    pub gap: f64,
-}
-
-/// Why there is no robust regulator.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum RobustError {
-    /// Not even the mean of the vertices has a regulator.
-    #[error("at the mean of the vertices: {0}")]
-    Nominal(DesignError),
-    /// Rounding, in a problem whose numbers are of too unlike sizes.
-    #[error("the design broke down by rounding: weights or vertices of too unlike sizes")]
-    Broken,
-    /// No vertices.
-    #[error("no vertices are given")]
-    Empty,
-    /// A vertex or the covariance of starts holds what is no finite number.
-    #[error("{what} holds a number that is not finite")]
-    NotFinite {
-        /// Which.
-        what: String,
-    },
-    /// The covariance of starts is not symmetric and positive definite.
-    #[error("X0 must be symmetric and positive definite")]
-    Starts,
-    /// No gain and no common quadratic Lyapunov function stabilise all vertices.
-    #[error(
-        "no gain stabilises all {vertices} vertices with one quadratic Lyapunov function; {reached:.2} of the way from their mean to them it goes: take a range about so much smaller, or fewer parameters"
-    )]
-    NotQuadraticallyStabilisable {
-        /// How many vertices there are.
-        vertices: usize,
-        /// What part of the range can be stabilised, 0 to 1.
-        reached: f64,
-    },
-    /// A gain was found, but the inequalities do not hold for it to working precision.
-    #[error(
-        "a gain was found, but its guarantee does not hold to working precision (vertex {vertex} exceeds it by {excess:e} of its terms): the vertices are nearly not stabilisable together; take a smaller range"
-    )]
-    NotCertified {
-        /// The vertex at which it does not.
-        vertex: usize,
-        /// By how much, relative.
-        excess: f64,
-    },
-}
-
-/// The robust regulator for the polytope of these `[A, B]`, with the least mean guaranteed cost over starts of covariance `starts`.
-///
-/// # Errors
-/// [`RobustError`]. That no common quadratic Lyapunov function exists does not mean that no gain stabilises every vertex: it is a sufficient condition.
-///
-/// ```
-/// use furuta_ctrl::design::Weights;
-/// use furuta_design::robust::{Time, robust_lqr};
-/// use nalgebra::Matrix1;
-/// // dx/dt = a x + b u with a = 1, b in [0.8, 1.2]: the weakest input decides.
-/// let vertices = [0.8, 1.2].map(|b| (Matrix1::new(1.0), Matrix1::new(b)));
-/// let found = robust_lqr(Time::Continuous, &vertices, &Weights::diagonal([1.0], [1.0]), &Matrix1::new(1.0))?;
-/// let lqr_of_weakest = (1.0 + (1.0f64 + 0.64).sqrt()) / 0.64;
-/// assert!((found.cost[0] / lqr_of_weakest - 1.0).abs() < 1e-6);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-pub fn robust_lqr<const N: usize, const M: usize>(
-    time: Time,
-    vertices: &[Vertex<N, M>],
-    weights: &Weights<f64, N, M>,
-    starts: &SMatrix<f64, N, N>,
-) -> Result<Robust<N, M>, RobustError> {
-    check(vertices, starts)?;
-    let problem = Problem::new(time, vertices, weights, starts)?;
-    let (s, y, gap) = problem.least_cost()?;
-    problem.as_given(vertices, weights, starts, &s, &y, gap)
-}
-
-/// Whether one gain and one quadratic Lyapunov function stabilise all vertices; no cost is sought.
-///
-/// # Errors
-/// Those of [`robust_lqr`] but the last two.
-pub fn stabilisable<const N: usize, const M: usize>(
-    time: Time,
-    vertices: &[Vertex<N, M>],
-    weights: &Weights<f64, N, M>,
-) -> Result<bool, RobustError> {
-    let starts = SMatrix::identity();
-    check(vertices, &starts)?;
-    let problem = Problem::new(time, vertices, weights, &starts)?;
-    Ok(problem.feasible(&problem.vertices)?.is_some())
-}
-
-fn check<const N: usize, const M: usize>(
-    vertices: &[Vertex<N, M>],
-    starts: &SMatrix<f64, N, N>,
-) -> Result<(), RobustError> {
-    if vertices.is_empty() {
-        return Err(RobustError::Empty);
-    }
-    for (i, (a, b)) in vertices.iter().enumerate() {
-        if !a.iter().chain(b.iter()).all(|v| v.is_finite()) {
-            return Err(RobustError::NotFinite {
-                what: format!("vertex {i}"),
-            });
-        }
-    }
-    if !starts.iter().all(|v| v.is_finite()) {
-        return Err(RobustError::NotFinite {
-            what: "X0".to_owned(),
-        });
-    }
-    let lopsided = (starts - starts.transpose()).amax() > 1e-12 * starts.amax();
-    if lopsided || starts.cholesky().is_none() {
-        return Err(RobustError::Starts);
-    }
-    Ok(())
-}
-
 /// The problem in coordinates in which the nominal regulator's cost is `z'z`, and time in units of its closed loop.
-struct Problem<const N: usize, const M: usize> {
+pub(super) struct RobustProblem<const N: usize, const M: usize> {
     time: Time,
-    vertices: Vec<Vertex<N, M>>,
+    pub(super) vertices: Vec<Vertex<N, M>>,
     /// Their mean.
     mean: Vertex<N, M>,
     /// What costs.
-    output: Output<N, M>,
+    output: CostOutput<N, M>,
     /// Covariance of the starts.
     starts: SMatrix<f64, N, N>,
     /// `z = into x`.
@@ -202,14 +33,14 @@ struct Problem<const N: usize, const M: usize> {
 
 /// `x'Qx + u'Ru + 2 x'Nu = |C x|^2 + |E x + D u|^2`: `D'D = R`, `E = D'^-1 N'`, `C'C = Q - E'E`.
 #[derive(Copy, Clone)]
-struct Output<const N: usize, const M: usize> {
+struct CostOutput<const N: usize, const M: usize> {
     c: SMatrix<f64, N, N>,
     e: SMatrix<f64, M, N>,
     d: SMatrix<f64, M, M>,
 }
 
-impl<const N: usize, const M: usize> Problem<N, M> {
-    fn new(
+impl<const N: usize, const M: usize> RobustProblem<N, M> {
+    pub(super) fn new(
         time: Time,
         vertices: &[Vertex<N, M>],
         weights: &Weights<f64, N, M>,
@@ -222,7 +53,8 @@ impl<const N: usize, const M: usize> Problem<N, M> {
                 (a + v.0 * share, b + v.1 * share)
             });
         let nominal = time.solve(&(a, b), weights)?;
-        // Not positive definite: a state that costs nothing and decays by itself. A little of the largest makes the coordinates regular.
+        // Not positive definite: a state that costs nothing and decays by itself. A little of the largest makes the
+        // coordinates regular.
         let size = dynamic(&nominal.x).symmetric_eigenvalues().max();
         let regular = nominal.x + SMatrix::identity() * (1e-12 * size.max(f64::MIN_POSITIVE));
         let into = regular.cholesky().ok_or(BROKEN)?.l().transpose();
@@ -244,7 +76,7 @@ impl<const N: usize, const M: usize> Problem<N, M> {
             time,
             vertices: vertices.iter().map(scaled).collect(),
             mean: scaled(&(a, b)),
-            output: Output {
+            output: CostOutput {
                 c: c * back / per_time,
                 e: e * back / per_time,
                 d: d / per_time,
@@ -343,9 +175,13 @@ impl<const N: usize, const M: usize> Problem<N, M> {
         bounds.chain([s]).collect()
     }
 
-    /// `S` and `Y` strictly within the conditions, with the margin that is left: phase I maximises `s` such that the decay at each of these vertices
-    /// is at least `s I` and `0 <= S <= I`. Homogeneous in `S` and `Y`: made small enough, the cost fits in, too.
-    fn feasible(&self, vertices: &[Vertex<N, M>]) -> Result<Option<DVector<f64>>, RobustError> {
+    /// `S` and `Y` strictly within the conditions, with the margin that is left: phase I maximises `s` such that the
+    /// decay at each of these vertices is at least `s I` and `0 <= S <= I`. Homogeneous in `S` and `Y`: made small
+    /// enough, the cost fits in, too.
+    pub(super) fn feasible(
+        &self,
+        vertices: &[Vertex<N, M>],
+    ) -> Result<Option<DVector<f64>>, RobustError> {
         let margin = Self::UNKNOWNS;
         let with_margin = |x: &[f64], block: DMatrix<f64>| {
             let size = block.nrows();
@@ -398,7 +234,7 @@ impl<const N: usize, const M: usize> Problem<N, M> {
 
     /// `S` and `Y` of the regulator at the mean, `S` of at most a half.
     fn nominal(&self) -> Result<DVector<f64>, RobustError> {
-        let Output { c, e, d } = self.output;
+        let CostOutput { c, e, d } = self.output;
         let q = c.transpose() * c + e.transpose() * e + SMatrix::identity() * 0.1;
         let more = Weights::new(q, d.transpose() * d).with_cross(e.transpose() * d);
         let solution = self.time.solve(&self.mean, &more)?;
@@ -411,7 +247,9 @@ impl<const N: usize, const M: usize> Problem<N, M> {
     }
 
     /// The least mean guaranteed cost, from a point that phase I finds.
-    fn least_cost(&self) -> Result<(SMatrix<f64, N, N>, SMatrix<f64, M, N>, f64), RobustError> {
+    pub(super) fn least_cost(
+        &self,
+    ) -> Result<(SMatrix<f64, N, N>, SMatrix<f64, M, N>, f64), RobustError> {
         let Some(x) = self.feasible(&self.vertices)? else {
             return Err(RobustError::NotQuadraticallyStabilisable {
                 vertices: self.vertices.len(),
@@ -444,7 +282,7 @@ impl<const N: usize, const M: usize> Problem<N, M> {
     }
 
     /// Back in the given coordinates, and checked there.
-    fn as_given(
+    pub(super) fn as_given(
         &self,
         vertices: &[Vertex<N, M>],
         weights: &Weights<f64, N, M>,

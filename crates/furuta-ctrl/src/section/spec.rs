@@ -1,7 +1,5 @@
 //! What a section of a controller file is and takes.
 
-use super::SettingsError;
-
 /// A section, or one kind of it: `lqr` of the section `[controller]`.
 #[derive(Debug)]
 pub struct Spec {
@@ -37,7 +35,7 @@ pub struct ParameterSpec {
 pub enum Shape {
     /// A number.
     Number,
-    /// So many numbers.
+    /// A fixed count of numbers.
     Numbers(usize),
     /// A whole number.
     Whole,
@@ -158,49 +156,6 @@ impl ParameterSpec {
             ..self
         }
     }
-
-    /// Whether these values are possible.
-    pub(super) fn check(&self, section: &'static str, values: &[f64]) -> Result<(), SettingsError> {
-        let Self {
-            name,
-            unit,
-            min,
-            max,
-            ..
-        } = *self;
-        let wanted = self.shape.len();
-        if values.len() != wanted {
-            return Err(SettingsError::Count {
-                section,
-                name,
-                given: values.len(),
-                wanted,
-            });
-        }
-        for &value in values {
-            if !(value >= min && value <= max) {
-                return Err(SettingsError::OutOfRange {
-                    section,
-                    name,
-                    value,
-                    min,
-                    max,
-                    unit,
-                });
-            }
-            let real = matches!(self.shape, Shape::Number | Shape::Numbers(_));
-            if !real && libm::floor(value) != value {
-                return Err(SettingsError::NotWhole {
-                    section,
-                    name,
-                    value,
-                    min,
-                    max,
-                });
-            }
-        }
-        Ok(())
-    }
 }
 
 impl Spec {
@@ -212,14 +167,23 @@ impl Spec {
 
     /// The parameters' names, with commas between them.
     #[must_use]
-    pub fn names(&self) -> impl core::fmt::Display {
-        Listed(self.parameters)
+    pub const fn names(&self) -> ParameterNames {
+        ParameterNames(self.parameters)
     }
 }
 
-struct Listed(&'static [ParameterSpec]);
+/// The names of a section's parameters, printed with commas between them.
+#[derive(Copy, Clone, Debug)]
+pub struct ParameterNames(&'static [ParameterSpec]);
 
-impl core::fmt::Display for Listed {
+impl PartialEq for ParameterNames {
+    fn eq(&self, other: &Self) -> bool {
+        let names = |of: &Self| of.0.iter().map(|p| p.name);
+        names(self).eq(names(other))
+    }
+}
+
+impl core::fmt::Display for ParameterNames {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         for (i, p) in self.0.iter().enumerate() {
             if i > 0 {

@@ -1,7 +1,8 @@
-//! Settings as sent to a microcontroller: the section's id, which parameters are given, their numbers. What comes in is checked as a
-//! file would be.
+//! Settings as sent to a microcontroller: the section's id, which parameters are given, their numbers. What comes in is
+//! checked as a file would be.
 
-use super::{Settings, find};
+use crate::config::find;
+use crate::section::{MAX_NUMBERS, Settings};
 use arrayvec::{ArrayString, ArrayVec};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
@@ -13,12 +14,12 @@ const ID: usize = 32;
 struct Sent {
     id: ArrayString<ID>,
     given: u32,
-    numbers: ArrayVec<f64, { super::MAX_NUMBERS }>,
+    numbers: ArrayVec<f64, MAX_NUMBERS>,
 }
 
 impl Serialize for Settings {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let id = ArrayString::from(self.spec.id)
+        let id = ArrayString::from(self.spec().id)
             .map_err(|_| serde::ser::Error::custom("the section's id is too long"))?;
         Sent {
             id,

@@ -1,6 +1,8 @@
-//! The modes, and what leads from one to another: the table of [the module above](super).
+//! What leads from one mode to another: the table of [the module above](super).
 
-use super::{Fault, Supervisor, SupervisorState, arm_at};
+use super::fault::Fault;
+use super::mode::{Mode, Request};
+use super::system::{Supervisor, SupervisorState, arm_at};
 use crate::controllers::Controller;
 use crate::real::{Real, c, wrap};
 use furuta_model::State;
@@ -12,48 +14,6 @@ const SMALL_JUMP: f64 = 0.1;
 const LAST_BRAKE: f64 = 0.9;
 /// No catch is tried where it would stop beyond this: the distance from the other is a hysteresis.
 const CATCH_BRAKE: f64 = 0.7;
-
-/// What the supervisor is doing.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// Waiting; the motor is off.
-    Idle,
-    /// Pumping energy into the pendulum.
-    SwingUp,
-    /// Keeping it upright.
-    Balance,
-    /// The motor is off until everything rests.
-    Stopping,
-    /// A limit was passed: the arm is braked, for a quarter of a second at most, and then the motor is off. See [`Brake`](super::Brake).
-    Braking,
-    /// A limit was passed or a measurement was no number; the motor is off until [`Request::Reset`].
-    Fault,
-}
-
-impl Mode {
-    /// Its name in logs: `idle`, `swing-up`, `balance`, `stopping`, `braking`, `fault`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Idle => "idle",
-            Self::SwingUp => "swing-up",
-            Self::Balance => "balance",
-            Self::Stopping => "stopping",
-            Self::Braking => "braking",
-            Self::Fault => "fault",
-        }
-    }
-}
-
-/// What the operator asks for.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub enum Request {
-    /// Swing up and balance.
-    Start,
-    /// Let go.
-    Stop,
-    /// Leave the fault.
-    Reset,
-}
 
 impl<T: Real> Supervisor<T> {
     /// The mode from this sample on.
@@ -124,8 +84,9 @@ impl<T: Real> Supervisor<T> {
         (u - state.u).abs()
     }
 
-    /// Whether the pendulum falls whatever the balance controller does: better swing it up again than let the arm run after it. While it
-    /// still rises, nothing is lost: a catch at the edge of what the model promises would be given up and tried again at every other sample.
+    /// Whether the pendulum falls whatever the balance controller does: better swing it up again than let the arm run
+    /// after it. While it still rises, nothing is lost: a catch at the edge of what the model promises would be given
+    /// up and tried again at every other sample.
     fn is_lost(&self, state: &SupervisorState<T>, x: &State<T>) -> bool {
         let alpha = wrap(x.alpha);
         let falling = alpha * x.alpha_dot > T::ZERO;
@@ -140,7 +101,8 @@ impl<T: Real> Supervisor<T> {
                     .holds(x, state.arm_reference)
     }
 
-    /// A limit passed while the motor drives: it brakes first. Where the motor is off already, or nothing is known, it is off.
+    /// A limit passed while the motor drives: it brakes first. Where the motor is off already, or nothing is known, it
+    /// is off.
     pub(super) fn find(&self, state: &mut SupervisorState<T>, fault: Fault, now: &State<T>) {
         let known = fault != Fault::NotANumber;
         match state.mode {

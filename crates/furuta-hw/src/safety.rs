@@ -1,16 +1,16 @@
-//! What the motor gets of a pilot's decision: all of it, nothing where something is wrong, or what brakes the arm where a limit is hit. The loop asks at every
-//! sample; a replay asks the same.
+//! The safety monitor: what the motor gets of a pilot's decision. That is all of it, nothing where something is wrong,
+//! or what brakes the arm where a limit is hit. The loop asks at every sample; a replay asks the same.
 
 use furuta_ctrl::supervisor::{Brake, Braking, Fault};
 use furuta_log::Mode;
 use furuta_model::{Limits, Rig, State};
 use furuta_wire::Status;
 
-use crate::control_loop::RunError;
 use crate::pilot::{Decision, Measurement};
+use crate::run_error::RunError;
 
 /// What the motor gets at a sample.
-pub(crate) struct Verdict {
+pub(crate) struct SafeCommand {
     /// The voltage to answer with (V).
     pub(crate) volts: f64,
     /// What is being done: the pilot's doing, or braking.
@@ -24,15 +24,15 @@ pub(crate) fn brake(rig: &Rig, period: f64) -> Brake<f64> {
     Brake::new(&rig.params, rig.params.motor.command_limit, period)
 }
 
-/// Verdicts on a run, sample by sample.
-pub(crate) struct Judge {
+/// Watches a run, sample by sample.
+pub(crate) struct SafetyMonitor {
     limits: Limits,
     brake: Brake<f64>,
     /// The limit that was hit, while the arm is braked.
     stopping: Option<(RunError, Braking<f64>)>,
 }
 
-impl Judge {
+impl SafetyMonitor {
     pub(crate) fn new(limits: Limits, brake: Brake<f64>) -> Self {
         Self {
             limits,
@@ -41,13 +41,15 @@ impl Judge {
         }
     }
 
-    /// Whether the arm is being braked: the run then ends with that and with nothing else, within a quarter of a second.
+    /// Whether the arm is being braked: the run then ends with that and with nothing else, within a quarter of a
+    /// second.
     pub(crate) fn is_stopping(&self) -> bool {
         self.stopping.is_some()
     }
 
-    pub(crate) fn verdict(&mut self, status: Status, m: &Measurement, d: &Decision) -> Verdict {
-        let off = |mode, error| Verdict {
+    /// What the motor gets at this sample.
+    pub(crate) fn check(&mut self, status: Status, m: &Measurement, d: &Decision) -> SafeCommand {
+        let off = |mode, error| SafeCommand {
             volts: 0.0,
             mode,
             end: Some(error),
@@ -59,7 +61,7 @@ impl Judge {
             (None, Some(error)) => return off(d.mode, error),
             (None, None) => match fault(&self.limits, status, m, d) {
                 None => {
-                    return Verdict {
+                    return SafeCommand {
                         volts: d.volts,
                         mode: d.mode,
                         end: None,
@@ -80,7 +82,7 @@ impl Judge {
             return off(Mode::Brake, error);
         }
         self.stopping = Some((error, braking));
-        Verdict {
+        SafeCommand {
             volts,
             mode: Mode::Brake,
             end: None,

@@ -1,28 +1,33 @@
 //! Energy swing-up.
 //!
 //! The pendulum's energy (arm at rest) `E = J alpha'^2 / 2 + m g c cos(alpha)` changes with the arm's acceleration as
-//! `dE/dt = m L_r c cos(alpha) alpha' theta''` (K. J. Astrom, K. Furuta, *Swinging up a pendulum by energy control*, Automatica 36,
-//! 2000), so an arm accelerated in step with `cos(alpha) alpha'` pumps. Four things make it work on rigs with friction, little
-//! voltage and heavy pendulums:
+//! `dE/dt = m L_r c cos(alpha) alpha' theta''` (K. J. Astrom, K. Furuta, *Swinging up a pendulum by energy control*,
+//! Automatica 36, 2000), so an arm accelerated in step with `cos(alpha) alpha'` pumps. Four things make it work on rigs
+//! with friction, little voltage and heavy pendulums:
 //!
-//! - The target is not the energy of the upright pendulum but that plus what friction will take on the way up; it follows from
-//!   integrating the friction along the ascent once, when the controller is made.
-//! - The arm is driven as an oscillator about its centre, a little faster than the pendulum swings: its travel is bounded by its
-//!   amplitude, and it is slow when the pendulum nears the top, where a fast arm's centrifugal pull would hold the pendulum down.
+//! - The target is not the energy of the upright pendulum but that plus what friction will take on the way up; it
+//!   follows from integrating the friction along the ascent once, when the controller is made.
+//! - The arm is driven as an oscillator about its centre, a little faster than the pendulum swings: its travel is
+//!   bounded by its amplitude, and it is slow when the pendulum nears the top, where a fast arm's centrifugal pull
+//!   would hold the pendulum down.
 //! - The acceleration is turned into a voltage with the model's inverse (collocated partial feedback linearisation).
 //! - On the last ascent, once the speed is nearly the one that just reaches the top, the arm holds the pendulum to it.
 
+mod friction;
+mod tuning;
+
+pub use tuning::SPEC;
+
 use super::{Controller, Design};
-use crate::config::ConfigError;
+use crate::error::ConfigError;
 use crate::real::{Real, c, command, is_finite, wrap};
-use crate::settings::{ParameterSpec, Settings, Spec};
+use crate::section::Settings;
 use crate::site::Site;
+use friction::AscentFriction;
 use furuta_model::dynamics::{Angle, bias, gravity, mass_matrix};
 use furuta_model::params::Coefficients;
 use furuta_model::{Params, State, energy};
-
-/// Intervals of the table over `0..=pi`.
-const ASCENT: usize = 64;
+use tuning::SwingUpTuning;
 
 /// Half of the arm's travel where nothing is given and the rig leaves it free, rad.
 const ARM_RANGE: f64 = 2.16;
@@ -33,88 +38,9 @@ const CATCH_RANGE: f64 = 1.82;
 const LEARN_LIMIT: f64 = 0.3;
 /// How much nearer to horizontal the pendulum may fall while the arm is braked, in `sin(alpha)`.
 const FALLING: f64 = 0.3;
-/// Height, of the pendulum's centre of mass over its distance from the hinge, over which energies are compared: less drowns in encoder steps.
+/// Height, of the pendulum's centre of mass over its distance from the hinge, over which energies are compared: less
+/// drowns in encoder steps.
 const LEARN_HEIGHT: f64 = 0.25;
-
-/// What a controller file may say of it.
-///
-/// The defaults were found by a random search over all of them at once, for the built-in rigs with drawn parameters, frictions, their
-/// encoders and one sample of delay; the score was the time until the catch. All but the first are ratios.
-pub static SPEC: Spec = Spec {
-    id: "swing_up",
-    sentence: "Energy swing-up, the arm kept within a range",
-    parameters: &[
-        ParameterSpec::number(
-            "arm_range",
-            "rad",
-            0.1,
-            20.0,
-            "the arm swings so far to either side; 2.16 or what the arm's limit allows if left out",
-        ),
-        ParameterSpec::number("brake_at", "", 1.0, 10.0, "the arm is braked before it passes this share of its range").or(1.4),
-        ParameterSpec::number("drive", "", 0.05, 5.0, "amplitude of the arm's target, of its range").or(1.4),
-        ParameterSpec::number("arm_frequency", "", 0.2, 10.0, "frequency of the arm's oscillator, of the pendulum's").or(1.22),
-        ParameterSpec::number("arm_damping", "", 0.0, 5.0, "its damping ratio").or(0.63),
-        ParameterSpec::number("full_drive", "", 1e-3, 10.0, "energy missing, in units of 2 m g c, at which the amplitude is full").or(0.49),
-        ParameterSpec::number(
-            "deadband",
-            "",
-            0.0,
-            2.0,
-            "cos(alpha) alpha' over the pendulum's frequency beyond which the drive's direction may change",
-        )
-        .or(0.356),
-        ParameterSpec::number(
-            "friction_margin",
-            "",
-            0.0,
-            10.0,
-            "friction's share of the target, of what the model says: too fast can be caught, too slow falls back",
-        )
-        .or(1.32),
-        ParameterSpec::number(
-            "ascent_angle",
-            "rad",
-            0.0,
-            1.5,
-            "distance from upright within which the arm holds the pendulum to the ascent that just reaches the top",
-        )
-        .or(1.07),
-        ParameterSpec::number(
-            "ascent_window",
-            "",
-            0.0,
-            2.0,
-            "largest distance from that ascent's speed, over the pendulum's frequency",
-        )
-        .or(0.059),
-        ParameterSpec::number("ascent_rate", "", 0.0, 20.0, "how quickly that distance is driven to 0, over the frequency").or(2.05),
-        ParameterSpec::number(
-            "break_away",
-            "",
-            0.0,
-            0.5,
-            "command added in the direction of the wanted one, of the command limit: the arm's dry friction swallows small ones",
-        )
-        .or(0.1),
-        ParameterSpec::number(
-            "aim",
-            "",
-            0.0,
-            1.0,
-            "speed with which the pendulum is to pass the top, of the largest that can be caught",
-        )
-        .or(0.9),
-        ParameterSpec::number(
-            "learn",
-            "",
-            0.0,
-            1.0,
-            "how quickly the pendulum's weight over its inertia is learnt from its ascents; 0: as the model says",
-        )
-        .or(0.3),
-    ],
-};
 
 /// Pumps energy into the pendulum until it rises to upright, with the arm kept near the reference's `theta`.
 ///
@@ -122,8 +48,7 @@ pub static SPEC: Spec = Spec {
 #[derive(Clone, Debug)]
 pub struct SwingUp<T> {
     coefficients: Coefficients<T>,
-    /// Friction's work from `i pi / 64` to upright along the ascent, J.
-    friction: [T; ASCENT + 1],
+    friction: AscentFriction<T>,
     /// Small-angle frequency of the hanging pendulum, rad/s.
     frequency: T,
     /// Half of the arm's travel, rad.
@@ -131,26 +56,9 @@ pub struct SwingUp<T> {
     /// The arm's acceleration that the motor can give wherever the pendulum is, rad/s^2.
     brake: T,
     command_limit: T,
-    tuning: Tuning<T>,
+    tuning: SwingUpTuning<T>,
     /// Speed wanted at the top, rad/s.
     top_speed: T,
-}
-
-/// As in [`SPEC`].
-#[derive(Copy, Clone, Debug)]
-struct Tuning<T> {
-    brake_at: T,
-    drive: T,
-    arm_frequency: T,
-    arm_damping: T,
-    full_drive: T,
-    deadband: T,
-    ascent_angle: T,
-    ascent_window: T,
-    ascent_rate: T,
-    break_away: T,
-    aim: T,
-    learn: T,
 }
 
 /// Memory of [`SwingUp`].
@@ -183,8 +91,8 @@ struct Ascent<T> {
 }
 
 impl<T: Real> SwingUp<T> {
-    /// For a rig with these parameters: the standard settings, the arm swinging about `arm_range` (rad, 1 to 2.2 are sensible; a heavy
-    /// pendulum on a short arm needs most) to either side.
+    /// For a rig with these parameters: the standard settings, the arm swinging about `arm_range` (rad, 1 to 2.2 are
+    /// sensible; a heavy pendulum on a short arm needs most) to either side.
     pub fn new(params: &Params<T>, arm_range: T) -> Self {
         Self::tuned(params, arm_range, &Settings::new(&SPEC))
     }
@@ -195,7 +103,7 @@ impl<T: Real> SwingUp<T> {
         let torque = coefficients.drive * params.motor.command_limit;
         Self {
             coefficients,
-            friction: friction_of_ascent(
+            friction: AscentFriction::new(
                 &coefficients,
                 number(const { SPEC.parameter("friction_margin").settled() }),
             ),
@@ -204,20 +112,7 @@ impl<T: Real> SwingUp<T> {
             brake: c::<T>(0.63) * torque / (coefficients.arm + coefficients.swing),
             command_limit: params.motor.command_limit,
             top_speed: T::ZERO,
-            tuning: Tuning {
-                brake_at: number(const { SPEC.parameter("brake_at").settled() }),
-                drive: number(const { SPEC.parameter("drive").settled() }),
-                arm_frequency: number(const { SPEC.parameter("arm_frequency").settled() }),
-                arm_damping: number(const { SPEC.parameter("arm_damping").settled() }),
-                full_drive: number(const { SPEC.parameter("full_drive").settled() }),
-                deadband: number(const { SPEC.parameter("deadband").settled() }),
-                ascent_angle: number(const { SPEC.parameter("ascent_angle").settled() }),
-                ascent_window: number(const { SPEC.parameter("ascent_window").settled() }),
-                ascent_rate: number(const { SPEC.parameter("ascent_rate").settled() }),
-                break_away: number(const { SPEC.parameter("break_away").settled() }),
-                aim: number(const { SPEC.parameter("aim").settled() }),
-                learn: number(const { SPEC.parameter("learn").settled() }),
-            },
+            tuning: SwingUpTuning::of(settings),
         }
     }
 
@@ -255,21 +150,15 @@ impl<T: Real> SwingUp<T> {
     fn friction_ahead(&self, x: &State<T>) -> T {
         let alpha = wrap(x.alpha);
         let rising = alpha * x.alpha_dot < T::ZERO;
-        let share = if rising {
-            alpha.abs().value() / core::f64::consts::PI
+        self.friction.from(if rising {
+            alpha.abs().value()
         } else {
-            1.0
-        };
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            clippy::cast_precision_loss
-        )]
-        let index = (share * ASCENT as f64 + 0.5) as usize;
-        self.friction[index.min(ASCENT)]
+            core::f64::consts::PI
+        })
     }
 
-    /// Where the arm comes to rest under full braking, rad: the nearer to upright the pendulum, the less of its inertia the arm carries.
+    /// Where the arm comes to rest under full braking, rad: the nearer to upright the pendulum, the less of its inertia
+    /// the arm carries.
     pub fn stops_at(&self, x: &State<T>) -> T {
         let k = &self.coefficients;
         let sin = Angle::of(wrap(x.alpha)).sin.abs() + c(FALLING);
@@ -278,8 +167,8 @@ impl<T: Real> SwingUp<T> {
         x.theta + x.theta_dot * x.theta_dot.abs() / (c::<T>(2.0) * self.brake * lighter)
     }
 
-    /// Compares the energy that the rising pendulum loses with what the model says: friction that it does not know counts as weight, as it
-    /// should on the way up.
+    /// Compares the energy that the rising pendulum loses with what the model says: friction that it does not know
+    /// counts as weight, as it should on the way up.
     fn learn(&self, state: &mut SwingUpState<T>, x: &State<T>, angle: Angle<T>, h: T) {
         let k = &self.coefficients;
         let alpha = wrap(x.alpha);
@@ -327,7 +216,8 @@ impl<T: Real> SwingUp<T> {
         }
     }
 
-    /// Energy (J) that the pendulum needs to pass the top as it should, above what it has, with the weight that was learnt.
+    /// Energy (J) that the pendulum needs to pass the top as it should, above what it has, with the weight that was
+    /// learnt.
     fn shortage(&self, state: &SwingUpState<T>, x: &State<T>, angle: Angle<T>) -> T {
         let faster = c::<T>(0.5) * self.coefficients.pendulum * self.top_speed * self.top_speed;
         self.missing_energy(x) + faster + state.heavier * (T::ONE - angle.cos)
@@ -345,7 +235,8 @@ impl<T: Real> SwingUp<T> {
         let t = &self.tuning;
         let w = self.frequency;
         let stroke = angle.cos * x.alpha_dot / w;
-        // A pendulum that swings less than the deadband would never be pumped: after a period without a change, any stroke will do.
+        // A pendulum that swings less than the deadband would never be pumped: after a period without a change, any
+        // stroke will do.
         state.waited += h;
         let waiting =
             (T::ONE - state.waited * w / c(core::f64::consts::TAU)).clamp(T::ZERO, T::ONE);
@@ -393,10 +284,10 @@ impl<T: Real> SwingUp<T> {
         if !(beyond > T::ZERO) {
             return acceleration;
         }
-        // What stops it in the room that is left, where that is more: a pendulum that falls drags the arm along.
-        let room = self.catch_range() - theta.abs();
-        let room = room.if_less(c(0.1), c(0.1), room);
-        let needed = theta_dot * theta_dot / (room + room);
+        // What stops it on the way that is left, where that is more: a pendulum that falls drags the arm along.
+        let left = self.catch_range() - theta.abs();
+        let left = left.if_less(c(0.1), c(0.1), left);
+        let needed = theta_dot * theta_dot / (left + left);
         let most = needed.if_less(self.brake, self.brake, needed);
         // Comes in over 0.1 rad, so that the brake does not chatter.
         let brake = most * (beyond * c(10.0)).clamp(T::ZERO, T::ONE);
@@ -420,13 +311,13 @@ impl<T: Real> SwingUp<T> {
 
 impl<T: Real> Design for SwingUp<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
-        let room = match site.limits.arm_angle {
+        let widest = match site.limits.arm_angle {
             Some(limit) => ARM_RANGE.min(limit / CATCH_RANGE),
             None => ARM_RANGE,
         };
         let arm_range = settings
             .number(const { SPEC.parameter("arm_range").optional() })
-            .unwrap_or(room);
+            .unwrap_or(widest);
         Ok(Self {
             command_limit: T::from_f64(site.command_limit),
             ..Self::tuned(&site.params.cast(), T::from_f64(arm_range), settings)
@@ -467,8 +358,8 @@ impl<T: Real> Controller<T> for SwingUp<T> {
     }
 }
 
-/// What the drive is multiplied with: 1 at first, then different at every stroke. Pendulum and drive can settle into a swing below the top
-/// that repeats itself for ever; strokes that differ leave it.
+/// What the drive is multiplied with: 1 at first, then different at every stroke. Pendulum and drive can settle into a
+/// swing below the top that repeats itself for ever; strokes that differ leave it.
 fn variation<T: Real>(strokes: u32) -> T {
     const SAME: u32 = 8;
     /// The golden ratio's fractional part: its multiples fill an interval evenly.
@@ -481,31 +372,4 @@ fn variation<T: Real>(strokes: u32) -> T {
     #[allow(clippy::cast_possible_truncation)]
     let share = turns - f64::from(turns as u32);
     T::from_f64(0.6 + 0.6 * share)
-}
-
-/// Friction's work (J) from each angle of the table up to upright, along the ascent that just gets there with the arm at rest:
-/// `dW/dalpha = b_p |alpha'|`, `J alpha'^2 / 2 = W + m g c (1 - cos(alpha))`.
-fn friction_of_ascent<T: Real>(k: &Coefficients<T>, margin: T) -> [T; ASCENT + 1] {
-    const STEPS: usize = 8;
-    let step = c::<T>(core::f64::consts::PI / (ASCENT * STEPS) as f64);
-    // At upright both sides vanish; the ascent leaves along the stable direction alpha' = -rate alpha.
-    let half = k.pendulum_damping / (k.pendulum + k.pendulum);
-    let rate = half + (half * half + k.weight / k.pendulum).sqrt();
-    let mut work = T::ZERO;
-    let mut middle = step * c(0.5);
-    let mut table = [T::ZERO; ASCENT + 1];
-    for (i, entry) in table.iter_mut().enumerate() {
-        *entry = work * margin;
-        for _ in 0..STEPS {
-            let kinetic = work + k.weight * (T::ONE - middle.sin_cos().1);
-            let speed = if i == 0 {
-                rate * middle
-            } else {
-                (c::<T>(2.0) * kinetic / k.pendulum).sqrt()
-            };
-            work += k.pendulum_damping * speed * step;
-            middle += step;
-        }
-    }
-    table
 }

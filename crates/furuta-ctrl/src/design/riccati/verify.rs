@@ -1,7 +1,7 @@
 //! What is made of the matrix that an iteration ended at: refined, checked, accepted or not.
 
 use super::Solution;
-use super::problem::Problem;
+use super::equation::RiccatiEquation;
 use crate::design::elimination::Lu;
 use crate::design::lyapunov::{self, SQUARINGS, cayley, squared, symmetric};
 use crate::design::stability::{cayley_radius, spectral_radius};
@@ -19,7 +19,7 @@ pub(super) enum Time {
 }
 
 /// A matrix that may be the solution, in scaled coordinates.
-struct Trial<T: Float, const N: usize, const M: usize> {
+struct Candidate<T: Float, const N: usize, const M: usize> {
     x: SMatrix<T, N, N>,
     gain: SMatrix<T, M, N>,
     closed: SMatrix<T, N, N>,
@@ -37,8 +37,8 @@ fn allowed<T: Float>() -> T {
     T::default_epsilon().powf(nalgebra::convert(0.64))
 }
 
-impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
-    fn trial(&self, time: Time, x: SMatrix<T, N, N>) -> Option<Trial<T, N, M>> {
+impl<T: Float, const N: usize, const M: usize> RiccatiEquation<T, N, M> {
+    fn candidate(&self, time: Time, x: SMatrix<T, N, N>) -> Option<Candidate<T, N, M>> {
         let (a, b, q, n) = (&self.a, &self.b, &self.q, &self.n);
         let bt = b.transpose();
         let (gain, left, sizes) = match time {
@@ -77,7 +77,7 @@ impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
             scaled
         };
         let residual = scaled.max(as_given);
-        residual.is_finite().then_some(Trial {
+        residual.is_finite().then_some(Candidate {
             x,
             gain,
             closed: a - b * gain,
@@ -101,8 +101,9 @@ impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
         }
     }
 
-    /// Newton's method (Kleinman 1968, Hewer 1971) from a stabilising `X` near the solution, for as long as the residual falls.
-    pub(super) fn judge(
+    /// Newton's method (Kleinman 1968, Hewer 1971) from a stabilising `X` near the solution, for as long as the
+    /// residual falls.
+    pub(super) fn verify(
         &self,
         time: Time,
         x: SMatrix<T, N, N>,
@@ -110,7 +111,7 @@ impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
         iterations: u32,
     ) -> Result<Solution<T, N, M>, DesignError> {
         let broken = DesignError::NoStabilisingSolution { measure: f64::NAN };
-        let mut best = self.trial(time, symmetric(x)).ok_or(broken)?;
+        let mut best = self.candidate(time, symmetric(x)).ok_or(broken)?;
         let rounding = T::default_epsilon() * nalgebra::convert::<f64, T>(32.0 * N as f64);
         for _ in 0..REFINEMENTS {
             if best.residual <= rounding {
@@ -118,7 +119,7 @@ impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
             }
             let next = self
                 .newton(time, &best.closed, &best.left)
-                .and_then(|change| self.trial(time, best.x + change));
+                .and_then(|change| self.candidate(time, best.x + change));
             match next {
                 Some(next) if next.residual < best.residual * nalgebra::convert(0.7) => best = next,
                 _ => break,
@@ -153,9 +154,10 @@ impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
 
     /// Whether the closed loop is stable, and stays so if the last digits of the problem change.
     ///
-    /// A mode that only rounding connects to the input can be 'stabilised' by an enormous gain, a mode on the boundary pushed inside by
-    /// rounding of its weight. In both, another rounding gives another answer: that is tried where a gain is large or a mode slow.
-    fn stands(&self, time: Time, t: &Trial<T, N, M>, shift: T) -> bool {
+    /// A mode that only rounding connects to the input can be 'stabilised' by an enormous gain, a mode on the boundary
+    /// pushed inside by rounding of its weight. In both, another rounding gives another answer: that is tried where a
+    /// gain is large or a mode slow.
+    fn stands(&self, time: Time, t: &Candidate<T, N, M>, shift: T) -> bool {
         let epsilon = T::default_epsilon();
         let mut power = match time {
             Time::Discrete => t.closed,
@@ -167,7 +169,8 @@ impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
         let mut steps = T::one();
         for _ in 0..SQUARINGS {
             if power.norm_squared() < epsilon {
-                // Rounding moves a mode on the boundary inside by the root of epsilon, and adds epsilon times the gain to the closed loop.
+                // Rounding moves a mode on the boundary inside by the root of epsilon, and adds epsilon times the gain
+                // to the closed loop.
                 let [slow, strong] = [1e-2, 1e-10].map(nalgebra::convert::<f64, T>);
                 let pull = t.gain.norm() * self.b.norm() * epsilon;
                 let clear = steps * epsilon.sqrt() < slow
@@ -182,7 +185,7 @@ impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
     }
 
     /// How much, to first order, solution and closed loop change with the last digits.
-    fn stands_shaken(&self, time: Time, t: &Trial<T, N, M>, shift: T) -> bool {
+    fn stands_shaken(&self, time: Time, t: &Candidate<T, N, M>, shift: T) -> bool {
         let epsilon = T::default_epsilon();
         let [limit, half] = [1e-3, 0.5].map(nalgebra::convert::<f64, T>);
         // A fixed pattern of signs that has no symmetry (xorshift).
@@ -200,14 +203,16 @@ impl<T: Float, const N: usize, const M: usize> Problem<T, N, M> {
             Time::Discrete => both(t.closed.transpose() * (x * change)),
             Time::Continuous => both(x * change),
         };
-        // How slowly the closed loop forgets; at the same time what a rounding of 1 in the equation becomes in X, in any direction.
+        // How slowly the closed loop forgets; at the same time what a rounding of 1 in the equation becomes in X, in
+        // any direction.
         let Some(memory) = self.newton(time, &t.closed, &SMatrix::identity()) else {
             return false;
         };
         let Some(change) = self.newton(time, &t.closed, &by(&t.x, &shaken)) else {
             return false;
         };
-        // The terms of the equation cancel but for their rounding; a start that is taken off again leaves that of its own size.
+        // The terms of the equation cancel but for their rounding; a start that is taken off again leaves that of its
+        // own size.
         let change = change + memory * ((t.terms + shift) * epsilon);
         let pull = self.b.transpose() * change;
         let gain = match time {

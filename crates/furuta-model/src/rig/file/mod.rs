@@ -1,149 +1,19 @@
 //! Rig files: TOML in, TOML out, every mistake named with its key.
 
+mod error;
+#[cfg(test)]
+mod tests;
+
+pub use error::RigError;
+
 use super::{Limits, Rig, Sensors};
-use crate::effects::{self, Effect, EffectError, Kind, MAX_PARAMETERS};
-use crate::params::{Arm, Motor, ParamError, Params, Pendulum, RANGES};
+use crate::effects::{self, Effect, Kind, MAX_PARAMETERS};
+use crate::params::{Arm, Motor, Params, Pendulum, RANGES};
 use crate::plant::{MAX_EFFECTS, PlantError};
-use furuta_input::{InputError, foreign, is_printable, number, quoted};
+use furuta_input::is_printable;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-
-/// What is wrong with a rig file.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum RigError {
-    /// Neither a built-in rig nor a file that can be read.
-    #[error(
-        "rig `{}`: cannot be read ({source}); give a file, or one of the built-in rigs: {builtin}",
-        quoted(path)
-    )]
-    Unreadable {
-        /// What was asked for.
-        path: String,
-        /// The built-in names.
-        builtin: String,
-        /// Why not.
-        source: std::io::Error,
-    },
-    /// No file of text, or too large a one.
-    #[error(transparent)]
-    Input(#[from] InputError),
-    /// Not TOML, an unknown key, a missing key, or a value of the wrong kind.
-    #[error("rig file, line {line}: {}", foreign(message))]
-    Syntax {
-        /// Where, from 1.
-        line: usize,
-        /// What.
-        message: String,
-    },
-    /// A physical parameter outside its range.
-    #[error("rig file: {0}; values are in SI units")]
-    Parameter(#[from] ParamError),
-    /// A sensor or limit outside its range.
-    #[error("rig file: {key} = {} is outside the allowed range [{min}, {max}]", number(*value))]
-    OutOfRange {
-        /// Which.
-        key: &'static str,
-        /// What it was.
-        value: f64,
-        /// Lower end.
-        min: f64,
-        /// Upper end.
-        max: f64,
-    },
-    /// A name or source that no terminal can show.
-    #[error(
-        "rig file: {key} = `{}` has characters that are not printable; use letters, digits, signs and spaces, at most {most}",
-        quoted(text)
-    )]
-    NotPrintable {
-        /// Which.
-        key: &'static str,
-        /// What it was.
-        text: String,
-        /// How many characters it may have.
-        most: usize,
-    },
-    /// An effect's id without quotation marks, whose dot then divides tables.
-    #[error(
-        "rig file: [effects.{}] needs quotation marks, for the id has a dot in it: write [effects.\"{}\"]",
-        quoted(id),
-        quoted(id)
-    )]
-    UnquotedEffect {
-        /// The id as written.
-        id: String,
-    },
-    /// An effect that the catalogue does not have.
-    #[error(
-        "rig file: effect `{}` is not in the catalogue; known are {known}",
-        quoted(id)
-    )]
-    UnknownEffect {
-        /// Its id.
-        id: String,
-        /// The ids there are.
-        known: String,
-    },
-    /// An effect's parameter that it does not have, or lacks.
-    #[error(
-        "rig file: effect `{}` {problem} `{}`; it has {known}",
-        quoted(id),
-        quoted(parameter)
-    )]
-    EffectParameter {
-        /// The effect.
-        id: String,
-        /// `has no parameter` or `lacks`.
-        problem: &'static str,
-        /// The parameter.
-        parameter: String,
-        /// What it has.
-        known: String,
-    },
-    /// A word where an effect wants a number, or another word.
-    #[error(
-        "rig file: effect `{}`: {parameter} = \"{}\" must be {wanted}",
-        quoted(id),
-        quoted(word)
-    )]
-    EffectWord {
-        /// The effect.
-        id: String,
-        /// The parameter.
-        parameter: &'static str,
-        /// What was given.
-        word: String,
-        /// What it can be.
-        wanted: String,
-    },
-    /// An effect's value outside its range.
-    #[error("rig file: effect {0}")]
-    Effect(#[from] EffectError),
-    /// More effects than a plant can hold.
-    #[error("rig file: {0}")]
-    Plant(#[from] PlantError),
-    /// Any of these in a file with a name.
-    #[error("{}: {error}", quoted(path))]
-    InFile {
-        /// The file.
-        path: String,
-        /// What is wrong in it.
-        error: Box<RigError>,
-    },
-}
-
-impl RigError {
-    /// The same error, naming the file.
-    #[must_use]
-    pub fn in_file(self, path: &str) -> Self {
-        Self::InFile {
-            path: path.to_owned(),
-            error: Box::new(self),
-        }
-    }
-}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -217,7 +87,8 @@ struct LimitsText {
     pendulum_speed: Option<f64>,
 }
 
-/// An effect's value: a number, or one of a few words. A table stands there where the effect's id has no quotation marks.
+/// An effect's value: a number, or one of a few words. A table stands there where the effect's id has no quotation
+/// marks.
 #[derive(Deserialize)]
 #[serde(
     untagged,
@@ -462,143 +333,4 @@ pub(super) fn write(rig: &Rig) -> String {
         }
     }
     out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const QUBE: &str = include_str!("../../rigs/qube-servo-2.toml");
-
-    fn message(text: &str) -> String {
-        parse(text).expect_err("must be refused").to_string()
-    }
-
-    #[test]
-    fn mistakes_are_named() {
-        let unknown = message(&QUBE.replace("[arm]", "[arm]\nlenght = 3.0"));
-        assert!(
-            unknown.contains("lenght") && unknown.contains("line "),
-            "{unknown}"
-        );
-        let negative = message(&QUBE.replace("mass = 0.024", "mass = -0.024"));
-        assert!(
-            negative.contains("pendulum.mass = -0.024") && negative.contains("(0, 100] kg"),
-            "{negative}"
-        );
-        let nan = message(&QUBE.replace("mass = 0.024", "mass = nan"));
-        assert!(nan.contains("pendulum.mass = NaN"), "{nan}");
-        let effect = message(&format!(
-            "{QUBE}\n[effects.\"arm.springs\"]\nstiffness = 1.0\n"
-        ));
-        assert!(
-            effect.contains("arm.springs") && effect.contains("arm.spring,"),
-            "{effect}"
-        );
-        let parameter = message(&format!(
-            "{QUBE}\n[effects.\"arm.spring\"]\nstiffness = 1.0\n"
-        ));
-        assert!(parameter.contains("lacks `rest`"), "{parameter}");
-        let word = message(&format!(
-            "{QUBE}\n[effects.\"drive.backlash\"]\ngap = 0.05\nmotor_share = 0.4\nencoder = \"gear\"\n"
-        ));
-        assert!(
-            word.contains("encoder = \"gear\" must be \"arm\" or \"motor\""),
-            "{word}"
-        );
-        let whole = message(&format!(
-            "{QUBE}\n[effects.\"arm.cogging\"]\namplitude = 0.05\norder = 2.5\n"
-        ));
-        assert!(
-            whole.contains("order = 2.5 must be a whole number"),
-            "{whole}"
-        );
-        let range = message(&format!(
-            "{QUBE}\n[effects.\"arm.coulomb\"]\ntorque = -1.0\n"
-        ));
-        assert!(range.contains("torque = -1"), "{range}");
-        let unquoted = message(&format!("{QUBE}\n[effects.arm.spring]\nstiffness = 1.0\n"));
-        assert!(
-            unquoted.contains("write [effects.\"arm.spring\"]"),
-            "{unquoted}"
-        );
-        let list = message(&format!(
-            "{QUBE}\n[effects.\"arm.spring\"]\nstiffness = [1.0]\n"
-        ));
-        assert!(list.contains("must be a number or a word"), "{list}");
-        let huge = message(&QUBE.replace("mass = 0.024", "mass = 1e300"));
-        assert!(huge.contains("pendulum.mass = 1e300 is"), "{huge}");
-        assert!(
-            message("").contains("rig"),
-            "an empty file lacks everything"
-        );
-    }
-
-    /// No escape sequence of a file reaches a terminal, and of what is long only a piece is quoted.
-    #[test]
-    fn what_is_quoted_is_short_and_printable() {
-        let key = "k".repeat(100_000);
-        for text in [
-            QUBE.replace("qube-servo-2", "\\u001b]0;mine\\u0007"),
-            QUBE.replace("qube-servo-2", &key),
-            format!("{QUBE}\n[effects.\"\\u001b[31m{key}\"]\n"),
-            format!("{QUBE}\n[effects.\"arm.spring\"]\n\"\\u001b[31m{key}\" = 1\n"),
-            QUBE.replace("[arm]", &format!("[arm]\n\"\\u001b[31m{key}\" = 1")),
-            QUBE.replace("[arm]", &format!("[arm]\n\u{1b}[31m{key}")),
-        ] {
-            let message = message(&text);
-            assert!(message.chars().all(is_printable), "{message:?}");
-            let quoted = message.matches('k').count();
-            assert!(quoted < 100 && message.len() < 2000, "{message}");
-        }
-    }
-
-    #[test]
-    fn written_rigs_read_back_equal() {
-        for name in Rig::BUILTIN {
-            let rig = Rig::builtin(name).expect("built in");
-            assert_eq!(parse(&write(&rig)).expect("readable"), rig);
-        }
-    }
-
-    #[test]
-    fn every_effect_is_written_and_read_back() {
-        let plain = parse(QUBE).expect("valid");
-        for spec in effects::CATALOGUE {
-            let values: Vec<f64> = spec
-                .parameters
-                .iter()
-                .map(|p| p.off + (p.typical)(&plain.params))
-                .collect();
-            let mut rig = plain.clone();
-            rig.effects
-                .push(Effect::new(spec.id, &values).expect("valid"));
-            assert_eq!(parse(&write(&rig)).expect("readable"), rig, "{}", spec.id);
-        }
-    }
-
-    #[test]
-    fn words_and_defaults_are_understood() {
-        let text = format!(
-            "{QUBE}\n[effects.\"drive.backlash\"]\ngap = 0.05\nmotor_share = 0.4\nencoder = \"motor\"\n[effects.\"pendulum.spring\"]\nstiffness = 1e-4\n"
-        );
-        let rig = parse(&text).expect("valid");
-        assert_eq!(rig.effects[0].values()[..], [0.05, 0.4, 1.0]);
-        assert_eq!(rig.effects[1].values()[..], [1e-4, std::f64::consts::PI]);
-        assert!(write(&rig).contains("encoder = \"motor\""));
-    }
-
-    proptest::proptest! {
-        #[test]
-        fn any_text_is_answered(text in ".{0,400}") {
-            let _ = parse(&text);
-        }
-
-        #[test]
-        fn any_cut_of_a_valid_file_is_answered(cut in 0..QUBE.len()) {
-            if QUBE.is_char_boundary(cut) {
-                let _ = parse(&QUBE[..cut]);
-            }
-        }
-    }
 }

@@ -1,0 +1,80 @@
+//! What a diagnosis says of the effects that it names: sizes, rivals, the next experiment, the zeros of the encoders.
+
+use furuta_model::effects::spec;
+
+use super::result::{NamedEffect, Zero};
+use super::search::Rival;
+use super::{Fit, additions, repair};
+use crate::recording::Recording;
+use crate::shooting::Problem;
+
+/// The named effects, the most convincing first, with what they gain on data kept apart.
+pub(super) fn effects(
+    short: &Problem<'_>,
+    named: &Fit,
+    named_fit: &Fit,
+    rivals: Vec<Rival>,
+    held_out_gains: &[f64],
+) -> Vec<NamedEffect> {
+    let mut effects: Vec<NamedEffect> = rivals
+        .into_iter()
+        .zip(held_out_gains)
+        .enumerate()
+        .map(|(i, (rival, gain))| NamedEffect {
+            id: rival.spec.id.into(),
+            name: rival.spec.name.into(),
+            parameters: repair::effect_parameters(named_fit, i),
+            delta_bic: short.evidence(&rival.without, named).delta_bic,
+            held_out_gain: *gain,
+            confusable_with: rival
+                .near
+                .iter()
+                .map(|t| t.spec)
+                .chain(additions::same_class(rival.spec))
+                .map(|s| s.id.to_owned())
+                .collect(),
+        })
+        .collect();
+    effects.sort_by(|a, b| b.delta_bic.total_cmp(&a.delta_bic));
+    effects
+}
+
+/// The zeros of each recording's encoders against those of the first.
+pub(super) fn zeros(recordings: &[Recording], fit: &Fit) -> Vec<Zero> {
+    if !fit.model.sheet.own_zeros || recordings.len() < 2 {
+        return Vec::new();
+    }
+    let shows = fit.model.sees_angle();
+    fit.model
+        .zeros(&fit.z)
+        .into_iter()
+        .zip(recordings)
+        .map(|([theta, alpha], recording)| Zero {
+            run: recording.name.clone(),
+            theta: if shows { theta } else { f64::NAN },
+            alpha,
+        })
+        .collect()
+}
+
+/// The look-alikes that the catalogue lists, for an effect whose rivals were not compared.
+pub(super) fn not_ruled_out(id: &str, named: &Fit) -> Vec<String> {
+    spec(id)
+        .map_or(&[][..], |spec| spec.look_alikes)
+        .iter()
+        .filter(|other| !named.model.has(other))
+        .map(|&other| other.to_owned())
+        .collect()
+}
+
+/// What would tell the first effect that could be another one from it.
+pub(super) fn next_experiment(named: &[NamedEffect]) -> Option<String> {
+    let effect = named.iter().find(|e| !e.confusable_with.is_empty())?;
+    let spec = spec(&effect.id)?;
+    Some(format!(
+        "{} would separate {} from {}",
+        spec.experiment,
+        effect.id,
+        effect.confusable_with.join(", ")
+    ))
+}

@@ -1,0 +1,229 @@
+//! The grid screen: the score statistic of each effect, and where its fit should start.
+//!
+//! The answer to any course of torque comes from impulse responses computed once, and thousands of orders, frequencies
+//! or moments are tried without simulating (`scan`). Where an effect is no torque, one simulation with it gives a score
+//! statistic. What the free initial states and the base parameters would absorb is projected out; what is left says how
+//! much the cost would fall, and at which strength.
+//!
+//! An effect that depends on the arm's absolute angle meets each recording at another one, since each encoder was
+//! zeroed elsewhere: its place in the turn is looked for recording by recording.
+
+use furuta_model::Spec;
+use furuta_model::effects::{Acts, Kind, ParameterSpec};
+use furuta_model::params::Coefficients;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector, Vector4};
+
+mod scan;
+mod sums;
+
+use super::Fit;
+use super::hypothesis::{FIRST_EFFECT, Hypothesis, TIMING};
+use crate::shooting::{ImpulseResponse, Model, Problem, Windows, ZEROS, impulse_responses};
+
+/// Above `FAR` times the noise, every `EVERY`-th window says where to look, as long as `LEAST_SCREENED` are asked.
+const FAR: f64 = 3.0;
+const EVERY: usize = 3;
+const LEAST_SCREENED: usize = 24;
+/// Curvature of what is held: nothing moves it.
+const HELD: f64 = 1e100;
+/// An angle over which a torque's slope is taken, rad.
+const SLOPE: f64 = 1e-3;
+
+/// What follows in a window: the base parameters, and the zeros of its recording.
+pub(super) const FOLLOW: usize = FIRST_EFFECT + ZEROS;
+pub(super) type Response = ImpulseResponse<FOLLOW>;
+
+/// The impulse responses about a fit, whose base parameters and zeros follow; what is held or at its bound does not.
+pub(super) fn responses(problem: &Problem<'_>, fit: &Fit) -> (Coefficients<f64>, Vec<Response>) {
+    let layout = fit.model.layout();
+    let bounds = fit.model.bounds(&fit.z);
+    let (low, high) = bounds[TIMING];
+    let mut held = [false; FOLLOW];
+    held[TIMING] = fit.z[TIMING] <= low || fit.z[TIMING] >= high;
+    for k in 0..ZEROS {
+        let is_held = |r: usize| {
+            let (low, high) = bounds[layout.zero(r, k)];
+            low == high
+        };
+        held[FIRST_EFFECT + k] = layout.zeros == 0 || (0..layout.recordings).all(is_held);
+    }
+    impulse_responses::<{ 4 + FOLLOW }, FOLLOW, _>(problem, fit, held)
+}
+
+/// A score statistic from one simulation, in units of the noise; what initial states and base parameters can follow
+/// taken out.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Score {
+    /// Sum of the squares of what the effect changes.
+    pub(super) square: f64,
+    /// Sum of the products of that with what the fit leaves.
+    pub(super) product: f64,
+}
+
+impl Score {
+    /// By how much the cost would fall if what the effects change about the predictions could be had at any strength,
+    /// or `one_way` only with the sign it has.
+    pub(super) fn statistic(&self, one_way: bool) -> f64 {
+        if self.square <= 0.0 || (one_way && self.product <= 0.0) {
+            0.0
+        } else {
+            self.product * self.product / self.square
+        }
+    }
+}
+
+/// What a fit says about any small torque.
+pub(super) struct Screen {
+    responses: Vec<Response>,
+    /// For a place, every `every`-th of the responses is asked, but for one in time.
+    every: usize,
+    coefficients: Coefficients<f64>,
+    /// Normal equations of the base parameters and the zeros of all recordings, the initial states taken out.
+    normal: Option<Cholesky<f64, Dyn>>,
+    gradient: DVector<f64>,
+    recordings: usize,
+    /// Whether each recording has a zero of theta of its own that no effect of the fit tells.
+    zeros_open: bool,
+    longest: f64,
+    period: f64,
+    /// How far the arm turned, rad.
+    range: f64,
+}
+
+/// Whether the grid screen finds a start: torques with a place in time, frequency or angle.
+pub(super) fn is_placed(spec: &Spec) -> bool {
+    let places = |p: &ParameterSpec| p.kind != Kind::Real && !matches!(p.kind, Kind::Choice(_));
+    spec.acts.includes(Acts::TORQUE)
+        && !spec.acts.includes(Acts::MEMORY)
+        && (spec.acts.includes(Acts::ANGLE) || spec.parameters.iter().any(places))
+}
+
+/// Whether one of many places was looked for: an order, a frequency, a moment.
+pub(super) fn is_scanned(spec: &Spec) -> bool {
+    let scanned = |p: &ParameterSpec| matches!(p.kind, Kind::Whole | Kind::Frequency | Kind::Time);
+    spec.parameters.iter().any(scanned)
+}
+
+impl Screen {
+    /// Computes the impulse responses about `fit`.
+    pub(super) fn new(problem: &Problem<'_>, fit: &Fit) -> Self {
+        let data = problem.data;
+        let (coefficients, responses) = responses(problem, fit);
+        let sheet = &fit.model.sheet;
+        let size = followers(sheet.recordings);
+        let mut normal = DMatrix::<f64>::zeros(size, size);
+        let mut gradient = DVector::<f64>::zeros(size);
+        let every = if problem.chi(fit) > FAR {
+            (responses.len() / LEAST_SCREENED).clamp(1, EVERY)
+        } else {
+            1
+        };
+        for response in &responses {
+            for i in 0..FOLLOW {
+                let at = follower(response.recording, i);
+                gradient[at] += response.base_gradient[i];
+                for j in 0..FOLLOW {
+                    normal[(at, follower(response.recording, j))] += response.base_normal[(i, j)];
+                }
+            }
+        }
+        // What is known beforehand holds a parameter that the data leave open.
+        let (priors, bounds) = (fit.model.priors(), fit.model.bounds(&fit.z));
+        let layout = fit.model.layout();
+        let weight = problem.per_sample(fit);
+        for i in 0..size {
+            normal[(i, i)] += 1e-9 + 1e-9 * normal[(i, i)];
+            let place = if i < FIRST_EFFECT {
+                i
+            } else if layout.zeros > 0 {
+                layout.shared + i - FIRST_EFFECT
+            } else {
+                continue;
+            };
+            if bounds[place].0 == bounds[place].1 {
+                normal.row_mut(i).fill(0.0);
+                normal.column_mut(i).fill(0.0);
+                normal[(i, i)] = HELD;
+                gradient[i] = 0.0;
+            } else if let Some(prior) = priors[place] {
+                let weight = weight * prior.std.powi(-2);
+                normal[(i, i)] += weight;
+                gradient[i] += weight * (prior.mean - fit.z[place]);
+            }
+        }
+        let angles = data.runs.iter().flat_map(|r| &r.y).map(|y| y[0]);
+        let (least, most) = angles.fold((f64::MAX, f64::MIN), |(a, b), y| (a.min(y), b.max(y)));
+        Self {
+            responses,
+            every,
+            range: most - least,
+            coefficients,
+            normal: normal.cholesky(),
+            gradient,
+            recordings: sheet.recordings,
+            zeros_open: sheet.own_zeros && !fit.model.sees_angle(),
+            longest: sheet.end,
+            period: sheet.period,
+        }
+    }
+
+    /// What the effects in `z` change about the predictions, held against itself and against what the fit leaves;
+    /// `None` where the data do not determine the base parameters.
+    pub(super) fn score(
+        &self,
+        problem: &Problem<'_>,
+        fit: &Fit,
+        h: &Hypothesis,
+        z: &[f64],
+    ) -> Option<Score> {
+        let base = self.normal.as_ref()?;
+        let windows = Windows::<4>::new(h, z);
+        let (mut square, mut product) = (0.0, 0.0);
+        let mut cross = DVector::<f64>::zeros(self.gradient.len());
+        for response in &self.responses {
+            let w = &problem.windows[response.window];
+            let with = windows.predictions(problem.data, w, &fit.states[response.window]);
+            let (mut own, mut left, mut shared) = (0.0, 0.0, Vector4::zeros());
+            let mut towards = SVector::<f64, FOLLOW>::zeros();
+            for (k, with) in with.iter().enumerate() {
+                for (c, with) in with.iter().enumerate() {
+                    let y = (with - response.y[k][c]) * response.weight[k][c];
+                    own += y * y;
+                    left += y * response.left[k][c];
+                    shared += response.slopes[k][c] * y;
+                    towards += response.base[k][c] * y;
+                }
+            }
+            let absorbed = response.normal.solve(&shared);
+            let gain = own - absorbed.dot(&shared);
+            if !gain.is_finite() {
+                continue;
+            }
+            square += gain;
+            product += left - absorbed.dot(&response.gradient);
+            let own = towards - response.absorbed.tr_mul(&shared);
+            for i in 0..FOLLOW {
+                cross[follower(response.recording, i)] += own[i];
+            }
+        }
+        let follows = base.solve(&cross);
+        Some(Score {
+            square: square - follows.dot(&cross),
+            product: product - follows.dot(&self.gradient),
+        })
+    }
+}
+
+/// How many numbers follow: the base parameters, and each recording's zeros.
+const fn followers(recordings: usize) -> usize {
+    FIRST_EFFECT + recordings * ZEROS
+}
+
+/// Where the `i`-th number that follows in a window of a recording stands among all that do.
+const fn follower(recording: usize, i: usize) -> usize {
+    if i < FIRST_EFFECT {
+        i
+    } else {
+        i + recording * ZEROS
+    }
+}

@@ -1,0 +1,197 @@
+//! The normal equations of courses of torque, window by window, and what they gain.
+
+use furuta_model::dynamics::Angle;
+use furuta_model::effects::{Acts, Clock, Instant, Law};
+use furuta_model::{Effect, State};
+use nalgebra::{DMatrix, DVector, Matrix2, SVector, Vector2, Vector4};
+
+use super::{FOLLOW, Response, SLOPE, Screen, follower};
+use crate::shooting::Block;
+
+impl Screen {
+    /// Adds one window's normal equations for the strengths of up to two courses of torque.
+    pub(super) fn add(
+        &self,
+        response: &Response,
+        first: &Effect<f64>,
+        second: &Second<'_>,
+        sums: &mut Sums,
+        with_base: bool,
+    ) {
+        let transient = first.spec().acts.includes(Acts::JUMPS);
+        let blocks = if transient {
+            &response.steps
+        } else {
+            &response.blocks
+        };
+        let (Some(begin), Some(end)) = (blocks.first(), blocks.last()) else {
+            return;
+        };
+        if transient {
+            // Elsewhere it does nothing.
+            let Some(edge) = first.jump_after(response.recording, f64::NEG_INFINITY) else {
+                return;
+            };
+            let over = first.jump_after(response.recording, edge).unwrap_or(edge);
+            if edge > end.t || over < begin.t {
+                return;
+            }
+        }
+        let count = if matches!(second, Second::None) { 1 } else { 2 };
+        let mut moved = [Vector4::zeros(); 2];
+        let mut cross = [Vector4::zeros(); 2];
+        for block in blocks {
+            let torques = self.torques(response, block, first, second);
+            let mut follows = [Vector4::zeros(); 2];
+            for i in 0..count {
+                let [arm, pendulum] = torques[i];
+                let pushed = block.impulse[0] * arm + block.impulse[1] * pendulum;
+                let here = moved[i] + pushed * block.share;
+                moved[i] += pushed;
+                follows[i] = block.square * here;
+                sums.product[i] += block.product.dot(&here);
+                cross[i] += follows[i];
+                sums.square[(i, i)] += follows[i].dot(&here);
+                if i == 1 {
+                    sums.square[(0, 1)] += follows[0].dot(&here);
+                }
+                if with_base {
+                    sums.follow(response.recording, i, &block.base.tr_mul(&here), 1.0);
+                }
+            }
+        }
+        // The initial state takes its part.
+        for i in 0..count {
+            let absorbed = response.normal.solve(&cross[i]);
+            sums.product[i] -= absorbed.dot(&response.gradient);
+            for (j, cross) in cross.iter().enumerate().take(count).skip(i) {
+                sums.square[(i, j)] -= absorbed.dot(cross);
+            }
+            if with_base {
+                let absorbed = response.absorbed.tr_mul(&cross[i]);
+                sums.follow(response.recording, i, &absorbed, -1.0);
+            }
+        }
+    }
+
+    /// The torques of the effect, and of what turning it adds, over a block.
+    pub(super) fn torques(
+        &self,
+        response: &Response,
+        block: &Block<FOLLOW>,
+        first: &Effect<f64>,
+        second: &Second<'_>,
+    ) -> [[f64; 2]; 2] {
+        let torque = |effect: &Effect<f64>, by: f64| {
+            let x = State::new(
+                block.x.theta + by,
+                block.x.alpha,
+                block.x.theta_dot,
+                block.x.alpha_dot,
+            );
+            effect.torque(&Instant {
+                clock: Clock {
+                    run: response.recording,
+                    t: block.t,
+                    within: block.t,
+                },
+                x: &x,
+                angle: Angle::of(x.alpha),
+                coefficients: &self.coefficients,
+                memory: 0.0,
+                volts: block.volts,
+            })
+        };
+        let beside = match second {
+            Second::None => [0.0; 2],
+            Second::Quarter(quarter) => torque(quarter, 0.0),
+            Second::Slope => {
+                let (low, high) = (torque(first, -SLOPE), torque(first, SLOPE));
+                std::array::from_fn(|axis| (high[axis] - low[axis]) / (2.0 * SLOPE))
+            }
+        };
+        [torque(first, 0.0), beside]
+    }
+
+    /// The best strengths of both courses for each place in the turn, and what they gain; the base parameters follow.
+    pub(super) fn solve(&self, sums: &[Sums], two: bool) -> Option<Vec<[f64; 3]>> {
+        let base = self.normal.as_ref()?;
+        let width = if two { 2 } else { 1 };
+        let n = width * sums.len();
+        let mut matrix = DMatrix::zeros(n, n);
+        let mut right = DVector::zeros(n);
+        for (r, a) in sums.iter().enumerate() {
+            for i in 0..width {
+                let follows = base.solve(&a.base.column(i).into_owned());
+                right[width * r + i] = a.product[i] - follows.dot(&self.gradient);
+                for j in 0..width {
+                    matrix[(width * r + i, width * r + j)] += a.square[(i.min(j), i.max(j))];
+                }
+                for (q, b) in sums.iter().enumerate() {
+                    for j in 0..width {
+                        matrix[(width * r + i, width * q + j)] -= follows.dot(&b.base.column(j));
+                    }
+                }
+            }
+        }
+        if (0..n).any(|i| matrix[(i, i)] <= 0.0) {
+            return None;
+        }
+        for i in 0..n {
+            matrix[(i, i)] *= 1.0 + 1e-9;
+        }
+        let best = matrix.cholesky()?.solve(&right);
+        Some(
+            (0..sums.len())
+                .map(|r| {
+                    let gain: f64 = (0..width)
+                        .map(|i| best[width * r + i] * right[width * r + i])
+                        .sum();
+                    let beside = if two { best[width * r + 1] } else { 0.0 };
+                    [gain, best[width * r], beside]
+                })
+                .collect(),
+        )
+    }
+}
+
+/// What an effect with a place in the turn adds where it is turned.
+pub(super) enum Second<'a> {
+    /// It has none.
+    None,
+    /// A sine: itself a quarter turn further.
+    Quarter(&'a Effect<f64>),
+    /// Anything else: its slope with the arm's angle.
+    Slope,
+}
+
+/// Normal equations of two courses of torque, the initial states taken out.
+#[derive(Clone)]
+pub(super) struct Sums {
+    pub(super) square: Matrix2<f64>,
+    pub(super) product: Vector2<f64>,
+    /// Their products with the slopes of what follows.
+    base: DMatrix<f64>,
+}
+
+impl Sums {
+    pub(super) fn zero(followers: usize) -> Self {
+        Self {
+            square: Matrix2::zeros(),
+            product: Vector2::zeros(),
+            base: DMatrix::zeros(followers, 2),
+        }
+    }
+
+    pub(super) fn follow(
+        &mut self,
+        recording: usize,
+        course: usize,
+        by: &SVector<f64, FOLLOW>,
+        sign: f64,
+    ) {
+        for i in 0..FOLLOW {
+            self.base[(follower(recording, i), course)] += sign * by[i];
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! The windows' initial states: solved for at given parameters, followed through a step of them, started again where
+//! they went astray; and what a window says about the start of the next where a drive gives way.
+
+use furuta_model::State;
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use super::eliminate::Reduced;
+use super::fit::{FOLLOWING, Fit, Problem};
+use super::model::Model;
+use super::window::{Start, Windows};
+
+/// A step that throws more than this share of the windows far off is a bad step: its windows are not looked after one
+/// by one.
+const THROWN_OFF: f64 = 0.2;
+/// Steps with which a window that was thrown off is tried again.
+const RESCUE: usize = 5;
+
+/// A flexible coupling that takes more steps of the integrator a sample than this rings, or creeps, faster than samples
+/// follow. It shows no more than a rigid one, and a fit that has no use for a coupling would make it stiffer and
+/// stiffer, and every simulation longer.
+const MOST_STEPS: usize = 24;
+
+impl Problem<'_> {
+    /// Solves for the initial states alone, the parameters held.
+    pub(crate) fn solve_states<M: Model>(
+        &self,
+        model: &M,
+        z: &[f64],
+        known: Option<&[Start]>,
+    ) -> Fit<M> {
+        let windows = Windows::<4>::new(model, z);
+        let (states, costs): (Vec<_>, Vec<_>) = self
+            .windows
+            .par_iter()
+            .enumerate()
+            .map(|(i, w)| windows.search(self.data, w, known.map(|k| &k[i])))
+            .unzip();
+        let mut fit = Fit {
+            model: model.clone(),
+            z: z.to_vec(),
+            states,
+            costs,
+            priors: Vec::new(),
+            cost: 0.0,
+            std: vec![f64::NAN; z.len()],
+        };
+        if windows.plain().plant.has_drive() {
+            self.solve_states_behind(&windows, &mut fit);
+        }
+        fit.add_up(self.floor());
+        fit
+    }
+
+    /// Solves for the initial states again with what the windows before say, where that is better: a window that went
+    /// astray misleads the next.
+    fn solve_states_behind<M>(&self, windows: &Windows, fit: &mut Fit<M>) {
+        let mut led = fit.states.clone();
+        self.lead_in(windows, &mut led);
+        let again: Vec<(Start, f64)> = self
+            .windows
+            .par_iter()
+            .zip(&led)
+            .map(|(w, start)| windows.search(self.data, w, Some(start)))
+            .collect();
+        for (i, (start, cost)) in again.into_iter().enumerate() {
+            if cost < fit.costs[i] {
+                (fit.states[i], fit.costs[i]) = (start, cost);
+            }
+        }
+    }
+
+    /// Brings every window's initial state to its optimum; the cost is infinite where a coupling is stiffer than
+    /// samples follow.
+    pub(crate) fn refine_states<M: Model>(&self, f: &mut Fit<M>, iterations: usize) {
+        let windows = Windows::<4>::new(&f.model, &f.z);
+        let plant = &windows.plain().plant;
+        let period = self.data.runs.first().map_or(0.0, |r| r.h);
+        if plant.has_drive() && plant.substeps(period) > MOST_STEPS {
+            f.costs = vec![f64::INFINITY; f.states.len()];
+        } else {
+            self.lead_in(&windows, &mut f.states);
+            (f.states, f.costs) = self
+                .windows
+                .par_iter()
+                .zip(&f.states)
+                .map(|(w, x)| windows.solve(self.data, w, x, iterations))
+                .unzip();
+        }
+        f.add_up(self.floor());
+    }
+
+    /// Where a drive gives way: tells each window how the one before says that the rig stood.
+    fn lead_in(&self, windows: &Windows, states: &mut [Start]) {
+        if !windows.plain().plant.has_drive() {
+            return;
+        }
+        let before: Vec<_> = (0..states.len())
+            .into_par_iter()
+            .map(|i| {
+                let w = &self.windows[i];
+                let last = i.checked_sub(1)?;
+                let previous = &self.windows[last];
+                let follows = previous.run == w.run && previous.start + previous.len == w.start;
+                let from = (previous, &states[last]);
+                follows.then(|| windows.before(self.data, from, w))?
+            })
+            .collect();
+        for (state, before) in states.iter_mut().zip(before) {
+            state.before = before;
+        }
+    }
+
+    /// Where the step leads, the initial states following.
+    pub(super) fn follow<M: Model>(
+        &self,
+        here: &Fit<M>,
+        r: &Reduced,
+        step: &DVector<f64>,
+    ) -> Fit<M> {
+        let layout = here.model.layout();
+        let mut trial = here.clone();
+        trial.z = here.z.iter().zip(step.iter()).map(|(z, s)| z - s).collect();
+        for ((x, w), response) in trial.states.iter_mut().zip(&self.windows).zip(&r.windows) {
+            *x = response.follow(x, &layout, self.data.runs[w.run].recording, step);
+        }
+        let moved = trial.states.clone();
+        self.refine_states(&mut trial, FOLLOWING);
+        if !trial.cost.is_finite() {
+            return trial;
+        }
+        // A window that the step threw far off is tried from where it was as well.
+        let off: Vec<usize> = (0..moved.len())
+            .filter(|&i| trial.costs[i] > 2.0 * here.costs[i] + 20.0 && moved[i] != here.states[i])
+            .collect();
+        if off.len() as f64 <= THROWN_OFF * moved.len() as f64 {
+            let windows = Windows::<4>::new(&trial.model, &trial.z);
+            let again: Vec<(Start, f64)> = off
+                .par_iter()
+                .map(|&i| windows.solve(self.data, &self.windows[i], &here.states[i], RESCUE))
+                .collect();
+            for (i, (state, cost)) in off.into_iter().zip(again) {
+                if cost < trial.costs[i] {
+                    trial.states[i] = state;
+                    trial.costs[i] = cost;
+                }
+            }
+        }
+        trial.add_up(self.floor());
+        trial
+    }
+
+    /// Solves windows that fit far worse than the others again from other starts: where the window before ends, at
+    /// rest, and smoothed.
+    pub(super) fn restart<M: Model>(&self, f: &mut Fit<M>) {
+        let mut sorted = f.costs.clone();
+        sorted.sort_by(f64::total_cmp);
+        let Some(median) = sorted.get(sorted.len() / 2) else {
+            return;
+        };
+        let bad = (8.0 * median).max(sorted[sorted.len() * 9 / 10]);
+        if sorted[sorted.len() - 1] <= bad {
+            return;
+        }
+        let windows = &Windows::<4>::new(&f.model, &f.z);
+        let again: Vec<(usize, Start, f64)> = (0..self.windows.len())
+            .into_par_iter()
+            .filter(|&i| f.costs[i] > bad)
+            .map(|i| {
+                let w = &self.windows[i];
+                let mut starts = vec![];
+                if i > 0
+                    && self.windows[i - 1].run == w.run
+                    && self.windows[i - 1].start + self.windows[i - 1].len == w.start
+                {
+                    starts.push(windows.end(self.data, &self.windows[i - 1], &f.states[i - 1]));
+                }
+                let Start { x, before } = f.states[i];
+                starts.push(State::new(x.theta, x.alpha, 0.0, x.alpha_dot));
+                for half in [4, 10] {
+                    let g = self.data.guess(w, half);
+                    starts.push(g);
+                    starts.push(State::new(g.theta, g.alpha, 0.0, g.alpha_dot));
+                }
+                let mut best = (f.states[i], f.costs[i]);
+                for x in starts {
+                    let found = windows.solve(self.data, w, &Start { x, before }, RESCUE);
+                    if found.1 < best.1 {
+                        best = found;
+                    }
+                }
+                (i, best.0, best.1)
+            })
+            .collect();
+        for (i, state, cost) in again {
+            f.states[i] = state;
+            f.costs[i] = cost;
+        }
+        f.add_up(self.floor());
+    }
+}

@@ -1,0 +1,143 @@
+//! What is wrong with a rig file.
+
+use crate::effects::EffectError;
+use crate::params::ParamError;
+use crate::plant::PlantError;
+use furuta_input::{InputError, foreign, number, quoted};
+
+/// What is wrong with a rig file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RigError {
+    /// Neither a built-in rig nor a file that can be read.
+    #[error(
+        "rig `{}`: cannot be read ({source}); give a file, or one of the built-in rigs: {builtin}",
+        quoted(path)
+    )]
+    Unreadable {
+        /// What was asked for.
+        path: String,
+        /// The built-in names.
+        builtin: String,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// No file of text, or too large a one.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// Not TOML, an unknown key, a missing key, or a value of the wrong kind.
+    #[error("rig file, line {line}: {}", foreign(message))]
+    Syntax {
+        /// Where, from 1.
+        line: usize,
+        /// What.
+        message: String,
+    },
+    /// A physical parameter outside its range.
+    #[error("rig file: {0}; values are in SI units")]
+    Parameter(#[from] ParamError),
+    /// A sensor or limit outside its range.
+    #[error("rig file: {key} = {} is outside the allowed range [{min}, {max}]", number(*value))]
+    OutOfRange {
+        /// Which.
+        key: &'static str,
+        /// What it was.
+        value: f64,
+        /// Lower end.
+        min: f64,
+        /// Upper end.
+        max: f64,
+    },
+    /// A name or source that no terminal can show.
+    #[error(
+        "rig file: {key} = `{}` has characters that are not printable; use letters, digits, signs and \
+         spaces, at most {most}",
+        quoted(text)
+    )]
+    NotPrintable {
+        /// Which.
+        key: &'static str,
+        /// What it was.
+        text: String,
+        /// How many characters it may have.
+        most: usize,
+    },
+    /// An effect's id without quotation marks, whose dot then divides tables.
+    #[error(
+        "rig file: [effects.{}] needs quotation marks, for the id has a dot in it: write [effects.\"{}\"]",
+        quoted(id),
+        quoted(id)
+    )]
+    UnquotedEffect {
+        /// The id as written.
+        id: String,
+    },
+    /// An effect that the catalogue does not have.
+    #[error(
+        "rig file: effect `{}` is not in the catalogue; known are {known}",
+        quoted(id)
+    )]
+    UnknownEffect {
+        /// Its id.
+        id: String,
+        /// The ids there are.
+        known: String,
+    },
+    /// An effect's parameter that it does not have, or lacks.
+    #[error(
+        "rig file: effect `{}` {problem} `{}`; it has {known}",
+        quoted(id),
+        quoted(parameter)
+    )]
+    EffectParameter {
+        /// The effect.
+        id: String,
+        /// `has no parameter` or `lacks`.
+        problem: &'static str,
+        /// The parameter.
+        parameter: String,
+        /// What it has.
+        known: String,
+    },
+    /// A word where an effect wants a number, or another word.
+    #[error(
+        "rig file: effect `{}`: {parameter} = \"{}\" must be {wanted}",
+        quoted(id),
+        quoted(word)
+    )]
+    EffectWord {
+        /// The effect.
+        id: String,
+        /// The parameter.
+        parameter: &'static str,
+        /// What was given.
+        word: String,
+        /// What it can be.
+        wanted: String,
+    },
+    /// An effect's value outside its range.
+    #[error("rig file: effect {0}")]
+    Effect(#[from] EffectError),
+    /// More effects than a plant can hold.
+    #[error("rig file: {0}")]
+    Plant(#[from] PlantError),
+    /// Any of these in a file with a name.
+    #[error("{}: {error}", quoted(path))]
+    InFile {
+        /// The file.
+        path: String,
+        /// What is wrong in it.
+        error: Box<RigError>,
+    },
+}
+
+impl RigError {
+    /// The same error, naming the file.
+    #[must_use]
+    pub fn in_file(self, path: &str) -> Self {
+        Self::InFile {
+            path: path.to_owned(),
+            error: Box::new(self),
+        }
+    }
+}

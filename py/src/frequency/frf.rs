@@ -1,0 +1,247 @@
+//! A measured frequency response.
+
+use super::transfer_fit::PyTransferFit;
+use crate::error;
+use crate::file;
+use crate::matrix::Vector;
+use furuta_ident::diagnose::result::significant;
+use furuta_ident::frequency::Frf;
+use furuta_ident::frequency::bode::Bode;
+use furuta_ident::frequency::words::{fit_text, response_text};
+use nalgebra::Complex;
+use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArrayLike1};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+type Array<'py, T> = Bound<'py, PyArray1<T>>;
+
+/// A measured frequency response. `furuta.frf` makes it from recordings; one from elsewhere is given as arrays.
+///
+/// Parameters
+/// ----------
+/// frequency : array_like, shape (N,)
+///     Lines in Hz, ascending, above 0.
+/// response : array_like, shape (N,), complex
+/// std : array_like, shape (N,), optional
+///     Standard deviation of each line (distance in the complex plane); without it, all lines count equally relative to
+///     their size.
+/// sample_period : float, optional
+///     In s, where the response is that of a sampled plant behind a hold; 0 for a continuous one.
+///
+/// Attributes
+/// ----------
+/// frequency, response, coherence, std : numpy.ndarray, shape (N,)
+/// averages : float
+///     Independent averages.
+/// sample_period : float
+/// method : str
+/// notices : list of str
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, furuta
+/// >>> f = np.linspace(0.1, 5, 50)
+/// >>> response = furuta.Frf(f, 1 / (2j * np.pi * f + 3))
+/// >>> response.band(1, 2).frequency.size
+/// 11
+#[pyclass(name = "Frf", module = "furuta", frozen)]
+pub(crate) struct PyFrf {
+    pub(crate) frf: Frf,
+    pub(super) notices: Vec<String>,
+    /// What it is of: `alpha / u`.
+    pub(super) what: String,
+}
+
+#[pymethods]
+impl PyFrf {
+    #[new]
+    #[pyo3(signature = (frequency, response, std=None, *, sample_period=0.0))]
+    fn new(
+        frequency: Vector<'_>,
+        response: PyArrayLike1<'_, Complex<f64>, AllowTypeChange>,
+        std: Option<Vector<'_>>,
+        sample_period: f64,
+    ) -> PyResult<Self> {
+        let frequency = frequency.as_array().to_vec();
+        let response = response.as_array().to_vec();
+        let n = frequency.len();
+        let std = std.map_or_else(|| vec![0.0; n], |s| s.as_array().to_vec());
+        if response.len() != n || std.len() != n {
+            return Err(error::identification(format!(
+                "frequency, response and std have {n}, {} and {} values: they must be of one length",
+                response.len(),
+                std.len()
+            )));
+        }
+        let ascends = frequency.windows(2).all(|f| f[0] < f[1]);
+        if !ascends || frequency.first().is_none_or(|f| *f <= 0.0 || f.is_nan()) {
+            return Err(error::identification(
+                "frequency must ascend, from above 0 Hz",
+            ));
+        }
+        if !(sample_period >= 0.0 && sample_period.is_finite()) {
+            return Err(error::identification(format!(
+                "sample_period = {sample_period} s must be 0 or positive"
+            )));
+        }
+        let frf = Frf {
+            response,
+            std,
+            sample_period,
+            method: "given".to_owned(),
+            ..Frf::exact(&frequency, |_| Complex::new(0.0, 0.0))
+        };
+        Ok(Self {
+            frf,
+            notices: Vec::new(),
+            what: "response".to_owned(),
+        })
+    }
+
+    #[getter]
+    fn frequency<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
+        self.frf.frequency.clone().into_pyarray(py)
+    }
+
+    #[getter]
+    fn response<'py>(&self, py: Python<'py>) -> Array<'py, Complex<f64>> {
+        self.frf.response.clone().into_pyarray(py)
+    }
+
+    #[getter]
+    fn coherence<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
+        self.frf.coherence.clone().into_pyarray(py)
+    }
+
+    #[getter]
+    fn std<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
+        self.frf.std.clone().into_pyarray(py)
+    }
+
+    #[getter]
+    fn averages(&self) -> f64 {
+        self.frf.averages
+    }
+
+    #[getter]
+    fn sample_period(&self) -> f64 {
+        self.frf.sample_period
+    }
+
+    #[getter]
+    fn method(&self) -> &str {
+        &self.frf.method
+    }
+
+    #[getter]
+    fn notices(&self) -> Vec<String> {
+        self.notices.clone()
+    }
+
+    /// Radius of the circle about each line in which the true response lies with this probability.
+    #[pyo3(signature = (probability=0.95))]
+    fn confidence<'py>(&self, py: Python<'py>, probability: f64) -> PyResult<Array<'py, f64>> {
+        let radius = self.frf.confidence(probability);
+        Ok(radius.map_err(error::identification)?.into_pyarray(py))
+    }
+
+    /// The part between two frequencies (Hz).
+    fn band(&self, low: f64, high: f64) -> PyResult<Self> {
+        Ok(Self {
+            frf: self.frf.band(low, high).map_err(error::identification)?,
+            notices: self.notices.clone(),
+            what: self.what.clone(),
+        })
+    }
+
+    /// Magnitude in dB.
+    fn magnitude_db<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
+        self.frf.magnitude_db().into_pyarray(py)
+    }
+
+    /// Phase in degrees, continuous.
+    fn phase_degrees<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
+        self.frf.phase_degrees().into_pyarray(py)
+    }
+
+    /// In words: how it was measured, and what should be known.
+    fn summary(&self) -> String {
+        let f = &self.frf;
+        let ends = [f.frequency.first(), f.frequency.last()];
+        let [low, high] = ends.map(|f| significant(f.copied().unwrap_or(0.0), 3));
+        let mut text = format!(
+            "{} lines from {low} to {high} Hz, {}, {} independent averages",
+            f.frequency.len(),
+            f.method,
+            significant(f.averages, 3)
+        );
+        for notice in &self.notices {
+            text += &format!("\nnote: {notice}");
+        }
+        text
+    }
+
+    /// Writes a report, one HTML page that needs no network: the Bode plot, what should be known, the numbers.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path
+    /// fit : TransferFit, optional
+    ///     Laid over the response.
+    /// force : bool
+    ///     Replace a file that is there already and is no such page.
+    #[pyo3(signature = (path, fit=None, *, force=false))]
+    fn report(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        fit: Option<PyRef<'_, PyTransferFit>>,
+        force: bool,
+    ) -> PyResult<()> {
+        let mut bode = Bode::new(&self.what)
+            .measured(&self.frf)
+            .map_err(error::identification)?;
+        let mut text = response_text(&self.what, &self.frf).map_err(error::identification)?;
+        let mut notices = self.notices.clone();
+        if let Some(fit) = fit {
+            let fit = &fit.fit;
+            let curve = self.frf.frequency.iter().map(|f| (*f, fit.response(*f)));
+            bode = bode.model("fit", &curve.collect::<Vec<_>>(), false);
+            text = fit_text(fit) + &text;
+            notices.extend(fit.notices().iter().map(ToString::to_string));
+        }
+        let title = format!("Frequency response {}", self.what);
+        file::write_page(py, &path, force, || {
+            furuta_ident::report::frequency(&title, bode, &text, &notices)
+        })
+    }
+
+    /// Draws magnitude, phase and coherence with matplotlib.
+    ///
+    /// Parameters
+    /// ----------
+    /// **models : TransferFit, or array_like of shape (N,), complex
+    ///     Curves to lay over, by name.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    #[pyo3(signature = (**models))]
+    fn plot<'py>(
+        slf: Bound<'py, Self>,
+        models: Option<Bound<'py, pyo3::types::PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let models = models.unwrap_or_else(|| pyo3::types::PyDict::new(py));
+        py.import("furuta._bode")?
+            .call_method1("plot", (slf, models))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<furuta.Frf {} lines>", self.frf.frequency.len())
+    }
+
+    fn __str__(&self) -> String {
+        self.summary()
+    }
+}
