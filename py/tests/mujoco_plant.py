@@ -24,12 +24,13 @@ STEP = 1e-4  # s, MuJoCo's integration step: 10 to 50 of them per sample
 # nothing to one about the arm's axis, where it is taken off the arm.
 LEAST = 1e-12
 
-# MuJoCo's friction acts ahead of the stop by the constraint's time constant: 10 ms by default. One step is the stiffest RK4 carries
+# Formatted with MuJoCo's step, s. MuJoCo's friction acts ahead of the stop by the constraint's time constant: 10 ms by default. One step is the stiffest RK4 carries
 # (rate 2 / constant), and `refsafe` would not allow it.
-FRICTION = f'solreffriction="{STEP} 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
+FRICTION = 'solreffriction="{step!s} 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
 
-# The ends of the play: so stiff that they yield by less than a tenth of an encoder count, and hardly bouncing (a seventh of the speed).
-STOP = f'solreflimit="{5 * STEP} 1" solimplimit="0.9999 0.9999 0.001 0.5 2"'
+# The ends of the play: so stiff that they yield by less than a tenth of an encoder count, and hardly bouncing: a seventh of the speed at
+# damping ratio 1, less above.
+STOP = 'solreflimit="{constant!s} {ratio!s}" solimplimit="0.9999 0.9999 0.001 0.5 2"'
 
 
 def principal(rig: TrueRig, extra: float) -> tuple[float, tuple[float, float, float], float]:
@@ -54,8 +55,8 @@ class Clock:
     With ``x.clock_jitter``: late or early, with a standard deviation and a correlation time.
     """
 
-    def __init__(self, jitter: dict[str, float] | None, rate: float, run: int):
-        self.jitter, self.rate, self.away = jitter, rate, 0.0
+    def __init__(self, jitter: dict[str, float] | None, rate: float, run: int, step: float):
+        self.jitter, self.rate, self.length, self.away = jitter, rate, step, 0.0
         if jitter:
             self.rng = np.random.default_rng([int(jitter["seed"]), run])
             self.keep = np.exp(-1 / (rate * jitter["correlation"]))
@@ -64,7 +65,7 @@ class Clock:
         """The step of this sample; the one before it was taken at step ``last``."""
         if self.jitter:
             self.away = self.keep * self.away + np.sqrt(1 - self.keep**2) * self.jitter["spread"] * self.rng.standard_normal()
-        return max(round((sample / self.rate + self.away) / STEP), last + 1)
+        return max(round((sample / self.rate + self.away) / self.length), last + 1)
 
 
 class Supply:
@@ -89,25 +90,28 @@ class Supply:
 
 
 class Plant:
-    """The rig in MuJoCo. ``advance`` is one sample: command in; ``measure`` reads the encoders. ``run`` is the recording's number, from 0."""
+    """The rig in MuJoCo. ``advance`` is one sample: command in; ``measure`` reads the encoders.
 
-    def __init__(self, rig: TrueRig, effects: Effects, alpha: float, theta: float = 0.0, run: int = 0):
+    ``run`` is the recording's number, from 0; ``step`` (s) is MuJoCo's, ``stop`` the damping ratio of the ends of the play.
+    """
+
+    def __init__(self, rig: TrueRig, effects: Effects, alpha: float, theta: float = 0.0, run: int = 0, step: float = STEP, stop: float = 1.0):
         check(effects)
-        self.rig, self.effects = rig, effects
+        self.rig, self.effects, self.step, self.stop = rig, effects, step, stop
         self.drive = next((effects[id] for id in ("drive.backlash", "drive.compliance") if id in effects), None)
         self.model = mujoco.MjModel.from_xml_string(self._xml())
         self.data = mujoco.MjData(self.model)
         self.motor = int(self.model.joint("rotor").dofadr[0]) if self.drive else THETA
         self.data.qpos[[THETA, ALPHA, self.motor]] = theta, alpha, theta
         self.reads = [self.motor if self.drive and self.drive.get("encoder") == "motor" else THETA, ALPHA]
-        self.substeps = round(1 / (rig.rate * STEP))
-        if abs(self.substeps * STEP * rig.rate - 1) > 1e-9:
-            raise ValueError(f"rate {rig.rate} does not divide into steps of {STEP} s")
-        self.laws = torques(effects, rig, self.motor, STEP)
+        self.substeps = round(1 / (rig.rate * self.step))
+        if abs(self.substeps * self.step * rig.rate - 1) > 1e-9:
+            raise ValueError(f"rate {rig.rate} does not divide into steps of {self.step} s")
+        self.laws = torques(effects, rig, self.motor, self.step)
         self.frictions = frictions(effects, rig, self.motor)
         self.pulses = pulses(effects, run)
         self.samples = self.steps = 0
-        self.clock = Clock(effects.get("x.clock_jitter"), rig.rate, run)
+        self.clock = Clock(effects.get("x.clock_jitter"), rig.rate, run, step)
         self.supply = Supply(effects, rig)
         self.lagged = 0.0  # state of motor.lag, V
         self.queue: list[float] = []  # past commands, newest first, for motor.delay
@@ -122,9 +126,10 @@ class Plant:
         gravity = rig.g * np.array([np.sin(lean) * np.cos(towards), np.sin(lean) * np.sin(towards), -np.cos(lean)])
         cable = "arm.cable" if "arm.cable" in self.effects else "arm.spring"  # stiffness of x, x², x³
         spring = f'stiffness="{p(cable, "stiffness")!s} {p(cable, "asymmetry")!s} {p(cable, "cubic")!s}" springref="{p(cable, "rest")!s}"'
+        friction_law = FRICTION.format(step=self.step)
         friction = p("arm.coulomb", "torque") + p("arm.stribeck", "static")  # the latter follows the speed in `advance`
         # damping of w and of |w| w
-        motor = f'damping="{rig.arm_damping!s} {p("arm.quadratic", "coefficient")!s} 0" frictionloss="{friction!s}" {FRICTION}'
+        motor = f'damping="{rig.arm_damping!s} {p("arm.quadratic", "coefficient")!s} 0" frictionloss="{friction!s}" {friction_law}'
         arm, (hinge, transverse, axial), armature = principal(rig, p("pendulum.inertia_transverse", "inertia"))
         rod, upper = self._rod(hinge, transverse, axial)
         rotor = tendon = ""
@@ -136,13 +141,13 @@ class Plant:
       <inertial pos="0 0 0" mass="1" diaginertia="{share!s} {share!s} {share!s}"/>
     </body>"""
             motor, gap = "", p("drive.backlash", "gap")
-            coupling = f'limited="true" range="{-gap / 2!s} {gap / 2!s}" {STOP}' if gap else (
+            coupling = f'limited="true" range="{-gap / 2!s} {gap / 2!s}" {STOP.format(constant=5 * self.step, ratio=self.stop)}' if gap else (
                 f'stiffness="{p("drive.compliance", "stiffness")!s}" damping="{p("drive.compliance", "damping")!s}" springlength="0"'
             )  # fmt: skip
             tendon = f'<tendon><fixed name="drive" {coupling}><joint joint="rotor" coef="1"/><joint joint="theta" coef="-1"/></fixed></tendon>'
         return f"""<mujoco>
   <compiler angle="radian"/>
-  <option timestep="{STEP}" gravity="{gravity[0]!s} {gravity[1]!s} {gravity[2]!s}" integrator="RK4" cone="elliptic" tolerance="1e-10">
+  <option timestep="{self.step}" gravity="{gravity[0]!s} {gravity[1]!s} {gravity[2]!s}" integrator="RK4" cone="elliptic" tolerance="1e-10">
     <flag contact="disable" refsafe="disable"/>
   </option>
   <worldbody>
@@ -152,7 +157,7 @@ class Plant:
       <body name="pendulum" pos="{rig.arm_length!s} 0 0">
         <joint name="alpha" type="hinge" axis="1 0 0" armature="{armature!s}" damping="{rig.pend_viscous!s} {p("pendulum.quadratic", "coefficient")!s} 0"
                stiffness="{p("pendulum.spring", "stiffness")!s}" springref="{self.effects.get("pendulum.spring", {}).get("rest", np.pi)!s}"
-               frictionloss="{p("pendulum.coulomb", "torque")!s}" {FRICTION}/>
+               frictionloss="{p("pendulum.coulomb", "torque")!s}" {friction_law}/>
         {rod}{upper}
       </body>
     </body>
@@ -228,7 +233,7 @@ class Plant:
 
     def _delayed(self, u: float, steps: int) -> np.ndarray:
         """Command at the motor in each substep: a transport delay of any real length, the substep of the edge averaged."""
-        delay = self._parameter("motor.delay", "delay") / STEP  # in substeps
+        delay = self._parameter("motor.delay", "delay") / self.step  # in substeps
         if delay == 0.0:
             return np.full(steps, u)
         whole = int(np.ceil(delay / self.substeps))
@@ -254,10 +259,10 @@ class Plant:
         volts = volts * (1 + p("motor.drift", "rate") * middles)
         constant = p("motor.lag", "time_constant")
         if constant > 0.0:
-            keep = np.exp(-STEP / constant)
+            keep = np.exp(-self.step / constant)
             for i, target in enumerate(volts):  # exact for a held input; the mean over the substep is what turns the arm
                 start, self.lagged = self.lagged, target + (self.lagged - target) * keep
-                volts[i] = target + (start - target) * (1 - keep) * constant / STEP
+                volts[i] = target + (start - target) * (1 - keep) * constant / self.step
         return volts
 
     def advance(self, u: float) -> None:
@@ -269,13 +274,13 @@ class Plant:
         begin, last = self.time, self.steps
         self.samples += 1
         self.steps = self.clock.step(self.samples, last)
-        edges = begin + STEP * np.arange(self.steps - last + 1)
-        middles = edges[:-1] + STEP / 2
+        edges = begin + self.step * np.arange(self.steps - last + 1)
+        middles = edges[:-1] + self.step / 2
         planned = np.zeros((self.steps - last, self.model.nv))  # what does not depend on the motion
         planned[:, motor] = self._voltage(float(np.clip(u, -rig.vmax, rig.vmax)), middles) * rig.torque_per_volt
         planned[:, ALPHA] += self._parameter("pendulum.bias", "torque")
         for axis, start, end, torque in self.pulses:
-            planned[:, axis] += torque * np.clip(np.minimum(edges[1:], end) - np.maximum(edges[:-1], start), 0.0, STEP) / STEP
+            planned[:, axis] += torque * np.clip(np.minimum(edges[1:], end) - np.maximum(edges[:-1], start), 0.0, self.step) / self.step
         if not (self.laws or self.frictions):  # constant within stretches: MuJoCo's own loop is faster
             for torque, stretch in itertools.groupby(planned.tolist()):
                 data.qfrc_applied[:] = torque
@@ -283,8 +288,8 @@ class Plant:
             return
         for t, torque in zip(middles, planned):
             # torques are held for the step: taken at its middle, extrapolated, they are right to second order
-            speed = data.qvel + 0.5 * STEP * data.qacc
-            angle = data.qpos + 0.5 * STEP * (data.qvel + 0.25 * STEP * data.qacc)
+            speed = data.qvel + 0.5 * self.step * data.qacc
+            angle = data.qpos + 0.5 * self.step * (data.qvel + 0.25 * self.step * data.qacc)
             driving = torque[motor]
             for axis, law in self.laws:
                 torque[axis] += law(t, angle, speed, driving)
