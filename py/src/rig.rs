@@ -2,7 +2,7 @@
 
 use crate::error;
 use furuta_model::effects::{Kind, ParameterSpec};
-use furuta_model::params::RANGES;
+use furuta_model::params::{ParamRange, RANGES};
 use furuta_model::{CATALOGUE, Effect, Params, Rig, Spec, effects};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -100,6 +100,31 @@ impl PyRig {
             ("arm_speed", l.arm_speed),
             ("pendulum_speed", l.pendulum_speed),
         ])
+    }
+
+    /// How well each number of the sheet is known: one standard deviation as a share of its value, `None` where nothing
+    /// is known. A copy: see `with_tolerance`.
+    #[getter]
+    fn tolerance(&self) -> BTreeMap<&'static str, Option<f64>> {
+        let of = |r: &ParamRange| (r.key, self.rig.tolerance.share(r.key));
+        RANGES.iter().map(of).collect()
+    }
+
+    /// The same rig with these tolerances, for example `{"arm.length": 0.005}`: one standard deviation as a share of
+    /// the value. A diagnosis holds what recordings do not show near the sheet by it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import furuta
+    /// >>> rig = furuta.Rig.load("qube-servo-2").with_tolerance({"arm.length": 0.005})
+    /// >>> rig.tolerance["arm.length"], rig.tolerance["motor.resistance"]
+    /// (0.005, 0.1)
+    fn with_tolerance(&self, tolerance: BTreeMap<String, f64>) -> PyResult<Self> {
+        let mut rig = self.rig.clone();
+        for (key, share) in tolerance {
+            rig.tolerance.set(&key, share).map_err(error::rig)?;
+        }
+        Ok(Self { rig })
     }
 
     /// Effects beyond the rigid-body model: parameters (SI; words where there is a choice) by the effect's id. A copy:

@@ -24,7 +24,8 @@ STEP = 1e-4  # s, MuJoCo's integration step: 10 to 50 of them per sample
 # nothing to one about the arm's axis, where it is taken off the arm.
 LEAST = 1e-12
 
-# Formatted with MuJoCo's step, s. MuJoCo's friction acts ahead of the stop by the constraint's time constant: 10 ms by default. One step is the stiffest RK4 carries
+# Formatted with MuJoCo's step, s. MuJoCo's friction acts ahead of the stop by the constraint's time constant: 10 ms by
+# default. One step is the stiffest RK4 carries
 # (rate 2 / constant), and `refsafe` would not allow it.
 FRICTION = 'solreffriction="{step!s} 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
 

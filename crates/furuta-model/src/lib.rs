@@ -63,6 +63,6 @@ pub use linearize::{Linear, linearize};
 pub use params::{Arm, Motor, ParamError, Params, Pendulum};
 pub use plant::{Plant, PlantError, PlantState, Twist};
 #[cfg(feature = "std")]
-pub use rig::{Limits, Rig, RigError, Sensors, published};
+pub use rig::{Limits, Rig, RigError, Sensors, Tolerance, published};
 pub use scalar::Scalar;
 pub use state::State;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
 use furuta_model::params::Coefficients;
-use furuta_model::{Effect, Jet, Params, Plant, Rig, Spec};
+use furuta_model::{Effect, Jet, Params, Plant, Rig, Scalar, Spec};
 
 use crate::shooting::{
     Data, Layout, Model, Observed, Prior, ZEROS, zero_bounds, zero_priors, zero_units,
@@ -25,10 +25,9 @@ pub(super) const FIRST_EFFECT: usize = BASE + 1;
 const MOST_TIMING: f64 = 0.1;
 /// By which factor inertias and gain may differ from the data sheet.
 const MOST_FACTOR: f64 = 4.0;
-/// By which share the arm's length may: three standard deviations of a ruler.
-const MOST_LENGTH: f64 = 3.0 * RULER;
-/// Standard deviation of the arm's length in a data sheet, a share: a millimetre or two on a desk-top rig.
-const RULER: f64 = 0.02;
+/// By how many of its standard deviations the arm's length may.
+const MOST_DEVIATIONS: f64 = 3.0;
+
 /// The rig as given, and what a step in each parameter means.
 #[derive(Clone, Debug)]
 pub(super) struct Sheet {
@@ -36,6 +35,8 @@ pub(super) struct Sheet {
     pub(super) coefficients: Coefficients<f64>,
     /// A natural size of each base parameter: the sheet's value, or a guess where that is zero.
     pub(super) scale: [f64; BASE],
+    /// One standard deviation of each base parameter beforehand, by the sheet's tolerances, in units of the vector.
+    known: [Option<f64>; BASE],
     pub(super) period: f64,
     /// Where the longest recording ends, s.
     pub(super) end: f64,
@@ -54,17 +55,16 @@ impl Sheet {
         let c = rig.params.coefficients();
         // Damping ratio one per cent: a small friction, for sheets that leave it out.
         let small = 0.02 * (c.weight * c.pendulum).sqrt();
+        let base = base(&c, rig.params.arm.length);
+        let mut scale = base;
+        for i in [ARM_DAMPING, PENDULUM_DAMPING] {
+            scale[i] = scale[i].max(small);
+        }
         Self {
             params: rig.params,
             coefficients: c,
-            scale: [
-                c.arm,
-                c.pendulum,
-                c.drive,
-                c.arm_damping.max(small),
-                c.pendulum_damping.max(small),
-                rig.params.arm.length,
-            ],
+            scale,
+            known: known(rig, &base, &scale),
             period: data.runs.first().map_or(0.0, |r| r.h),
             end: data
                 .runs
@@ -88,16 +88,41 @@ impl Sheet {
     }
 
     fn base(&self) -> [f64; BASE] {
-        let c = &self.coefficients;
-        [
-            c.arm,
-            c.pendulum,
-            c.drive,
-            c.arm_damping,
-            c.pendulum_damping,
-            self.params.arm.length,
-        ]
+        base(&self.coefficients, self.params.arm.length)
     }
+}
+
+/// The base parameters of a sheet.
+fn base(c: &Coefficients<f64>, length: f64) -> [f64; BASE] {
+    [
+        c.arm,
+        c.pendulum,
+        c.drive,
+        c.arm_damping,
+        c.pendulum_damping,
+        length,
+    ]
+}
+
+/// The `i`-th base parameter as recordings see it: inertias, gain and dampings in proportion to the weight's moment.
+fn seen<S: Scalar>(params: &Params<S>, i: usize) -> S {
+    let c = params.coefficients();
+    match i {
+        LENGTH => params.arm.length,
+        DRIVE => c.drive / c.weight,
+        ARM_DAMPING => c.arm_damping / c.weight,
+        PENDULUM_DAMPING => c.pendulum_damping / c.weight,
+        0 => c.arm / c.weight,
+        _ => c.pendulum / c.weight,
+    }
+}
+
+/// One standard deviation of each base parameter by the sheet's tolerances, in units of `scale`.
+fn known(rig: &Rig, base: &[f64; BASE], scale: &[f64; BASE]) -> [Option<f64>; BASE] {
+    std::array::from_fn(|i| {
+        let share = rig.tolerance.of(&rig.params, |p| seen(p, i))?;
+        Some(share * base[i] / scale[i]).filter(|std| std.is_finite())
+    })
 }
 
 /// Whether the effect is a delay, of the command or of the encoders: the same on recorded input and output.
@@ -334,7 +359,10 @@ impl Model for Hypothesis {
             .map(|i| {
                 let (least, most) = match i {
                     ARM_DAMPING | PENDULUM_DAMPING => (0.0, base[i] + 20.0 * scale[i]),
-                    LENGTH => (base[i] * (1.0 - MOST_LENGTH), base[i] * (1.0 + MOST_LENGTH)),
+                    LENGTH => {
+                        let most = MOST_DEVIATIONS * sheet.known[i].unwrap_or(0.0) * scale[i];
+                        ((base[i] - most).max(base[i] / MOST_FACTOR), base[i] + most)
+                    }
                     _ => (base[i] / MOST_FACTOR, base[i] * MOST_FACTOR),
                 };
                 ((least - base[i]) / scale[i], (most - base[i]) / scale[i])
@@ -376,10 +404,9 @@ impl Model for Hypothesis {
 
     fn priors(&self) -> Vec<Option<Prior>> {
         let mut priors = vec![None; self.shared()];
-        priors[LENGTH] = Some(Prior {
-            mean: 0.0,
-            std: RULER,
-        });
+        for (prior, known) in priors.iter_mut().zip(self.sheet.known) {
+            *prior = known.map(|std| Prior { mean: 0.0, std });
+        }
         priors.extend(zero_priors(&self.layout()));
         priors
     }

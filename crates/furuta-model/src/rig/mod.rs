@@ -3,8 +3,10 @@
 mod builtin;
 mod file;
 pub mod published;
+mod tolerance;
 
 pub use file::RigError;
+pub use tolerance::Tolerance;
 
 use crate::effects::Effect;
 use crate::params::Params;
@@ -75,6 +77,8 @@ pub struct Rig {
     pub sensors: Sensors,
     /// Where a run is stopped.
     pub limits: Limits,
+    /// How well the parameters are known.
+    pub tolerance: Tolerance,
     /// Effects beyond the rigid-body model, as `diagnose` adds them.
     pub effects: Vec<Effect<f64>>,
 }

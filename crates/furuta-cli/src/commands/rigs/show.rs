@@ -57,7 +57,13 @@ pub(super) fn json(rig: &Rig) -> Result<Value, Failure> {
     let parameters: Map<String, Value> = RANGES
         .iter()
         .zip(rig.params.to_array())
-        .map(|(r, v)| (r.key.to_owned(), json!({"value": v, "unit": r.unit})))
+        .map(|(r, v)| {
+            let share = rig.tolerance.share(r.key);
+            (
+                r.key.to_owned(),
+                json!({"value": v, "unit": r.unit, "tolerance": share}),
+            )
+        })
         .collect();
     let effects: Map<String, Value> = rig
         .effects
@@ -98,8 +104,18 @@ pub(super) fn text(rig: &Rig) -> Result<String, Failure> {
     let mut out = format!("{}\n{}\n\n", rig.name, rig.source);
     // Writing to a String cannot fail.
     for (range, value) in RANGES.iter().zip(rig.params.to_array()) {
-        let _ = writeln!(out, "  {:30} {value:12} {}", range.key, range.unit);
+        let known = match rig.tolerance.share(range.key) {
+            Some(share) if share > 0.0 => format!("± {} %", print::significant(100.0 * share)),
+            Some(_) => String::new(),
+            None => "± ?".to_owned(),
+        };
+        let line = format!("  {:30} {value:12} {:8} {known}", range.key, range.unit);
+        let _ = writeln!(out, "{}", line.trim_end());
     }
+    let _ = writeln!(
+        out,
+        "  (±: one standard deviation of the sheet, [tolerance] in the rig file; ?: a guess)"
+    );
     let [arm, pendulum] = rig.sensors.resolution();
     let _ = writeln!(
         out,

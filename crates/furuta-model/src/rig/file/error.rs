@@ -48,6 +48,33 @@ pub enum RigError {
         /// Upper end.
         max: f64,
     },
+    /// The tolerance of a number that no sheet has.
+    #[error(
+        "rig file: [tolerance] has `{}`, which is no parameter of a rig; write {known}",
+        quoted(key)
+    )]
+    UnknownTolerance {
+        /// As written.
+        key: String,
+        /// What there is.
+        known: String,
+    },
+    /// A tolerance that is none.
+    #[error(
+        "rig file: [tolerance] {key} = {} is outside the allowed range [{min}, {max}]; it is one standard deviation \
+         as a share of the value: 0.02 is 2 %",
+        number(*share)
+    )]
+    Tolerance {
+        /// Of which parameter.
+        key: &'static str,
+        /// What it was.
+        share: f64,
+        /// Lower end.
+        min: f64,
+        /// Upper end.
+        max: f64,
+    },
     /// A name or source that no terminal can show.
     #[error(
         "rig file: {key} = `{}` has characters that are not printable; use letters, digits, signs and \

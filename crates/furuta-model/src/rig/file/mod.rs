@@ -6,7 +6,7 @@ mod tests;
 
 pub use error::RigError;
 
-use super::{Limits, Rig, Sensors};
+use super::{Limits, Rig, Sensors, Tolerance};
 use crate::effects::{self, Effect, Kind, MAX_PARAMETERS};
 use crate::params::{Arm, Motor, Params, Pendulum, RANGES};
 use crate::plant::{MAX_EFFECTS, PlantError};
@@ -25,6 +25,7 @@ struct FileText {
     sensors: SensorsText,
     environment: EnvironmentText,
     limits: Option<LimitsText>,
+    tolerance: Option<BTreeMap<String, BTreeMap<String, f64>>>,
     effects: Option<BTreeMap<String, BTreeMap<String, ValueText>>>,
 }
 
@@ -167,6 +168,12 @@ pub(super) fn parse(text: &str) -> Result<Rig, RigError> {
             pendulum_speed: limit("limits.pendulum_speed", l.pendulum_speed, 1e4)?,
         },
     };
+    let mut tolerance = Tolerance::default();
+    for (table, shares) in file.tolerance.iter().flatten() {
+        for (key, share) in shares {
+            tolerance.set(&format!("{table}.{key}"), *share)?;
+        }
+    }
     let effects = file
         .effects
         .unwrap_or_default()
@@ -189,6 +196,7 @@ pub(super) fn parse(text: &str) -> Result<Rig, RigError> {
         params,
         sensors,
         limits,
+        tolerance,
         effects,
     })
 }
@@ -321,6 +329,16 @@ pub(super) fn write(rig: &Rig) -> String {
                 let _ = writeln!(out, "{key} = {value:?}");
             }
         }
+    }
+    let mut stated = rig.tolerance.stated().peekable();
+    if stated.peek().is_some() {
+        let _ = writeln!(
+            out,
+            "\n[tolerance]   # one standard deviation, a share of the value"
+        );
+    }
+    for (key, share) in stated {
+        let _ = writeln!(out, "{key} = {share:?}");
     }
     for e in &rig.effects {
         let spec = e.spec();

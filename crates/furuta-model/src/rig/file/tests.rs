@@ -110,6 +110,52 @@ fn every_effect_is_written_and_read_back() {
 }
 
 #[test]
+fn tolerances_are_shares_of_numbers_that_a_sheet_has() {
+    let rig = parse(&format!(
+        "{QUBE}\n[tolerance]\narm.length = 0.01\nmotor.resistance = 0.2\n"
+    ))
+    .expect("valid");
+    assert_eq!(
+        rig.tolerance.stated().collect::<Vec<_>>(),
+        [("arm.length", 0.01), ("motor.resistance", 0.2)]
+    );
+    assert_eq!(parse(&write(&rig)).expect("readable"), rig);
+    let unknown = message(&format!("{QUBE}\n[tolerance]\narm.lenght = 0.01\n"));
+    assert!(
+        unknown.contains("`arm.lenght`") && unknown.contains("arm.length, arm.inertia"),
+        "{unknown}"
+    );
+    for wrong in ["0.0", "-0.1", "nan", "20.0"] {
+        let text = format!("{QUBE}\n[tolerance]\narm.length = {wrong}\n");
+        let range = message(&text);
+        assert!(
+            range.contains("arm.length =") && range.contains("0.02 is 2 %"),
+            "{range}"
+        );
+    }
+    let flat = message(&format!("{QUBE}\n[tolerance]\nlength = 0.01\n"));
+    assert!(flat.contains("line "), "{flat}");
+}
+
+/// The gain is a product and a quotient: relative variances add. The arm's inertia is a sum.
+#[test]
+fn tolerances_of_what_is_computed() {
+    let rig = parse(QUBE).expect("valid");
+    let (p, t) = (rig.params, rig.tolerance);
+    let gain = t.of(&p, |p| p.coefficients().drive).expect("known");
+    let wanted = (3.0 * 0.1f64.powi(2) + 0.05f64.powi(2)).sqrt();
+    assert!((gain - wanted).abs() < 1e-12, "{gain}");
+    let carried = p.pendulum.mass * p.arm.length.powi(2);
+    let arm = t.of(&p, |p| p.coefficients().arm).expect("known");
+    let deviation = p.arm.inertia.hypot(carried * 0.01f64.hypot(2.0 * 0.02));
+    assert!(
+        (arm - deviation / (p.arm.inertia + carried)).abs() < 1e-12,
+        "{arm}"
+    );
+    assert_eq!(t.of(&p, |p| p.coefficients().arm_damping), None);
+}
+
+#[test]
 fn words_and_defaults_are_understood() {
     let text = format!(
         "{QUBE}\n[effects.\"drive.backlash\"]\ngap = 0.05\nmotor_share = 0.4\nencoder = \
