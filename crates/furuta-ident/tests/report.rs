@@ -8,7 +8,7 @@ use furuta_ident::diagnose::result::{
     MissingTorque, NamedEffect, ParameterEstimate, RunCurves, Shape, TorqueByState, TorqueInTime,
     Verdict, VerificationRow,
 };
-use furuta_ident::report::html;
+use furuta_ident::report::{self, html};
 use furuta_model::{Effect, Plant, Rig, State};
 
 const PERIOD: f64 = 0.004;
@@ -137,6 +137,7 @@ fn missing_spring() -> (Diagnosis, Curves) {
                 nominal,
                 fitted,
                 std,
+                tolerance: 0.3,
                 unit: unit.into(),
                 identifiable,
             },
@@ -338,6 +339,33 @@ fn the_page_shows_the_diagnosis() {
     }
     let (written, _script) = page.split_once("\"use strict\"").unwrap();
     assert!(!written.contains("NaN"));
+}
+
+/// What the recordings moved stands in the text and on the card: not what they moved by less than its deviation, nor
+/// what they cannot show.
+#[test]
+fn numbers_of_the_sheet_that_moved_are_said() {
+    let (mut diagnosis, _) = missing_spring();
+    let inertia = "pendulum.inertia";
+    let parameter = diagnosis.parameters.get_mut(inertia).expect("given");
+    assert_eq!(parameter.change(), "3.33e-5 to 3.51e-5 kg m2, +5 %");
+    let text = report::text(&diagnosis, "rig.toml");
+    assert!(
+        text.contains("  pendulum.inertia             3.33e-5 to 3.51e-5 kg m2, +5 %\n"),
+        "{text}"
+    );
+    assert!(report::card(&diagnosis).contains("3.33e-5 to 3.51e-5 kg m2, +5 %"));
+    assert!(!text.contains("motor.resistance  "), "{text}");
+    let parameter = diagnosis.parameters.get_mut(inertia).expect("given");
+    parameter.fitted = parameter.nominal + 1.5 * parameter.std;
+    assert!(!diagnosis.moved().any(|(key, _)| key == inertia));
+    let parameter = diagnosis.parameters.get_mut(inertia).expect("given");
+    parameter.fitted = 0.0;
+    assert!(
+        parameter
+            .change()
+            .ends_with("no body is like that; something else took its place")
+    );
 }
 
 #[test]

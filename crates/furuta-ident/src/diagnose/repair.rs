@@ -94,6 +94,7 @@ pub(super) fn parameters(
                 nominal: sheet,
                 fitted,
                 std: std.unwrap_or(f64::NAN),
+                tolerance: rig.tolerance.share(range.key).unwrap_or(f64::NAN),
                 unit: if range.unit == "-" { "1" } else { range.unit }.to_owned(),
                 identifiable: std.is_some_and(f64::is_finite),
             };

@@ -5,7 +5,8 @@ use core::fmt::Write as _;
 use super::escape;
 use crate::diagnose::result::{Channel, Diagnosis, NamedEffect, Part, Verdict, significant};
 
-/// The diagnosis as one small piece of HTML: verdict, effects with their parameters, errors by model. It takes colours
+/// The diagnosis as one small piece of HTML: verdict, effects with their parameters, numbers of the
+/// sheet that moved, errors by model. It takes colours
 /// and font from where it stands, light or dark, and needs neither script nor network.
 ///
 /// ```
@@ -52,6 +53,14 @@ pub fn card(diagnosis: &Diagnosis) -> String {
             );
         }
         out.push_str("</div>");
+    }
+    for (key, change) in diagnosis.moved() {
+        let _ = write!(
+            out,
+            "<div style=\"opacity:.75;font-size:.9em\"><code>{}</code> {}</div>",
+            escape(key),
+            escape(&change)
+        );
     }
     errors(&mut out, diagnosis);
     if let Some(next) = &diagnosis.next_experiment {

@@ -32,6 +32,12 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
         ));
     }
     expression(d, &mut out);
+    let mut moved = d.moved().peekable();
+    if moved.peek().is_some() {
+        out.push(String::new());
+        out.push("Numbers of the sheet that moved, refitted beside what is named:".into());
+    }
+    out.extend(moved.map(|(key, change)| format!("  {key:<28} {change}")));
     out.push(String::new());
     let repaired = match (&d.custom, d.effects.is_empty()) {
         (None, _) => "with the named effects",

@@ -7,6 +7,7 @@
 mod best;
 mod curves;
 mod missing_torque;
+mod moved;
 mod sentence;
 mod suspected;
 #[cfg(test)]
@@ -278,6 +279,10 @@ pub struct ParameterEstimate {
     /// Standard deviation of `fitted`; `NaN` where it is not identifiable.
     #[serde(with = "null_if_not_finite")]
     pub std: f64,
+    /// Standard deviation of the sheet's value, a share of it, as the rig file's `[tolerance]` says; `NaN` where
+    /// nothing is known of it.
+    #[serde(default = "not_a_number", with = "null_if_not_finite")]
+    pub tolerance: f64,
     /// SI unit, `1` where there is none.
     pub unit: String,
     /// Whether these data determine the parameter (given the torque scale `mass*com`).

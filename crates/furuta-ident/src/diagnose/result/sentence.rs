@@ -1,6 +1,6 @@
 //! The diagnosis in words.
 
-use super::{Channel, Channels, Diagnosis, Gap, Part, Verdict};
+use super::{Channel, Channels, Diagnosis, Part, Verdict};
 use crate::answer::significant;
 
 impl Diagnosis {
@@ -14,13 +14,13 @@ impl Diagnosis {
             Verdict::NoGap => "The model predicts these recordings down to the noise floor: nothing is missing.".into(),
             Verdict::ParametersOnly => format!(
                 "No effect is missing: with the parameters refitted, {}.",
-                self.change(|gap| (gap.nominal, gap.recalibrated))
+                change(self.gap.nominal, self.gap.recalibrated)
             ),
             Verdict::MissingEffects => format!(
                 "Missing from the model: {}; with {} added, {}.",
                 self.effect_names(),
                 if self.effects.len() == 1 { "it" } else { "them" },
-                self.change(|gap| (gap.recalibrated, gap.augmented))
+                self.gain()
             ),
             Verdict::Unexplained if self.effects.is_empty() => {
                 "Something is missing that no effect of the catalogue explains: nothing is named rather than the nearest guess.".into()
@@ -28,7 +28,7 @@ impl Diagnosis {
             Verdict::Unexplained => format!(
                 "With {} added, {}, but something remains that no effect of the catalogue explains.",
                 self.effect_names(),
-                self.change(|gap| (gap.recalibrated, gap.augmented))
+                self.gain()
             ),
         }
     }
@@ -43,7 +43,7 @@ impl Diagnosis {
         if self.effects.is_empty() {
             return format!(
                 "{ended} before any effect was named: with the parameters refitted, {}.",
-                self.change(|gap| (gap.nominal, gap.recalibrated))
+                change(self.gap.nominal, self.gap.recalibrated)
             );
         }
         format!(
@@ -54,7 +54,7 @@ impl Diagnosis {
             } else {
                 "them"
             },
-            self.change(|gap| (gap.recalibrated, gap.augmented))
+            self.gain()
         )
     }
 
@@ -83,30 +83,40 @@ impl Diagnosis {
         }
     }
 
-    /// "the prediction error of the arm falls from 0.46 to 0.0021 rad", for the angle on which the change is largest.
-    fn change(&self, models: impl Fn(&Gap) -> (Channels, Channels)) -> String {
-        let (before, after) = models(&self.gap);
-        let ratio = |channel: Channel| {
-            let ratio = before.get(channel) / after.get(channel);
-            if ratio.is_finite() { ratio } else { 0.0 }
-        };
-        let channel = if ratio(Channel::Alpha) > ratio(Channel::Theta) {
-            Channel::Alpha
-        } else {
-            Channel::Theta
-        };
-        let (before, after) = (before.get(channel), after.get(channel));
-        if before.is_finite() && after.is_finite() {
-            let verb = if after < before { "falls" } else { "changes" };
-            format!(
-                "the prediction error of the {} {verb} from {} to {} rad",
-                channel.part(),
-                significant(before, 2),
-                significant(after, 2)
-            )
-        } else {
-            "the prediction comes closer to the recordings".into()
+    /// What the named effects change, on data kept apart where there are such.
+    fn gain(&self) -> String {
+        match &self.held_out {
+            Some(apart) if apart.recalibrated.theta.is_finite() => format!(
+                "on data kept apart {}",
+                change(apart.recalibrated, apart.augmented)
+            ),
+            _ => change(self.gap.recalibrated, self.gap.augmented),
         }
+    }
+}
+
+/// "the prediction error of the arm falls from 0.46 to 0.0021 rad", for the angle on which the change is largest.
+fn change(before: Channels, after: Channels) -> String {
+    let ratio = |channel: Channel| {
+        let ratio = before.get(channel) / after.get(channel);
+        if ratio.is_finite() { ratio } else { 0.0 }
+    };
+    let channel = if ratio(Channel::Alpha) > ratio(Channel::Theta) {
+        Channel::Alpha
+    } else {
+        Channel::Theta
+    };
+    let (before, after) = (before.get(channel), after.get(channel));
+    if before.is_finite() && after.is_finite() {
+        let verb = if after < before { "falls" } else { "rises" };
+        format!(
+            "the prediction error of the {} {verb} from {} to {} rad",
+            channel.part(),
+            significant(before, 2),
+            significant(after, 2)
+        )
+    } else {
+        "the prediction comes closer to the recordings".into()
     }
 }
 

@@ -99,6 +99,24 @@ fn sentence_names_the_effect_and_the_larger_change() {
     );
 }
 
+/// The headline is of data kept apart where there are such, and says so when it gets worse.
+#[test]
+fn a_rise_on_data_kept_apart_is_called_a_rise() {
+    let mut diagnosis = spring();
+    diagnosis.held_out = Some(HeldOut {
+        recalibrated: [0.0026, 0.5].into(),
+        augmented: [0.12, 0.6].into(),
+        noise_floor: Channels::UNKNOWN,
+    });
+    let sentence = diagnosis.sentence();
+    assert!(
+        sentence.ends_with(
+            "on data kept apart the prediction error of the pendulum rises from 0.50 to 0.60 rad."
+        ),
+        "{sentence}"
+    );
+}
+
 #[test]
 fn sentences_exist_without_any_number() {
     for verdict in [
