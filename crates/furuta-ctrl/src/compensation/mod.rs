@@ -17,6 +17,7 @@ use crate::real::{Real, is_finite};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use friction::Friction;
+pub use hold::voltage as holding_voltage;
 use furuta_model::effects::Acts;
 use furuta_model::plant::MAX_EFFECTS;
 use furuta_model::{Effect, Plant, State};
@@ -108,6 +109,11 @@ impl<T: Real> Compensation<T> {
             plant: plant.cast(),
             smooth: smooth.cast(),
         })
+    }
+
+    /// Whether the voltage is added that holds the arm at its reference against what pulls it.
+    pub fn holds(&self) -> bool {
+        self.hold
     }
 
     /// The command (V) in place of a balancing controller's `u`. Finite where `u` is; where a model has no finite
