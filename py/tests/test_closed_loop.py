@@ -74,6 +74,10 @@ def test_poles_with_a_delay_of_any_share_of_a_sample(name):
     assert found["states"][4:] == ["command 1", "command 2"]
     np.testing.assert_allclose(np.sort_complex(found["poles"]), expected, atol=1e-8)
     assert found["delay"] == pytest.approx(delay)
+    # The estimator looks ahead over it: prompt poles, and those of the estimator.
+    prompt = scipy.linalg.eigvals(Phi - held(h)[1] @ K[None, :])
+    for pole in prompt:
+        assert np.abs(found["with_estimator"]["poles"] - pole).min() < 1e-3  # between two samples it goes by a line
     # The delay margin is what is left of the prompt loop's, the edge found exactly.
     prompt = furuta.closed_loop(rig, K, rate=RATE)["margins"]["delay"]
     assert found["margins"]["delay"] == pytest.approx(prompt - delay, abs=1e-6)

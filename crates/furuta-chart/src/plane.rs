@@ -151,7 +151,14 @@ mod tests {
 
     #[test]
     fn what_is_far_away_or_no_number_is_a_gap() {
-        let curve = vec![(0.0, 0.0), (0.5, 0.5), (1e9, 0.0), (f64::NAN, 1.0), (1.0, 0.0), (0.9, 0.1)];
+        let curve = vec![
+            (0.0, 0.0),
+            (0.5, 0.5),
+            (1e9, 0.0),
+            (f64::NAN, 1.0),
+            (1.0, 0.0),
+            (0.9, 0.1),
+        ];
         let svg = Plane::new("a < b", ["x", "y"], 1.0).curve("c", curve).svg();
         assert_eq!(svg.matches("<polyline").count(), 2);
         assert!(svg.contains("a &lt; b") && !svg.contains("NaN") && !svg.contains("inf"));

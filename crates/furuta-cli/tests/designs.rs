@@ -62,22 +62,43 @@ fn the_loop_has_what_the_file_says() {
     ];
     let on = ["design", "lqr", "--rig", &rig, "--rate", "500"];
     let found = json(&[&on[..], &["--json"], &pictures].concat());
-    let states: Vec<_> = found["loop"]["states"].as_array().expect("names").iter().collect();
+    let states: Vec<_> = found["loop"]["states"]
+        .as_array()
+        .expect("names")
+        .iter()
+        .collect();
     assert_eq!(states[4..], ["volts", "command 1", "command 2"]);
     assert_eq!(found["poles"].as_array().map(Vec::len), Some(7));
-    let left_out: Vec<_> = found["loop"]["remarks"].as_array().expect("two").iter().collect();
+    let left_out: Vec<_> = found["loop"]["remarks"]
+        .as_array()
+        .expect("two")
+        .iter()
+        .collect();
     assert_eq!(left_out.len(), 2);
-    assert!(left_out.iter().all(|r| r["text"].as_str().is_some_and(|t| t.contains("left out"))));
+    assert!(
+        left_out
+            .iter()
+            .all(|r| r["text"].as_str().is_some_and(|t| t.contains("left out")))
+    );
     for picture in [bode, nyquist] {
         let svg = std::fs::read_to_string(picture).expect("written");
         assert!(svg.starts_with("<svg") && svg.contains("polyline") && !svg.contains("NaN"));
     }
     let described = json(&[&on[..], &["--json", "--amplitudes", "0.5,0.5,1"]].concat());
     let remark = described["loop"]["remarks"].to_string();
-    assert!(remark.contains("by its describing function") && !remark.contains("left out"), "{remark}");
+    assert!(
+        remark.contains("by its describing function") && !remark.contains("left out"),
+        "{remark}"
+    );
     let text = furuta(&on).output().expect("runs");
     let text = String::from_utf8_lossy(&text.stdout).into_owned();
-    for word in ["states beside", "command 1", "arm.coulomb: left out", "margins", "rehearsed"] {
+    for word in [
+        "states beside",
+        "command 1",
+        "arm.coulomb: left out",
+        "margins",
+        "rehearsed",
+    ] {
         assert!(text.contains(word), "{word}: {text}");
     }
 }
@@ -95,15 +116,36 @@ fn a_pole_that_falls_is_refused() {
 #[test]
 fn a_loop_that_falls_on_the_model_is_not_run() {
     let folder = Folder::new("designs-refused");
-    let bare = json(&["design", "lqr", "--rig", "shahzad2022-srv02", "--rate", "500", "--json"]);
+    let bare = json(&[
+        "design",
+        "lqr",
+        "--rig",
+        "shahzad2022-srv02",
+        "--rate",
+        "500",
+        "--json",
+    ]);
     let rig = file(&folder, "shahzad2022-srv02", &[("arm.spring", &[0.5, 0.0])]);
     let controller = folder.file("k.toml", format!("[controller]\ngain = {}\n", bare["k"]));
     let controller = controller.to_str().expect("a path");
-    let run = ["run", "--emulated", &rig, "--duration", "0.2", "--controller", controller];
+    let run = [
+        "run",
+        "--emulated",
+        &rig,
+        "--duration",
+        "0.2",
+        "--controller",
+        controller,
+    ];
     let output = furuta(&run).output().expect("runs");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success(), "{said}");
-    assert!(said.contains("does not hold") && said.contains("nothing was moved"), "{said}");
-    let all_the_same = furuta(&[&run[..], &["--any-loop"]].concat()).output().expect("runs");
+    assert!(
+        said.contains("does not hold") && said.contains("nothing was moved"),
+        "{said}"
+    );
+    let all_the_same = furuta(&[&run[..], &["--any-loop"]].concat())
+        .output()
+        .expect("runs");
     assert!(all_the_same.status.success());
 }

@@ -144,9 +144,9 @@ pub enum SlopesError {
 
 impl Slopes {
     /// No effects.
-    pub const NONE: Self = Self(SMatrix::<f64, 2, 5>::from_array_storage(nalgebra::ArrayStorage(
-        [[0.0; 2]; 5],
-    )));
+    pub const NONE: Self = Self(SMatrix::<f64, 2, 5>::from_array_storage(
+        nalgebra::ArrayStorage([[0.0; 2]; 5]),
+    ));
 
     /// Of a rig's effects that have a slope at rest, the pendulum at 0 and the arm at its middle under the voltage that
     /// holds it there. How far springs and tilt let the pendulum lean at rest is not in them.

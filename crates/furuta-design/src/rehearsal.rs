@@ -40,7 +40,9 @@ impl core::fmt::Display for Rehearsal {
                 "held for {HELD} s from {LEAN} rad, in the end arm within {:.3} rad, pendulum within {:.4} rad",
                 self.swept[0], self.swept[1]
             ),
-            (Some(t), Some(fault)) => write!(f, "from {LEAN} rad it is stopped after {t:.2} s: {fault}"),
+            (Some(t), Some(fault)) => {
+                write!(f, "from {LEAN} rad it is stopped after {t:.2} s: {fault}")
+            }
             (Some(t), None) => write!(f, "from {LEAN} rad it falls within {t:.2} s"),
         }
     }

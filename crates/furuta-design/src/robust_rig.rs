@@ -5,9 +5,7 @@ use furuta_model::linear_plant::{Amplitudes, Hold, rigid};
 use furuta_model::{Params, Rig};
 use nalgebra::{Matrix4, RowVector4};
 
-use crate::polytope::{
-    Polytope, PolytopeError, Slopes, SlopesError, Uncertain, polytope_with,
-};
+use crate::polytope::{Polytope, PolytopeError, Slopes, SlopesError, Uncertain, polytope_with};
 use crate::rig_loop::{Law, RigLoop};
 use crate::robust::{Robust, RobustError, Time, Vertex, robust_lqr, stabilisable};
 

@@ -343,6 +343,11 @@ class _Margins(TypedDict):
     disk: float
     frequencies: list[float]
 
+class _ObservedLoop(TypedDict):
+    growth: float
+    poles: NDArray[np.complex128]
+    margins: _Margins
+
 class _Loop(TypedDict):
     states: list[str]
     A: NDArray[np.float64]
@@ -352,6 +357,7 @@ class _Loop(TypedDict):
     delay: float
     remarks: dict[str, str]
     margins: _Margins
+    with_estimator: NotRequired[_ObservedLoop]
     response: NotRequired[NDArray[np.complex128]]
 
 class _Rehearsal(TypedDict):

@@ -3,9 +3,11 @@
 use crate::error;
 use crate::matrix::Vector;
 use crate::rig::PyRig;
-use furuta_ctrl::{Config, controllers};
+use furuta_ctrl::estimators::AnyEstimator;
+use furuta_ctrl::{Config, Site, controllers};
 use furuta_design::rehearsal;
-use furuta_design::rig_loop::{Law, RigLoop};
+use furuta_design::rig_loop::{Law, Margins, ObservedLoop, RigLoop};
+use furuta_model::Rig;
 use furuta_model::linear_plant::Amplitudes;
 use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
@@ -38,7 +40,9 @@ use pyo3::types::PyDict;
 ///     system); growth: largest real part of the poles as those of continuous time, 1/s; equilibrium: theta, alpha
 ///     (rad), motor and command (V); delay: of command and encoders together, s; remarks: dict from effect to what of it
 ///     is not in the matrices; margins: dict of stable, gain (lower and upper factor), phase (rad), delay (s), disk (0 to
-///     2) and frequencies (rad/s) of the lower gain, upper gain, phase and disk margin; response: L at omega, the loop
+///     2) and frequencies (rad/s) of the lower gain, upper gain, phase and disk margin; with_estimator (where a rate is
+///     given): growth, poles and margins of the same loop as it is run, the law given the standard estimator's state,
+///     which looks ahead over one sample and the command's delay; response: L at omega, the loop
 ///     broken at the command, where -1 is the edge of stability.
 ///
 /// Raises
@@ -68,8 +72,13 @@ pub(crate) fn closed_loop<'py>(
     let law = law(&K)?;
     let period = rate.map(period).transpose()?;
     let [arm_speed, pendulum_speed, command] = amplitudes.unwrap_or_default();
-    if ![arm_speed, pendulum_speed, command].iter().all(|a| a.is_finite() && *a >= 0.0) {
-        return Err(error::design("amplitudes must be three numbers of at least 0"));
+    if ![arm_speed, pendulum_speed, command]
+        .iter()
+        .all(|a| a.is_finite() && *a >= 0.0)
+    {
+        return Err(error::design(
+            "amplitudes must be three numbers of at least 0",
+        ));
     }
     let amplitudes = Amplitudes {
         arm_speed,
@@ -100,16 +109,21 @@ pub(crate) fn closed_loop<'py>(
     }
     out.set_item("remarks", remarks)?;
     let found = py.detach(|| closed.margins());
-    let margins = PyDict::new(py);
-    margins.set_item("stable", found.stable)?;
-    margins.set_item("gain", (found.gain[0], found.gain[1]))?;
-    margins.set_item("phase", found.phase)?;
-    margins.set_item("delay", found.delay)?;
-    margins.set_item("disk", found.disk)?;
-    margins.set_item("frequencies", found.at.to_vec())?;
-    out.set_item("margins", margins)?;
+    out.set_item("margins", margins(py, &found)?)?;
+    if let Some(observed) = observed(&rig.rig, &closed) {
+        let found = py.detach(|| observed.margins());
+        let with_estimator = PyDict::new(py);
+        with_estimator.set_item("growth", observed.growth())?;
+        with_estimator.set_item("poles", observed.poles().into_pyarray(py))?;
+        with_estimator.set_item("margins", margins(py, &found)?)?;
+        out.set_item("with_estimator", with_estimator)?;
+    }
     if let Some(omega) = omega {
-        let response: Vec<_> = omega.as_array().iter().map(|w| closed.response(*w)).collect();
+        let response: Vec<_> = omega
+            .as_array()
+            .iter()
+            .map(|w| closed.response(*w))
+            .collect();
         out.set_item("response", response.into_pyarray(py))?;
     }
     Ok(out)
@@ -179,10 +193,30 @@ pub(crate) fn rehearse<'py>(
     Ok(out)
 }
 
+/// The same loop with the standard estimator, where it is sampled.
+fn observed(rig: &Rig, closed: &RigLoop) -> Option<ObservedLoop> {
+    let site = Site::of(rig, closed.period?);
+    let estimator = AnyEstimator::<f64>::design(&Config::default().estimator, &site).ok()?;
+    closed.observed(estimator.linear()?)
+}
+
+fn margins<'py>(py: Python<'py>, found: &Margins) -> PyResult<Bound<'py, PyDict>> {
+    let margins = PyDict::new(py);
+    margins.set_item("stable", found.stable)?;
+    margins.set_item("gain", (found.gain[0], found.gain[1]))?;
+    margins.set_item("phase", found.phase)?;
+    margins.set_item("delay", found.delay)?;
+    margins.set_item("disk", found.disk)?;
+    margins.set_item("frequencies", found.at.to_vec())?;
+    Ok(margins)
+}
+
 fn law(k: &Vector<'_>) -> PyResult<Law> {
     let k: Vec<f64> = k.as_array().iter().copied().collect();
     if !k.iter().all(|k| k.is_finite()) {
-        return Err(error::design(format!("K = {k:?} holds a number that is not finite")));
+        return Err(error::design(format!(
+            "K = {k:?} holds a number that is not finite"
+        )));
     }
     match k[..] {
         [a, b, c, d] => Ok(Law::of_states([a, b, c, d])),
@@ -201,6 +235,8 @@ fn period(rate: f64) -> PyResult<f64> {
     if rate >= 1.0 && rate.is_finite() {
         Ok(1.0 / rate)
     } else {
-        Err(error::design(format!("rate = {rate} Hz; it must be at least 1 Hz")))
+        Err(error::design(format!(
+            "rate = {rate} Hz; it must be at least 1 Hz"
+        )))
     }
 }

@@ -75,7 +75,9 @@ impl Foresight {
             } => {
                 let found = match growth.filter(|growth| *growth > 0.0) {
                     Some(growth) => {
-                        format!("the closed loop has a pole at {growth:+.2} 1/s; in simulation, {told}")
+                        format!(
+                            "the closed loop has a pole at {growth:+.2} 1/s; in simulation, {told}"
+                        )
                     }
                     None => format!("in simulation, {told}"),
                 };

@@ -17,10 +17,10 @@ use crate::real::{Real, is_finite};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use friction::Friction;
-pub use hold::voltage as holding_voltage;
 use furuta_model::effects::Acts;
 use furuta_model::plant::MAX_EFFECTS;
 use furuta_model::{Effect, Plant, State};
+pub use hold::voltage as holding_voltage;
 
 /// What a controller file may say of it.
 pub static SPEC: Spec = Spec {

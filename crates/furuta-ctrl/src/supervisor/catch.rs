@@ -1,8 +1,8 @@
 //! Whether the balance controller would succeed from here.
 
+use crate::compensation::holding_voltage;
 use crate::controllers::{Controller, StateFeedback};
 use crate::real::{Real, c, wrap};
-use crate::compensation::holding_voltage;
 use furuta_model::{Params, Plant, State};
 
 /// Length of the prediction and of its steps, in units of `1/omega` of the pendulum.

@@ -10,7 +10,6 @@
 //!   holds (P. Seiler, A. Packard, P. Gahinet, *An introduction to disk margins*, IEEE Control Systems 40, 2020; no
 //!   skew).
 
-use super::RigLoop;
 use nalgebra::Complex;
 use std::f64::consts::{PI, TAU};
 
@@ -70,8 +69,22 @@ impl Margins {
 /// Frequencies per decade of the first look.
 const PER_DECADE: f64 = 500.0;
 
-/// See [`RigLoop::margins`].
-pub(super) fn margins(of: &RigLoop) -> Margins {
+/// A loop that can be broken at the command.
+pub(super) trait Broken {
+    /// Largest real part of the closed loop's poles, as those of continuous time, 1/s.
+    fn growth(&self) -> f64;
+    /// The same with the command later by `more` (s).
+    fn delayed_growth(&self, more: f64) -> f64;
+    /// Sample period, s.
+    fn period(&self) -> Option<f64>;
+    /// Poles of the closed and the open loop as those of continuous time: where to look.
+    fn rates(&self) -> Vec<Complex<f64>>;
+    /// `L` at `omega`, rad/s.
+    fn response(&self, omega: f64) -> Complex<f64>;
+}
+
+/// The margins of a loop.
+pub(super) fn margins(of: &impl Broken) -> Margins {
     if !(of.growth() < 0.0) {
         return Margins::NONE;
     }
@@ -86,14 +99,12 @@ pub(super) fn margins(of: &RigLoop) -> Margins {
         at: [f64::NAN; 4],
     };
     // At its ends the response is real.
-    if of.law.integral == 0.0 {
-        let still = of.response(0.0);
-        // Not where an integration makes it infinite.
-        if still.norm() < 1e9 && still.im.abs() < 1e-6 * still.norm() {
-            found.crosses(0.0, still);
-        }
+    let still = of.response(0.0);
+    // Not where an integration makes it infinite.
+    if still.norm() < 1e9 && still.im.abs() < 1e-6 * still.norm() {
+        found.crosses(0.0, still);
     }
-    if let (Some(_), Some(w), Some(l)) = (of.period, grid.last(), values.last()) {
+    if let (Some(_), Some(w), Some(l)) = (of.period(), grid.last(), values.last()) {
         found.crosses(*w, *l);
     }
     let mut least = f64::INFINITY;
@@ -122,14 +133,18 @@ pub(super) fn margins(of: &RigLoop) -> Margins {
         if lowest {
             let ends = [grid[k.saturating_sub(1)], grid[(k + 1).min(grid.len() - 1)]];
             let (w, value) = minimum(ends, |w| near(of.response(w)));
-            let (w, value) = if value < here { (w, value) } else { (grid[k], here) };
+            let (w, value) = if value < here {
+                (w, value)
+            } else {
+                (grid[k], here)
+            };
             if value < found.disk {
                 (found.disk, found.at[3]) = (value, w);
             }
         }
     }
     found.disk = found.disk.min(2.0);
-    found.delay = match of.period {
+    found.delay = match of.period() {
         Some(_) => exact_delay(of, least),
         None => least,
     };
@@ -137,14 +152,9 @@ pub(super) fn margins(of: &RigLoop) -> Margins {
 }
 
 /// Where to look, rad/s: evenly in the logarithm over all rates of the loop, and closely about each of its resonances.
-fn frequencies(of: &RigLoop) -> Vec<f64> {
-    let to_continuous = |p: Complex<f64>| match of.period {
-        Some(h) => p.ln() / h,
-        None => p,
-    };
-    let mut poles: Vec<Complex<f64>> = of.poles().into_iter().map(to_continuous).collect();
-    poles.extend(of.open_poles());
-    let nyquist = of.period.map(|h| PI / h);
+fn frequencies(of: &impl Broken) -> Vec<f64> {
+    let poles = of.rates();
+    let nyquist = of.period().map(|h| PI / h);
     let rates: Vec<f64> = poles
         .iter()
         .map(|p| p.norm())
@@ -204,14 +214,17 @@ fn minimum([mut low, mut high]: [f64; 2], f: impl Fn(f64) -> f64) -> (f64, f64) 
 }
 
 /// The first delay at which a sampled loop is no longer stable, near what its phase says.
-fn exact_delay(of: &RigLoop, by_phase: f64) -> f64 {
+fn exact_delay(of: &impl Broken, by_phase: f64) -> f64 {
     if !by_phase.is_finite() {
         return f64::INFINITY;
     }
-    let stable = |more: f64| of.delayed(more).growth() < 0.0;
+    let stable = |more: f64| of.delayed_growth(more) < 0.0;
     const LOOKS: u32 = 64;
     let step = 4.0 * by_phase / f64::from(LOOKS);
-    let Some(first) = (1..=LOOKS).map(|k| f64::from(k) * step).find(|t| !stable(*t)) else {
+    let Some(first) = (1..=LOOKS)
+        .map(|k| f64::from(k) * step)
+        .find(|t| !stable(*t))
+    else {
         return f64::INFINITY;
     };
     let (mut low, mut high) = (first - step, first);

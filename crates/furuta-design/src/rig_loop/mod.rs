@@ -3,13 +3,15 @@
 //! A design sees four states; the loop has more. [`RigLoop`] closes it over [`LinearPlant`]: springs, cables and tilt
 //! where they let the rig rest under this very law, a flexible drive and a lag as states, delays as the commands of the
 //! last samples (exact for any share of a sample) or, in continuous time, as a Padé approximation. A delay of the
-//! encoders is one of the command in a linear loop. The law is given the true states at the sample: estimators, counts
-//! and limits are in a rehearsal ([`crate::rehearsal`]), not here.
+//! encoders is one of the command in a linear loop. The law is given the true states at the sample;
+//! [`RigLoop::observed`] gives it an estimator's. Counts and limits are in a rehearsal ([`crate::rehearsal`]).
 
 mod margins;
+mod observed;
 mod sampled;
 
 pub use margins::Margins;
+pub use observed::ObservedLoop;
 
 use furuta_ctrl::compensation::holding_voltage;
 use furuta_model::linear_plant::{
@@ -158,7 +160,11 @@ impl RigLoop {
     /// The closed loop's poles, in 1/s, or of the sampled system.
     #[must_use]
     pub fn poles(&self) -> Vec<Complex<f64>> {
-        self.matrix().complex_eigenvalues().iter().copied().collect()
+        self.matrix()
+            .complex_eigenvalues()
+            .iter()
+            .copied()
+            .collect()
     }
 
     /// The fastest growth, 1/s: the largest real part of the poles, as those of continuous time; below 0 where the loop
@@ -182,8 +188,13 @@ impl RigLoop {
     /// command is given. The delay is exact in continuous time too.
     #[must_use]
     pub fn response(&self, omega: f64) -> Complex<f64> {
-        match self.sampled() {
-            Some(sampled) => self.sampled_response(&sampled, omega),
+        self.response_of(self.sampled().as_ref(), omega)
+    }
+
+    /// The same, sampled already.
+    fn response_of(&self, sampled: Option<&Sampled>, omega: f64) -> Complex<f64> {
+        match sampled {
+            Some(sampled) => self.sampled_response(sampled, omega),
             None => {
                 let s = Complex::new(0.0, omega);
                 let late = (-s * self.delay()).exp();
@@ -196,7 +207,10 @@ impl RigLoop {
     /// The gain, phase, delay and disk margins at the command.
     #[must_use]
     pub fn margins(&self) -> Margins {
-        margins::margins(self)
+        margins::margins(&Prompt {
+            of: self,
+            sampled: self.sampled(),
+        })
     }
 
     /// The poles of the rig and the delays alone, 1/s or of the sampled system; for frequencies of interest.
@@ -328,5 +342,39 @@ impl RigLoop {
         }
         let nothing = Complex::new(f64::INFINITY, 0.0);
         m.lu().solve(b).unwrap_or_else(|| SVector::repeat(nothing))
+    }
+}
+
+/// A loop on true states, broken at the command.
+struct Prompt<'a> {
+    of: &'a RigLoop,
+    sampled: Option<Sampled>,
+}
+
+impl margins::Broken for Prompt<'_> {
+    fn growth(&self) -> f64 {
+        self.of.growth()
+    }
+
+    fn delayed_growth(&self, more: f64) -> f64 {
+        self.of.delayed(more).growth()
+    }
+
+    fn period(&self) -> Option<f64> {
+        self.of.period
+    }
+
+    fn rates(&self) -> Vec<Complex<f64>> {
+        let to_continuous = |p: Complex<f64>| match self.of.period {
+            Some(h) => p.ln() / h,
+            None => p,
+        };
+        let mut rates: Vec<_> = self.of.poles().into_iter().map(to_continuous).collect();
+        rates.extend(self.of.open_poles());
+        rates
+    }
+
+    fn response(&self, omega: f64) -> Complex<f64> {
+        self.of.response_of(self.sampled.as_ref(), omega)
     }
 }

@@ -154,12 +154,27 @@ mod tests {
         let close = |found: f64, expected: f64| {
             assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
         };
-        close(damping("arm.coulomb", &[0.02], 0, 0.5), 4.0 * 0.02 / (PI * 0.5));
-        close(damping("arm.presliding", &[0.02, 5.0], 0, 0.5), 4.0 * 0.02 / (PI * 0.5));
-        close(damping("arm.quadratic", &[1e-3], 0, 3.0), 8.0 * 1e-3 * 3.0 / (3.0 * PI));
-        close(damping("pendulum.quadratic", &[1e-4], 1, 3.0), 8.0 * 1e-4 * 3.0 / (3.0 * PI));
+        close(
+            damping("arm.coulomb", &[0.02], 0, 0.5),
+            4.0 * 0.02 / (PI * 0.5),
+        );
+        close(
+            damping("arm.presliding", &[0.02, 5.0], 0, 0.5),
+            4.0 * 0.02 / (PI * 0.5),
+        );
+        close(
+            damping("arm.quadratic", &[1e-3], 0, 3.0),
+            8.0 * 1e-3 * 3.0 / (3.0 * PI),
+        );
+        close(
+            damping("pendulum.quadratic", &[1e-4], 1, 3.0),
+            8.0 * 1e-4 * 3.0 / (3.0 * PI),
+        );
         // Far below its speed, Stribeck friction is its static torque; far above, the other.
-        close(damping("arm.stribeck", &[0.01, 0.02, 1e2], 0, 1e-2), 4.0 * 0.02 / (PI * 1e-2));
+        close(
+            damping("arm.stribeck", &[0.01, 0.02, 1e2], 0, 1e-2),
+            4.0 * 0.02 / (PI * 1e-2),
+        );
         assert_eq!(damping("arm.coulomb", &[0.02], 1, 0.5), 0.0);
         assert_eq!(damping("arm.coulomb", &[0.02], 0, 0.0), 0.0);
     }

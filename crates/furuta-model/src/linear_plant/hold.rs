@@ -147,7 +147,10 @@ fn failed(unknown: &SVector<f64, 3>, off: &SVector<f64, 3>) -> NoEquilibrium {
 }
 
 fn size(value: &SVector<Jet<f64, 3>, 3>) -> f64 {
-    value.iter().map(|r| r.v.abs()).fold(0.0, |a, b| if a > b { a } else { b })
+    value
+        .iter()
+        .map(|r| r.v.abs())
+        .fold(0.0, |a, b| if a > b { a } else { b })
 }
 
 /// Accelerations of arm, pendulum and rotor at rest, rad/s²; of a rotor that is one with the arm, its angle against it.

@@ -45,6 +45,9 @@ pub struct LinearPlant {
     pub a: SMatrix<f64, MAX_STATES, MAX_STATES>,
     /// `B` per volt of command, in the same rows.
     pub b: SVector<f64, MAX_STATES>,
+    /// Where the states are that the encoders are mounted on, in the order of [`State`]: the rotor's in place of the
+    /// arm's where the arm's encoder sits there.
+    pub seen: [usize; 4],
     /// How late the command acts, s.
     pub delay: f64,
     /// How late the encoders are, s.
@@ -96,6 +99,11 @@ pub fn linear_plant(
             .collect(),
         a: SMatrix::zeros(),
         b: SVector::zeros(),
+        seen: if smooth.twists() && plant.sees_rotor() {
+            [4, 1, 5, 3]
+        } else {
+            [0, 1, 2, 3]
+        },
         delay: plant.delay(),
         sensor_delay: plant.sensor_delay(),
         remarks: treatment::remarks(plant, amplitudes, &described),
@@ -188,9 +196,7 @@ fn two_bodies(
         Number::variable(v, i - 1)
     });
     let x = State::new(z[0], z[1], z[2], z[3]);
-    let accelerations = smooth
-        .cast::<Number>()
-        .twisted(&x, [z[4], z[5]], z[6]);
+    let accelerations = smooth.cast::<Number>().twisted(&x, [z[4], z[5]], z[6]);
     let (mut a, mut b) = (SMatrix::zeros(), SVector::zeros());
     for (angle, speed) in [(0, 2), (1, 3), (4, 5)] {
         a[(angle, speed)] = 1.0;

@@ -75,10 +75,7 @@ fn is_backlash(effect: &Effect<f64>) -> bool {
 
 /// Whether its slope at rest tells what it does nearby.
 pub(super) fn has_slope(effect: &Effect<f64>) -> bool {
-    !(is_friction(effect)
-        || is_kinked_map(effect)
-        || is_uncommanded(effect)
-        || is_backlash(effect))
+    !(is_friction(effect) || is_kinked_map(effect) || is_uncommanded(effect) || is_backlash(effect))
 }
 
 /// Of every effect that the matrices do not hold exactly.

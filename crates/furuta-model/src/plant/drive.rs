@@ -273,6 +273,11 @@ impl<S: Scalar> Plant<S> {
         self.acts.includes(Acts::DRIVE) && self.drive.elastic()
     }
 
+    /// Whether the arm's encoder sits on the rotor.
+    pub(crate) fn sees_rotor(&self) -> bool {
+        self.drive.encoder_on_motor
+    }
+
     /// Accelerations of arm, pendulum and rotor (rad/s²) at the run's start with `volts` at the motor, where a spring
     /// without backlash couples rotor and arm and nothing rubs dry. `rotor` is its angle (rad) and its speed (rad/s).
     pub(crate) fn twisted(&self, x: &State<S>, rotor: [S; 2], volts: S) -> [S; 3] {

@@ -4,8 +4,9 @@
 use std::io::Write;
 
 use furuta_chart::{Chart, Line, Panel};
-use furuta_ctrl::Config;
+use furuta_ctrl::estimators::AnyEstimator;
 use furuta_ctrl::settings::Settings;
+use furuta_ctrl::{Config, Site};
 use furuta_design::rehearsal::{Rehearsal, rehearse};
 use furuta_design::rig_loop::{Law, Margins, RigLoop};
 use furuta_model::Rig;
@@ -52,6 +53,8 @@ pub(super) struct Judged {
     pub(super) closed: RigLoop,
     pub(super) poles: Vec<Complex<f64>>,
     margins: Margins,
+    /// Growth (1/s) and margins with the standard estimator in the loop, where it is sampled.
+    observed: Option<(f64, Margins)>,
     /// Samples per second of the rehearsal, and how it went.
     rehearsal: (f64, Result<Rehearsal, String>),
 }
@@ -73,7 +76,14 @@ impl JudgeArgs {
         let config = Config::with_controller(controller.clone());
         let rehearsed = rate.unwrap_or(RATE);
         let rehearsal = rehearse(&config, rig, 1.0 / rehearsed, 0.0).map_err(|e| e.to_string());
+        let observed = period.and_then(|period| {
+            let site = Site::of(rig, period);
+            let estimator = AnyEstimator::<f64>::design(&config.estimator, &site).ok()?;
+            let observed = closed.observed(estimator.linear()?)?;
+            Some((observed.growth(), observed.margins()))
+        });
         let judged = Judged {
+            observed,
             poles: closed.poles(),
             margins: closed.margins(),
             rehearsal: (rehearsed, rehearsal),
@@ -93,11 +103,14 @@ impl JudgeArgs {
 impl Judged {
     /// Says so where the loop does not hold.
     fn warn(&self, rig: &Rig) {
-        if !self.margins.stable {
+        let growth = match &self.observed {
+            Some((growth, _)) => *growth,
+            None => self.closed.growth(),
+        };
+        if !(growth < 0.0) {
             note!(
-                "warning: rig {}: the closed loop has a pole at {:+.3} 1/s with the effects of the rig file",
-                rig.name,
-                self.closed.growth()
+                "warning: rig {}: the closed loop has a pole at {growth:+.3} 1/s with the effects of the rig file",
+                rig.name
             );
         }
         match &self.rehearsal {
@@ -105,7 +118,10 @@ impl Judged {
                 note!("warning: rig {}: rehearsed at {rate} Hz, {found}", rig.name);
             }
             (rate, Err(why)) => {
-                note!("warning: rig {}: no rehearsal at {rate} Hz: {why}", rig.name);
+                note!(
+                    "warning: rig {}: no rehearsal at {rate} Hz: {why}",
+                    rig.name
+                );
             }
             _ => {}
         }
@@ -134,16 +150,30 @@ impl Judged {
             writeln!(out, "  {remark}")?;
         }
         super::print_poles(out, &self.poles, self.closed.period.map(|h| 1.0 / h))?;
-        writeln!(out, "  margins  {}", text(&self.margins, self.closed.growth()))?;
+        writeln!(
+            out,
+            "  margins  {}",
+            text(&self.margins, self.closed.growth())
+        )?;
+        if let Some((growth, margins)) = &self.observed {
+            writeln!(
+                out,
+                "  with the standard estimator: {}",
+                text(margins, *growth)
+            )?;
+        }
         match &self.rehearsal {
-            (rate, Ok(found)) => writeln!(out, "  rehearsed at {rate} Hz, nonlinear, with encoders: {found}")?,
+            (rate, Ok(found)) => writeln!(
+                out,
+                "  rehearsed at {rate} Hz, nonlinear, with encoders: {found}"
+            )?,
             (rate, Err(why)) => writeln!(out, "  not rehearsed at {rate} Hz: {why}")?,
         }
         Ok(())
     }
 
     /// `{"equilibrium": ..., "states": ..., "remarks": ..., "growth": ...}`, margins and rehearsal.
-    pub(super) fn json(&self) -> [(&'static str, Value); 3] {
+    pub(super) fn json(&self) -> [(&'static str, Value); 4] {
         let plant = &self.closed.plant;
         let at = &plant.at;
         let remarks: Vec<Value> = plant
@@ -168,6 +198,13 @@ impl Judged {
                 }),
             ),
             ("margins", margins_json(&self.margins)),
+            (
+                "with_estimator",
+                self.observed.as_ref().map_or(
+                    Value::Null,
+                    |(growth, margins)| json!({"growth": growth, "margins": margins_json(margins)}),
+                ),
+            ),
             ("rehearsal", rehearsal),
         ]
     }
@@ -186,7 +223,10 @@ fn shortened(names: &[&str]) -> String {
     if let ([first, _, _, .., last], true) = (&commands[..], commands.len() > 4) {
         let others = names.iter().filter(|n| !n.starts_with("command ")).copied();
         let range = format!("{first} to {last}");
-        return others.chain([range.as_str()]).collect::<Vec<_>>().join(", ");
+        return others
+            .chain([range.as_str()])
+            .collect::<Vec<_>>()
+            .join(", ");
     }
     names.join(", ")
 }

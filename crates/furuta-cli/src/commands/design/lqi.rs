@@ -5,8 +5,8 @@ use std::io::Write;
 use furuta_ctrl::Config;
 use furuta_ctrl::controllers;
 use furuta_ctrl::design::{Weights, balance_weights_with_integral, dlqi, lqi};
-use furuta_model::discretize::zero_order_hold;
 use furuta_model::Rig;
+use furuta_model::discretize::zero_order_hold;
 use nalgebra::RowVector4;
 use serde_json::json;
 

@@ -5,8 +5,8 @@ use std::io::Write;
 use furuta_ctrl::Config;
 use furuta_ctrl::controllers;
 use furuta_ctrl::design::place;
-use furuta_model::discretize::zero_order_hold;
 use furuta_model::Rig;
+use furuta_model::discretize::zero_order_hold;
 use nalgebra::Complex;
 use serde_json::json;
 
