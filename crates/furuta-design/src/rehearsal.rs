@@ -89,7 +89,7 @@ pub fn rehearse(
     let (mut balanced, mut limited) = (false, 0_usize);
     for k in 0..count {
         let t = k as f64 * period;
-        let is_up = (t / EVERY) as usize % 2 == 0;
+        let is_up = ((t / EVERY) as usize).is_multiple_of(2);
         let sample = bench.sample(&mut run, if is_up { arm_step } else { -arm_step });
         limited += usize::from(sample.held.abs() >= limit);
         let is_balancing = sample.output.mode == Mode::Balance;

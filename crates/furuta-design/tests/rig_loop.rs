@@ -64,7 +64,7 @@ fn a_spring_moves_the_poles_as_by_hand() {
         let by_hand = furuta_ctrl::design::poles(&(expected - without.b * blind)).expect("poles");
         let slowest = by_hand.iter().map(|p| p.re).fold(f64::MIN, f64::max);
         assert!((growth(blind) - slowest).abs() < 1e-6, "{name}: {slowest}");
-        assert!((slowest + 3.0).abs() > 0.1, "{name}: {slowest}");
+        assert!((slowest + 3.0).abs() > 0.01, "{name}: {slowest}");
         assert!((growth(sighted) + 3.0).abs() < 1e-6, "{name}");
         assert!(
             (closed(&bare, law(blind), None).growth() + 3.0).abs() < 1e-6,
@@ -194,7 +194,10 @@ fn at_its_margins_a_loop_is_on_its_edge() {
             // L lies on the unit circle there.
             let l = found.response(margins.at[2]);
             assert!(
-                (l.norm() - 1.0).abs() < 1e-9 && ((-l).arg().abs() - margins.phase).abs() < 1e-9
+                (l.norm() - 1.0).abs() < 1e-9 && ((-l).arg().abs() - margins.phase).abs() < 1e-9,
+                "{} {period:?}: {margins:?} {l} {}",
+                rig.name,
+                l.norm() - 1.0
             );
             // What a disk guarantees is less than each alone.
             assert!(margins.disk_phase() <= margins.phase + 1e-9);

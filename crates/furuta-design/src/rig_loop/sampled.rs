@@ -31,7 +31,10 @@ impl Sampled {
             rest = 0.0;
         }
         let (first, second) = (rest * period, (1.0 - rest) * period);
-        let (a, all) = zero_order_hold(&plant.a, &plant.b, period);
+        let (mut a, all) = zero_order_hold(&plant.a, &plant.b, period);
+        for unused in plant.states.len()..MAX_STATES {
+            a[(unused, unused)] = 0.0;
+        }
         let (newer, older) = if rest == 0.0 {
             (all, SVector::zeros())
         } else {
