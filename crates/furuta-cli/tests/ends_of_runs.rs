@@ -170,12 +170,12 @@ fn a_log_that_is_removed_while_it_is_written_is_told() {
     );
 }
 
-/// A controller that cannot hold the pendulum is said to be what is wrong, before anything moves; friction is not
-/// blamed for it.
+/// A controller that cannot hold the pendulum is refused before anything moves, or runs where that is asked for; it is
+/// said to be what is wrong, and friction is not blamed for it.
 #[test]
 fn a_gain_that_holds_nothing_is_named() {
     let folder = Folder::new("ends-gain");
-    let said = |gain: &str| {
+    let said = |gain: &str, any: bool, success: bool| {
         let text = format!("[controller]\nkind = \"lqr\"\ngain = {gain}\n");
         let file = folder.file("gain.toml", text);
         let output = furuta(&[
@@ -187,23 +187,29 @@ fn a_gain_that_holds_nothing_is_named() {
             "--controller",
         ])
         .arg(file)
+        .args(any.then_some("--any-loop"))
         .output()
         .expect("runs");
-        assert!(output.status.success(), "{output:?}");
+        assert_eq!(output.status.success(), success, "{output:?}");
         String::from_utf8_lossy(&output.stderr).into_owned()
     };
     for (gain, advice) in [
         ("[0.0, 0.0, 0.0, 0.0]", "correct the controller file"),
         ("[2.0, -30.0, 1.5, -3.0]", "turn its sign"),
     ] {
-        let said = said(gain);
-        assert!(
-            said.contains("does not hold") && said.contains("a pole at +") && said.contains(advice),
-            "{said}"
-        );
-        assert!(!said.contains("friction"), "{said}");
+        for any in [false, true] {
+            let said = said(gain, any, any);
+            assert!(
+                said.contains("does not hold")
+                    && said.contains("a pole at +")
+                    && said.contains(advice),
+                "{said}"
+            );
+            assert_eq!(said.contains("nothing was moved"), !any, "{said}");
+            assert!(!said.contains("friction"), "{said}");
+        }
     }
-    assert!(!said("[-2.0, 30.0, -1.5, 3.0]").contains("note"));
+    assert!(!said("[-2.0, 30.0, -1.5, 3.0]", false, true).contains("note"));
 }
 
 #[test]

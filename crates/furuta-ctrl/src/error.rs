@@ -3,6 +3,7 @@
 use crate::design::{DesignError, RegulatorError};
 use crate::section::SettingsError;
 use furuta_model::PlantError;
+use furuta_model::linear_plant::NoEquilibrium;
 
 /// Why settings give no control system.
 #[derive(Copy, Clone, Debug, PartialEq, thiserror::Error)]
@@ -50,4 +51,7 @@ pub enum ConfigError {
     /// The rig's model is not possible.
     #[error("{0}")]
     Plant(#[from] PlantError),
+    /// The rig's effects let nothing rest upright.
+    #[error("{0}")]
+    Equilibrium(#[from] NoEquilibrium),
 }

@@ -1,7 +1,9 @@
 //! What a controller is made for.
 
+use crate::error::ConfigError;
 use furuta_model::discretize::zero_order_hold;
-use furuta_model::{Effect, Params, Plant, PlantError, State, linearize};
+use furuta_model::linear_plant::{Hold, rigid};
+use furuta_model::{Effect, Linear, Params, Plant};
 use nalgebra::{SMatrix, SVector};
 
 /// Where a controller is to work: a rig's model and the sample period. Designs start from it.
@@ -9,8 +11,7 @@ use nalgebra::{SMatrix, SVector};
 pub struct Site<'a> {
     /// The rig's parameters.
     pub params: &'a Params<f64>,
-    /// Effects that the rig file names. Designs of linear gains leave them out: friction and dead zones have no useful
-    /// derivative at rest.
+    /// Effects that the rig file names. Designs of linear gains take those that have a slope at rest.
     pub effects: &'a [Effect<f64>],
     /// Sample period, s.
     pub period: f64,
@@ -68,14 +69,33 @@ impl<'a> Site<'a> {
         }
     }
 
-    /// The upright linearisation, held over the sample period: `A` (4 x 4), `B` (4 x 1, per volt). Without effects on
-    /// purpose: friction and dead zones have no useful derivative at rest.
+    /// The linear model upright with the arm at its middle: springs, cables, tilt and what else has a slope at rest as
+    /// the rig file has them, about where they let the rig rest; without delay, lag and the drive's compliance, which
+    /// are no states of a state feedback. See [`furuta_model::linear_plant`].
     ///
     /// # Errors
-    /// Parameters that are not possible.
-    pub(crate) fn upright(&self) -> Result<(SMatrix<f64, 4, 4>, SVector<f64, 4>), PlantError> {
-        let plant = Plant::new(self.params, &[])?;
-        let linear = linearize(&plant, State::upright(), 0.0);
+    /// Parameters or effects that are not possible; effects that let nothing rest upright.
+    ///
+    /// ```
+    /// use furuta_ctrl::Site;
+    /// use furuta_model::{Effect, Rig};
+    /// let mut rig = Rig::builtin("shahzad2022-srv02").ok_or("no such rig")?;
+    /// rig.effects.push(Effect::new("arm.spring", &[0.005, 0.0])?);
+    /// let linear = Site::of(&rig, 0.002).linear()?;
+    /// assert!(linear.a[(2, 0)] < -0.5); // theta'' per radian of the arm
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn linear(&self) -> Result<Linear, ConfigError> {
+        let plant = Plant::new(self.params, self.effects)?;
+        Ok(rigid(&plant, Hold::Arm(0.0))?)
+    }
+
+    /// The same held over the sample period: `A` (4 x 4), `B` (4 x 1, per volt).
+    ///
+    /// # Errors
+    /// Those of [`Site::linear`].
+    pub fn upright(&self) -> Result<(SMatrix<f64, 4, 4>, SVector<f64, 4>), ConfigError> {
+        let linear = self.linear()?;
         Ok(zero_order_hold(&linear.a, &linear.b, self.period))
     }
 

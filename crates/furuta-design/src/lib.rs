@@ -14,6 +14,8 @@
 //! | [`arm_step`] | a step of the arm under LQR, sliding mode and model predictive control |
 //! | [`mpc`] | model predictive control by an interior-point method |
 //! | [`largest_sine`] | the largest sine that a pendulum can follow at all |
+//! | [`rig_loop`] | a rig with its effects under a linear law: the whole loop, its poles and margins |
+//! | [`rehearsal`] | whether a control system holds the nonlinear rig, encoders and delay included |
 //! | [`estimation`] | how well estimators know speeds, all watching the same run |
 //! | [`limit_cycle`] | how far a balanced rig wanders, its effects compensated or not |
 //! | [`polytope`] | the linear models of a rig whose parameters are known only within a range, enclosed by vertices |
@@ -34,6 +36,8 @@ pub mod polytope;
 pub mod ramos_velasco;
 pub mod reach;
 pub mod region;
+pub mod rehearsal;
+pub mod rig_loop;
 pub mod robust;
 pub mod robust_rig;
 pub mod shahzad2022;

@@ -11,8 +11,12 @@
 //! a convex combination of its control points `N_i / d_i`. What holds for all control points (a Lyapunov inequality,
 //! which is convex in `[A, B]`) therefore holds for **every** rig within the range, not only for those at its corners.
 //! The corners are among the control points; the others belong to no rig.
+//!
+//! Springs, cables, tilt and what else has a slope at rest add torques per radian, rad/s and volt that are taken as the
+//! rig file's own at all points ([`Slopes`]): the degrees stay.
 
-use furuta_model::{Linear, Params};
+use furuta_model::linear_plant::{Hold, NoEquilibrium, equilibrium, smooth};
+use furuta_model::{Linear, Params, Plant, PlantError, Rig, State, linearize};
 use nalgebra::{SMatrix, SVector};
 
 /// A parameter that may be off: its key in the rig file, how much at most, as a share of its value.
@@ -121,8 +125,71 @@ struct Fraction {
     determinant: f64,
 }
 
+/// What the effects of a rig add to the torques on arm and pendulum, per radian and rad/s of theta, alpha, theta_dot,
+/// alpha_dot, and per volt; N m.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct Slopes(SMatrix<f64, 2, 5>);
+
+/// Why a rig's effects have no slopes.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SlopesError {
+    /// The rig cannot be.
+    #[error("{0}")]
+    Plant(#[from] PlantError),
+    /// Nothing rests upright.
+    #[error("{0}")]
+    Equilibrium(#[from] NoEquilibrium),
+}
+
+impl Slopes {
+    /// No effects.
+    pub const NONE: Self = Self(SMatrix::<f64, 2, 5>::from_array_storage(
+        nalgebra::ArrayStorage([[0.0; 2]; 5]),
+    ));
+
+    /// Of a rig's effects that have a slope at rest, the pendulum at 0 and the arm at its middle under the voltage that
+    /// holds it there. How far springs and tilt let the pendulum lean at rest is not in them.
+    ///
+    /// # Errors
+    /// [`SlopesError`].
+    ///
+    /// ```
+    /// use furuta_design::polytope::Slopes;
+    /// use furuta_model::{Effect, Rig};
+    /// let mut rig = Rig::builtin("qube-servo-2").ok_or("no such rig")?;
+    /// assert_eq!(Slopes::of(&rig)?, Slopes::NONE);
+    /// rig.effects.push(Effect::new("arm.spring", &[0.01, 0.0])?);
+    /// assert!((Slopes::of(&rig)?.torque(0, 0) + 0.01).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn of(rig: &Rig) -> Result<Self, SlopesError> {
+        let smooth = smooth(&rig.try_plant()?);
+        let at = equilibrium(&smooth, Hold::Arm(0.0))?;
+        let with = linearize(&smooth, State::upright(), at.command);
+        let bare = Plant::without_effects(smooth.coefficients);
+        let without = linearize(&bare, State::upright(), at.volts);
+        let c = smooth.coefficients;
+        let mass = SMatrix::<f64, 2, 2>::new(c.arm, -c.coupling, -c.coupling, c.pendulum);
+        let mut added = SMatrix::<f64, 2, 5>::zeros();
+        for i in 0..2 {
+            for j in 0..4 {
+                added[(i, j)] = with.a[(2 + i, j)] - without.a[(2 + i, j)];
+            }
+            added[(i, 4)] = with.b[2 + i] - without.b[2 + i];
+        }
+        Ok(Self(mass * added))
+    }
+
+    /// The torque on `axis` (0: arm, 1: pendulum) per unit of `of` (0 to 3: the states; 4: the command).
+    #[must_use]
+    pub fn torque(&self, axis: usize, of: usize) -> f64 {
+        self.0[(axis, of)]
+    }
+}
+
 impl Fraction {
-    fn of(p: &Params<f64>) -> Self {
+    fn of(p: &Params<f64>, effects: &Slopes) -> Self {
         let c = p.coefficients();
         // adj(M) times the forces' derivatives, M = [arm, -coupling; -coupling, pendulum]: columns theta, alpha,
         // theta', alpha', u.
@@ -140,7 +207,7 @@ impl Fraction {
             0.0,
         );
         Self {
-            accelerations: adjugate * forces,
+            accelerations: adjugate * (forces + effects.0),
             determinant: c.arm * c.pendulum - c.coupling * c.coupling,
         }
     }
@@ -188,6 +255,18 @@ impl Fraction {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn polytope(params: &Params<f64>, uncertain: &[Uncertain]) -> Result<Polytope, PolytopeError> {
+    polytope_with(params, &Slopes::NONE, uncertain)
+}
+
+/// The same with what effects add.
+///
+/// # Errors
+/// [`PolytopeError`].
+pub fn polytope_with(
+    params: &Params<f64>,
+    effects: &Slopes,
+    uncertain: &[Uncertain],
+) -> Result<Polytope, PolytopeError> {
     let mut axes = Vec::new();
     for (i, u) in uncertain.iter().enumerate() {
         let Some((_, degree)) = KEYS.iter().find(|(key, _)| *key == u.key) else {
@@ -238,7 +317,7 @@ pub fn polytope(params: &Params<f64>, uncertain: &[Uncertain]) -> Result<Polytop
             p[axis.index] *= 1.0 + axis.share * (2.0 * at as f64 / axis.degree as f64 - 1.0);
         }
         let p = Params::from_array(p);
-        let value = Fraction::of(&p);
+        let value = Fraction::of(&p, effects);
         if corner {
             corners.push((p, value.quotient()));
         }

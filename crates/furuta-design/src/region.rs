@@ -1,10 +1,12 @@
 //! Regions of attraction: from where a controller brings the pendulum back to upright.
 
 use crate::closed_loop::{ClosedLoop, FALLEN, Model, Sensing};
+use crate::rig_loop::LoopError;
 use furuta_ctrl::Site;
 use furuta_ctrl::controllers::Controller;
 use furuta_ctrl::design::poles;
-use furuta_model::{Linear, Plant, PlantError, Rig, State, linearize};
+use furuta_model::linear_plant::{Hold, rigid};
+use furuta_model::{Linear, Rig, State};
 use nalgebra::SMatrix;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -87,13 +89,13 @@ impl Region {
         period: f64,
         arm_range: f64,
         progress: &(dyn Fn(usize) + Sync),
-    ) -> Result<Self, PlantError> {
+    ) -> Result<Self, LoopError> {
         let plant = rig.try_plant::<f64>()?;
         plant.check_period(period)?;
         let frequency = Site::of(rig, period).frequency();
         let model = match on {
             On::Rig => Model::from(plant),
-            On::Linear => Model::Linear(upright(rig)?),
+            On::Linear => Model::Linear(rigid(&rig.try_plant()?, Hold::Arm(0.0))?),
         };
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // some tens
         let substeps = (period / LONGEST_STEP).ceil() as usize;
@@ -163,14 +165,6 @@ fn settles<C: Controller<f64>>(
     fine && samples.last().is_some_and(|s| s.t >= settled_from)
 }
 
-fn upright(rig: &Rig) -> Result<Linear, PlantError> {
-    Ok(linearize(
-        &Plant::new(&rig.params, &[])?,
-        State::upright(),
-        0.0,
-    ))
-}
-
 /// What no controller can leave: the states from which a limited voltage can bring the upright linearisation back at
 /// all.
 ///
@@ -186,7 +180,7 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Of a rig's upright linearisation, its effects left out, under its command limit. `None` where it is not
+    /// Of a rig's upright linearisation with the effects that have a slope there, under its command limit. `None` where it is not
     /// unstable.
     ///
     /// # Errors
@@ -201,8 +195,8 @@ impl Reach {
     /// assert!(!reach.holds(&State::new(0.0, 1.5, 0.0, 20.0)));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn of(rig: &Rig) -> Result<Option<Self>, PlantError> {
-        let Linear { a, b } = upright(rig)?;
+    pub fn of(rig: &Rig) -> Result<Option<Self>, LoopError> {
+        let Linear { a, b } = rigid(&rig.try_plant()?, Hold::Arm(0.0))?;
         let Some(poles) = poles(&a) else {
             return Ok(None);
         };

@@ -1,11 +1,12 @@
 //! A rig's robust regulator: one gain for every rig whose parameters are within a range of this one's.
 
-use furuta_ctrl::design::{DesignError, Weights, lqr, poles};
-use furuta_model::discretize::zero_order_hold;
-use furuta_model::{Linear, Params, Rig, State, linearize};
+use furuta_ctrl::design::{DesignError, Weights, lqr};
+use furuta_model::linear_plant::{Amplitudes, Hold, rigid};
+use furuta_model::{Params, Rig};
 use nalgebra::{Matrix4, RowVector4};
 
-use crate::polytope::{Polytope, PolytopeError, Uncertain, polytope};
+use crate::polytope::{Polytope, PolytopeError, Slopes, SlopesError, Uncertain, polytope_with};
+use crate::rig_loop::{Law, RigLoop};
 use crate::robust::{Robust, RobustError, Time, Vertex, robust_lqr, stabilisable};
 
 /// To what the largest spread is found.
@@ -20,6 +21,8 @@ pub struct RobustRig {
     pub nominal: RowVector4<f64>,
     /// Where the parameters may be.
     pub polytope: Polytope,
+    /// The rig itself, with its effects.
+    rig: Rig,
 }
 
 /// Why a rig has no robust regulator.
@@ -29,6 +32,9 @@ pub enum RobustRigError {
     /// No polytope.
     #[error("{0}")]
     Polytope(#[from] PolytopeError),
+    /// The effects have no linear model upright.
+    #[error("{0}")]
+    Slopes(#[from] SlopesError),
     /// The rig itself has no regulator.
     #[error("{0}")]
     Design(#[from] DesignError),
@@ -50,7 +56,8 @@ pub enum RobustRigError {
 
 /// The robust regulator (continuous time) of a rig each of whose parameters `keys` is off by up to `spread` of its
 /// value, all of them at once and changing however fast; the mean guaranteed cost is over starts of equal variance in
-/// all states.
+/// all states. Springs, cables and tilt are as the rig file has them; delay, lag and a flexible drive are in no vertex
+/// but in [`RobustRig::slowest`] and [`RobustRig::largest_sampled`].
 ///
 /// # Errors
 /// [`RobustRigError`]; for a range that is too wide it says how wide it may be.
@@ -74,9 +81,11 @@ pub fn robust_rig(
     spread: f64,
     weights: &Weights<f64, 4, 1>,
 ) -> Result<RobustRig, RobustRigError> {
-    let up = linearize(&rig.nominal_plant(), State::upright(), 0.0);
+    let plant = rig.try_plant().map_err(SlopesError::from)?;
+    let up = rigid(&plant, Hold::Arm(0.0)).map_err(SlopesError::from)?;
     let nominal = lqr(&up.a, &up.b, weights)?.gain;
-    let within = enclosed(&rig.params, keys, spread);
+    let slopes = Slopes::of(rig)?;
+    let within = enclosed(&rig.params, &slopes, keys, spread);
     let designed = match &within {
         Ok(within) => robust_lqr(
             Time::Continuous,
@@ -92,6 +101,7 @@ pub fn robust_rig(
             regulator,
             nominal,
             polytope: within?,
+            rig: rig.clone(),
         }),
         Err(
             RobustRigError::Polytope(PolytopeError::TooWide)
@@ -103,7 +113,7 @@ pub fn robust_rig(
             ),
         ) => Err(RobustRigError::NoCommonLyapunovFunction {
             spread,
-            largest: largest(rig, keys, spread, weights),
+            largest: largest(rig, &slopes, keys, spread, weights),
         }),
         Err(other) => Err(other),
     }
@@ -111,9 +121,15 @@ pub fn robust_rig(
 
 /// The largest spread below `high` with a common Lyapunov function, by bisection: of nested ranges, the wider is the
 /// harder.
-fn largest(rig: &Rig, keys: &[&'static str], high: f64, weights: &Weights<f64, 4, 1>) -> f64 {
+fn largest(
+    rig: &Rig,
+    slopes: &Slopes,
+    keys: &[&'static str],
+    high: f64,
+    weights: &Weights<f64, 4, 1>,
+) -> f64 {
     let possible = |spread: f64| {
-        let Ok(within) = enclosed(&rig.params, keys, spread) else {
+        let Ok(within) = enclosed(&rig.params, slopes, keys, spread) else {
             return false;
         };
         let all = vertices(&within);
@@ -137,11 +153,12 @@ fn largest(rig: &Rig, keys: &[&'static str], high: f64, weights: &Weights<f64, 4
 
 fn enclosed(
     params: &Params<f64>,
+    slopes: &Slopes,
     keys: &[&'static str],
     share: f64,
 ) -> Result<Polytope, PolytopeError> {
     let off: Vec<_> = keys.iter().map(|&key| Uncertain { key, share }).collect();
-    polytope(params, &off)
+    polytope_with(params, slopes, &off)
 }
 
 fn vertices(within: &Polytope) -> Vec<Vertex<4, 1>> {
@@ -149,37 +166,39 @@ fn vertices(within: &Polytope) -> Vec<Vertex<4, 1>> {
 }
 
 impl RobustRig {
-    /// The slowest pole's real part under a gain, over the rigs at the corners of the range, 1/s: positive where one
-    /// falls.
+    /// The slowest pole's real part under a gain, over the rigs at the corners of the range with their effects, 1/s:
+    /// positive where one falls. See [`crate::rig_loop`] for what the loop holds.
     #[must_use]
     pub fn slowest(&self, gain: &RowVector4<f64>) -> f64 {
-        self.over_corners(gain, |m| (m.a, m.b), |p| p.re)
+        self.over_corners(gain, None)
     }
 
-    /// The largest pole's size at this sample period (s) under a gain, over the rigs at the corners: above 1 where one
-    /// falls.
+    /// The largest pole's size at this sample period (s) under a gain, over the rigs at the corners with their effects:
+    /// above 1 where one falls.
     #[must_use]
     pub fn largest_sampled(&self, gain: &RowVector4<f64>, period: f64) -> f64 {
-        self.over_corners(gain, |m| zero_order_hold(&m.a, &m.b, period), |p| p.norm())
+        (self.over_corners(gain, Some(period)) * period).exp()
     }
 
-    fn over_corners(
-        &self,
-        gain: &RowVector4<f64>,
-        system: impl Fn(&Linear) -> Vertex<4, 1>,
-        measure: impl Fn(&nalgebra::Complex<f64>) -> f64,
-    ) -> f64 {
-        let worst = |(_, model): &(Params<f64>, Linear)| {
-            let (a, b) = system(model);
+    fn over_corners(&self, gain: &RowVector4<f64>, period: Option<f64>) -> f64 {
+        let law = Law::of_states(std::array::from_fn(|i| gain[i]));
+        let growth = |(params, _): &(Params<f64>, _)| {
+            let rig = Rig {
+                params: *params,
+                ..self.rig.clone()
+            };
+            let closed = RigLoop::new(&rig, law, period, &Amplitudes::NONE);
             // No poles: no statement, which must not pass for a good one.
-            poles(&(a - b * gain)).map_or(f64::INFINITY, |all| {
-                all.iter().map(&measure).fold(f64::NEG_INFINITY, f64::max)
-            })
+            closed
+                .map(|closed| closed.growth())
+                .ok()
+                .filter(|growth| !growth.is_nan())
+                .unwrap_or(f64::INFINITY)
         };
         self.polytope
             .corners
             .iter()
-            .map(worst)
+            .map(growth)
             .fold(f64::NEG_INFINITY, f64::max)
     }
 }

@@ -13,6 +13,7 @@
 //! | [`effects`] | what the equations leave out: friction, springs, dead zones, delays, ... one file each |
 //! | [`plant`], [`integrate`] | a rig with its effects, stepped by RK4 under a held command |
 //! | [`mod@linearize`], [`discretize`], [`transfer`] | exact Jacobians; zero-order-hold discretisation; transfer functions |
+//! | [`mod@linear_plant`] | the linear model of a rig with its effects, about where it rests upright |
 //! | [`zero_dynamics`] | the arm's motion under a pendulum that follows a prescribed one |
 //! | [`signals`] | test signals: steps, chirp, multisine, PRBS, noise, ... |
 //! | `simulate` (feature `std`) | whole trajectories, and thousands of them at once |
@@ -41,6 +42,7 @@ pub mod energy;
 pub mod integrate;
 pub mod jet;
 pub mod lanes;
+pub mod linear_plant;
 pub mod linearize;
 pub mod params;
 pub mod plant;
@@ -59,6 +61,7 @@ pub mod zero_dynamics;
 pub use effects::{CATALOGUE, Effect, EffectError, Spec};
 pub use jet::Jet;
 pub use lanes::Lanes;
+pub use linear_plant::{LinearPlant, linear_plant};
 pub use linearize::{Linear, linearize};
 pub use params::{Arm, Motor, ParamError, Params, Pendulum};
 pub use plant::{Plant, PlantError, PlantState, Twist};

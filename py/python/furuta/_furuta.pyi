@@ -5,7 +5,7 @@ from typing import Any, ClassVar, Literal, TypeAlias, TypedDict, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Self
+from typing_extensions import NotRequired, Self
 
 __all__ = [
     "CalibrateError",
@@ -35,6 +35,7 @@ __all__ = [
     "calibrate",
     "care",
     "catalogue",
+    "closed_loop",
     "compare",
     "controllability",
     "controllers",
@@ -55,6 +56,7 @@ __all__ = [
     "ramos_velasco",
     "ramos_velasco_draws",
     "region_of_attraction",
+    "rehearse",
     "replay",
     "robust_lqr",
     "shahzad2022",
@@ -335,6 +337,48 @@ def robust_lqr(
     q: Sequence[float] | None = None,
     r: float | None = None,
 ) -> _Robust: ...
+
+class _Margins(TypedDict):
+    stable: bool
+    gain: tuple[float, float]
+    phase: float
+    delay: float
+    disk: float
+    frequencies: list[float]
+
+class _ObservedLoop(TypedDict):
+    growth: float
+    poles: NDArray[np.complex128]
+    margins: _Margins
+
+class _Loop(TypedDict):
+    states: list[str]
+    A: NDArray[np.float64]
+    poles: NDArray[np.complex128]
+    growth: float
+    equilibrium: dict[str, float]
+    delay: float
+    remarks: dict[str, str]
+    margins: _Margins
+    with_estimator: NotRequired[_ObservedLoop]
+    response: NotRequired[NDArray[np.complex128]]
+
+class _Rehearsal(TypedDict):
+    fell: float | None
+    fault: str | None
+    arm: float
+    pendulum: float
+    at_limit: float
+
+def closed_loop(
+    rig: Rig,
+    K: ArrayLike,
+    *,
+    rate: float | None = None,
+    amplitudes: Sequence[float] | None = None,
+    omega: ArrayLike | None = None,
+) -> _Loop: ...
+def rehearse(rig: Rig, K: ArrayLike, *, rate: float = 500.0) -> _Rehearsal: ...
 
 _Design: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128]]
 _Solution: TypeAlias = tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64]]

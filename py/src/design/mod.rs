@@ -1,5 +1,6 @@
 //! Control design. The designs are written for sizes known at compile time; here a size is looked up.
 
+mod closed_loop;
 mod controllability;
 mod estimate;
 mod place;
@@ -38,5 +39,7 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(estimate::dlqe, m)?)?;
     m.add_function(wrap_pyfunction!(place::place, m)?)?;
     m.add_function(wrap_pyfunction!(robust::robust_lqr, m)?)?;
+    m.add_function(wrap_pyfunction!(closed_loop::closed_loop, m)?)?;
+    m.add_function(wrap_pyfunction!(closed_loop::rehearse, m)?)?;
     m.add_function(wrap_pyfunction!(controllability::controllability, m)?)
 }

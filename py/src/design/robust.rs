@@ -18,7 +18,7 @@ use pyo3::types::PyDict;
 /// Parameters
 /// ----------
 /// rig : Rig
-///     Its effects are left out.
+///     Its springs, cables and tilt count as its file has them; delay, lag and a flexible drive in slowest alone.
 /// spread : float
 ///     How far each parameter may be off, as a share of its value; all of them at once.
 /// parameters : sequence of str, optional

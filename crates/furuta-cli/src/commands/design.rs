@@ -1,5 +1,6 @@
 //! `furuta design`: controllers from a rig's model.
 
+mod closed;
 mod lqi;
 mod place;
 mod robust;
@@ -11,8 +12,10 @@ use furuta_ctrl::design::{Regulator, Weights, balance_weights, dlqr, lqr};
 use furuta_ctrl::file::MadeFor;
 use furuta_ctrl::settings::Settings;
 use furuta_ctrl::{Config, ControllerFile, controllers};
+use furuta_design::rig_loop::Law;
 use furuta_model::discretize::zero_order_hold;
-use furuta_model::{Rig, State, linearize};
+use furuta_model::linear_plant::{Hold, rigid};
+use furuta_model::{Linear, Rig};
 use nalgebra::Complex;
 use serde_json::json;
 
@@ -50,6 +53,8 @@ struct CommonArgs {
     /// Write the gain into a controller file, for `--controller` of `furuta run` and `furuta simulate`.
     #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
     write_controller: Option<Output>,
+    #[command(flatten)]
+    judge: closed::JudgeArgs,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -104,13 +109,29 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
+/// The model that a state feedback is designed for: the rig upright with the effects that have a slope there.
+fn upright(rig: &Rig) -> Result<Linear, Failure> {
+    let failure = |e: &dyn std::fmt::Display| Failure::new(format!("rig {}: {e}", rig.name));
+    let plant = rig.try_plant().map_err(|e| failure(&e))?;
+    rigid(&plant, Hold::Arm(0.0)).map_err(|e| failure(&e))
+}
+
+/// A row of gains as a law.
+fn law(k: &[f64]) -> Law {
+    let at = |i: usize| k.get(i).copied().unwrap_or(0.0);
+    Law {
+        gain: [at(0), at(1), at(2), at(3)],
+        integral: at(4),
+    }
+}
+
 /// The regulator for a rig about upright: sampled at `rate` (Hz), or continuous.
 pub(crate) fn regulator(
     rig: &Rig,
     weights: &Weights<f64, 4, 1>,
     rate: Option<f64>,
 ) -> Result<Regulator<f64, 4, 1>, Failure> {
-    let linear = linearize(&rig.nominal_plant(), State::upright(), 0.0);
+    let linear = upright(rig)?;
     let designed = match rate {
         Some(rate) => {
             let (a, b) = zero_order_hold(&linear.a, &linear.b, 1.0 / rate);
@@ -148,24 +169,22 @@ fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
     };
     let regulator = regulator(&rig, &weights, args.common.rate)?;
     let k = regulator.gain;
-    let poles = regulator
-        .poles()
-        .ok_or_else(|| Failure::new("the closed loop's poles cannot be computed"))?;
+    let given = controllers::settings("lqr").unwrap_or(Config::default().controller);
+    let settings = given.with("gain", k.as_slice())?;
+    let judged = args
+        .common
+        .judge
+        .judge(&rig, law(k.as_slice()), args.common.rate, &settings)?;
     if let Some(path) = &args.common.write_controller {
-        let given = controllers::settings("lqr").unwrap_or(Config::default().controller);
-        write_controller(
-            path,
-            &rig,
-            args.common.rate,
-            given.with("gain", k.as_slice())?,
-        );
+        write_controller(path, &rig, args.common.rate, settings);
     }
     let mut out = streams::output();
     if args.common.json {
-        let line = json!({
+        let mut line = json!({
             "rig": rig.name, "rate": args.common.rate, "q": weights.q.diagonal().as_slice(), "r": weights.r[0],
-            "k": k.as_slice(), "poles": print::poles_json(&poles),
+            "k": k.as_slice(), "poles": print::poles_json(&judged.poles),
         });
+        judged.extend(&mut line);
         writeln!(out, "{line}")?;
         return Ok(());
     }
@@ -175,7 +194,7 @@ fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
         rig.name
     )?;
     gains(&mut out, k.as_slice())?;
-    print_poles(&mut out, &poles, args.common.rate)
+    judged.print(&mut out)
 }
 
 /// A line for each gain, the integral's last.
@@ -203,7 +222,9 @@ fn print_poles(
         None => writeln!(out, "  poles  {} rad/s", print::poles(poles)),
         Some(rate) => {
             // ln(z)/h: the continuous poles that decay and turn alike.
-            let alike: Vec<_> = poles.iter().map(|z| z.ln() * rate).collect();
+            // A pole at 0 is a command that is forgotten.
+            let lasting = poles.iter().filter(|z| z.norm() > 1e-9);
+            let alike: Vec<_> = lasting.map(|z| z.ln() * rate).collect();
             writeln!(
                 out,
                 "  poles  z = {}\n         ln(z)/h = {} rad/s",

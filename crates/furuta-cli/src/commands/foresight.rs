@@ -1,6 +1,7 @@
 //! What the model says of a swing-up before it is tried, and what to make of one that failed.
 
 use furuta_ctrl::Config;
+use furuta_design::rehearsal::{Rehearsal, rehearse as hold};
 use furuta_design::upright::{growth, growth_turned};
 use furuta_hw::{EmulatedRig, Emulation, Reference, Summary, SwingUpBalance, rehearse};
 use furuta_log::Mode;
@@ -8,10 +9,6 @@ use furuta_model::{Rig, State};
 
 /// A swing-up that the model has not done within this time (s) is not going to succeed.
 const PATIENCE: f64 = 15.0;
-/// A controller that holds the pendulum for so long (s) holds it.
-const HELD: f64 = 3.0;
-/// It begins with this lean (rad): less than any catch allows.
-const LEAN: f64 = 0.02;
 
 /// How a run goes on the model.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +21,8 @@ enum Outlook {
         growth: Option<f64>,
         /// Whether the opposite sign makes it stable.
         is_turned: bool,
+        /// How it goes on the nonlinear model.
+        told: Rehearsal,
     },
     /// It is not swung up; without friction it is.
     Friction,
@@ -69,10 +68,18 @@ impl Foresight {
         } = self;
         match outlook {
             Outlook::Up(_) => None,
-            Outlook::DoesNotHold { growth, is_turned } => {
+            Outlook::DoesNotHold {
+                growth,
+                is_turned,
+                told,
+            } => {
                 let found = match growth.filter(|growth| *growth > 0.0) {
-                    Some(growth) => format!("the closed loop has a pole at {growth:+.1} 1/s"),
-                    None => format!("in simulation it falls from {LEAN} rad within {HELD} s"),
+                    Some(growth) => {
+                        format!(
+                            "the closed loop has a pole at {growth:+.2} 1/s; in simulation, {told}"
+                        )
+                    }
+                    None => format!("in simulation, {told}"),
                 };
                 let advice = if *is_turned {
                     "with the opposite sign the gain is stable: turn its sign, or see the signs of the rig's angles"
@@ -95,6 +102,11 @@ impl Foresight {
                  the rig's limits, or start with the pendulum held upright"
             )),
         }
+    }
+
+    /// Whether not even a pendulum that is upright stays there.
+    pub(crate) fn falls(&self) -> bool {
+        matches!(self.outlook, Outlook::DoesNotHold { .. })
     }
 
     /// What to say after a run in which the pendulum was never caught.
@@ -129,13 +141,18 @@ struct Trial<'a> {
 impl Trial<'_> {
     fn outlook(&self, rig: &Rig) -> Option<Outlook> {
         let pilot = self.pilot(rig)?;
-        let upright = State::new(0.0, LEAN, 0.0, 0.0);
-        if self.rehearse(rig, &pilot, upright, HELD)?.is_none() {
+        let arm_step = match self.reference {
+            Reference::Steps { amplitude, .. } => amplitude,
+            Reference::Constant(_) | Reference::Noise(_) => 0.0,
+        };
+        let told = hold(self.config, rig, self.period(), arm_step).ok()?;
+        if told.fell.is_some() {
             let (balance, period) = (&pilot.supervisor().balance, self.period());
-            let turned = growth_turned(balance, &rig.params, period);
+            let turned = growth_turned(balance, rig, period);
             return Some(Outlook::DoesNotHold {
-                growth: growth(balance, &rig.params, period),
+                growth: growth(balance, rig, period),
                 is_turned: turned.is_some_and(|growth| growth < 0.0),
+                told,
             });
         }
         let start = self.emulation.start;

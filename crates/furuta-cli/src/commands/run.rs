@@ -45,6 +45,10 @@ pub(crate) struct Args {
     /// its host.
     #[arg(long)]
     any_clock: bool,
+    /// Run a controller that falls in the rehearsal all the same. Before anything moves, the closed loop is tried on the
+    /// nonlinear model of the rig file with its effects, encoders and one sample of delay.
+    #[arg(long)]
+    any_loop: bool,
     /// Controller file; the standard control system of the rig if not given.
     #[arg(long, value_name = "FILE.toml")]
     controller: Option<PathBuf>,
@@ -225,6 +229,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             };
             foresight = Foresight::of(&rig, &emulation, &file.config, reference);
             if let Some(warning) = foresight.as_ref().and_then(Foresight::warning) {
+                if !args.any_loop && foresight.as_ref().is_some_and(Foresight::falls) {
+                    return Err(Failure::new(format!(
+                        "{warning}; nothing was moved, and --any-loop runs it all the same"
+                    )));
+                }
                 note!("note: {warning}");
             }
             let (words, task) = (pilot.describe(), LoggedTask::Balance { reference });

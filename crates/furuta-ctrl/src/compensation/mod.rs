@@ -20,6 +20,7 @@ use friction::Friction;
 use furuta_model::effects::Acts;
 use furuta_model::plant::MAX_EFFECTS;
 use furuta_model::{Effect, Plant, State};
+pub use hold::voltage as holding_voltage;
 
 /// What a controller file may say of it.
 pub static SPEC: Spec = Spec {
@@ -108,6 +109,11 @@ impl<T: Real> Compensation<T> {
             plant: plant.cast(),
             smooth: smooth.cast(),
         })
+    }
+
+    /// Whether the voltage is added that holds the arm at its reference against what pulls it.
+    pub fn holds(&self) -> bool {
+        self.hold
     }
 
     /// The command (V) in place of a balancing controller's `u`. Finite where `u` is; where a model has no finite

@@ -9,7 +9,7 @@ use crate::real::{Real, c, command, is_finite};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::params::Coefficients;
-use furuta_model::{Linear, Plant, State, linearize, zero_dynamics};
+use furuta_model::{Linear, State, zero_dynamics};
 
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
@@ -235,7 +235,7 @@ impl<T: Real> Design for LqrSliding<T> {
                 width: strength / rate.unwrap_or(LAYER_RATE),
             },
         };
-        let linear = linearize(&Plant::new(site.params, &[])?, State::upright(), 0.0);
+        let linear = site.linear()?;
         let designed = LqrSliding::on_surface(
             &site.params.coefficients(),
             &linear,

@@ -7,7 +7,7 @@ use crate::real::{Real, c, command, is_finite, wrap};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::discretize::zero_order_hold;
-use furuta_model::{Linear, Plant, State, linearize};
+use furuta_model::{Linear, State};
 use nalgebra::{RowSVector, SMatrix};
 
 /// What a controller file may say of it.
@@ -336,7 +336,7 @@ impl<T: Real> Design for Mpc<T> {
                 .number(const { SPEC.parameter("arm_angle").optional() })
                 .or(site.limits.arm_angle.map(|limit| 0.9 * limit)),
         };
-        let upright = linearize(&Plant::new(site.params, &[])?, State::upright(), 0.0);
+        let upright = site.linear()?;
         let designed = Mpc::<f64>::new(
             &upright,
             site.period,

@@ -24,9 +24,34 @@ impl<T: Real> FixedGain<T> {
     }
 }
 
+/// What an estimator with the rig's model and a constant correction is near upright, for the poles of a whole loop.
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct LinearEstimator {
+    /// `L` (4 x 2): what the differences of the angles read from those expected add to the belief at the sample.
+    pub correction: [[f64; 2]; 4],
+    /// How many periods, beyond the one after which a command acts at the earliest, the law's state lies ahead of the
+    /// sample.
+    pub ahead: f64,
+}
+
+impl<T: Real> FixedGain<T> {
+    pub(super) fn linear(&self) -> LinearEstimator {
+        LinearEstimator {
+            correction: self.gain.map(|row| row.map(|l| l.value())),
+            ahead: self.predictor.ahead(),
+        }
+    }
+}
+
 /// Makes an estimator of a type that holds nothing but a [`FixedGain`].
 macro_rules! estimates_with_fixed_gain {
     ($name:ident) => {
+        impl<T: crate::real::Real> $name<T> {
+            pub(super) fn linear(&self) -> super::LinearEstimator {
+                self.0.linear()
+            }
+        }
+
         impl<T: crate::real::Real> super::Estimator<T> for $name<T> {
             type State = super::Belief<T>;
 

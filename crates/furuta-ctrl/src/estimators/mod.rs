@@ -146,7 +146,32 @@ mod predictor;
 pub use derivative::{Derivative, DerivativeState};
 pub use disturbance_observer::DisturbedBelief;
 pub use extended_kalman::UncertainBelief;
+pub use fixed_gain::LinearEstimator;
 pub use predictor::Belief;
+
+impl<T: Real> AnyEstimator<T> {
+    /// What it is near upright, where it has the rig's model and a constant correction.
+    ///
+    /// ```
+    /// use furuta_ctrl::{Config, Site, estimators::AnyEstimator};
+    /// let rig = furuta_model::Rig::builtin("qube-servo-2").ok_or("no such rig")?;
+    /// let standard = AnyEstimator::<f64>::design(&Config::default().estimator, &Site::of(&rig, 0.002))?;
+    /// let linear = standard.linear().ok_or("not linear")?;
+    /// // 120 rad/s: the angle is corrected by 1 - exp(-0.48) of what it is off.
+    /// assert!((linear.correction[0][0] - 0.381).abs() < 1e-3 && linear.ahead == 0.0);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    pub fn linear(&self) -> Option<LinearEstimator> {
+        match self {
+            Self::Observer(e) => Some(e.linear()),
+            Self::Luenberger(e) => Some(e.linear()),
+            Self::Kalman(e) => Some(e.linear()),
+            Self::ExtendedKalman(_)
+            | Self::DisturbanceObserver(_)
+            | Self::FilteredDerivative(_) => None,
+        }
+    }
+}
 
 /// Settings of the estimator of this kind, nothing given yet.
 #[must_use]

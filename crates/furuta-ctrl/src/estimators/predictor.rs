@@ -60,6 +60,11 @@ impl<T: Real> Predictor<T> {
         ))
     }
 
+    /// How many periods beyond the next sample an estimate lies ahead.
+    pub(super) fn ahead(&self) -> f64 {
+        f64::from(self.late.0) + self.late.1.value()
+    }
+
     pub(super) fn start(&self) -> Belief<T> {
         Belief {
             now: self.plant.rest(State::hanging()),

@@ -1,10 +1,9 @@
 //! Whether the balance controller would succeed from here.
 
+use crate::compensation::holding_voltage;
 use crate::controllers::{Controller, StateFeedback};
 use crate::real::{Real, c, wrap};
-use furuta_model::dynamics::acceleration;
-use furuta_model::params::Coefficients;
-use furuta_model::{Params, State};
+use furuta_model::{Params, Plant, State};
 
 /// Length of the prediction and of its steps, in units of `1/omega` of the pendulum.
 const HORIZON: f64 = 6.0;
@@ -13,13 +12,16 @@ const STEP: f64 = 0.05;
 const NEAR_ANGLE: f64 = 0.25;
 const NEAR_SPEED: f64 = 0.5;
 
-/// Predicts the balance loop with the rigid-body model and the command limit.
+/// Predicts the balance loop with the model, its springs, cables and tilt, and the command limit.
 ///
 /// Costs up to 120 steps of the midpoint rule (two evaluations of the model each), and nothing while the pendulum
 /// hangs.
-#[derive(Copy, Clone, Debug)]
-pub struct Catch<T> {
-    coefficients: Coefficients<T>,
+#[derive(Clone, Debug)]
+pub struct Catch<T: Real> {
+    /// Without friction and voltage maps with a kink.
+    plant: Plant<T>,
+    /// Whether the voltage is added that holds the arm where it is asked to be.
+    holds: bool,
     /// What is predicted with: the balance controller itself, or its surrogate.
     pub feedback: StateFeedback<T>,
     /// Largest distance the arm may be from zero on the way, rad.
@@ -33,16 +35,28 @@ pub struct Catch<T> {
 }
 
 impl<T: Real> Catch<T> {
-    /// For a rig with these parameters under `feedback`, the arm staying within `arm_angle` (rad) of zero.
+    /// For a rig with these parameters and without effects under `feedback`, the arm staying within `arm_angle` (rad) of zero.
     pub fn new(params: &Params<T>, feedback: StateFeedback<T>, arm_angle: T) -> Self {
         let coefficients = params.coefficients();
         Self {
-            coefficients,
+            plant: Plant::without_effects(coefficients),
+            holds: false,
             feedback,
             arm_angle,
             frequency: (coefficients.weight / coefficients.pendulum).sqrt(),
             furthest: c(1.2),
             error: T::ZERO,
+        }
+    }
+
+    /// The same on a plant with effects, none of them dry friction; `holds` says whether the voltage is added that holds
+    /// the arm where it is asked to be against them.
+    #[must_use]
+    pub fn on(self, plant: Plant<T>, holds: bool) -> Self {
+        Self {
+            plant,
+            holds,
+            ..self
         }
     }
 
@@ -73,8 +87,8 @@ impl<T: Real> Catch<T> {
 
     /// The same with a pendulum of `times` the weight and of the same inertia.
     pub(crate) fn weighing(&self, times: T) -> Self {
-        let mut other = *self;
-        other.coefficients.weight = times * self.coefficients.weight;
+        let mut other = self.clone();
+        other.plant.coefficients.weight = times * self.plant.coefficients.weight;
         other
     }
 
@@ -116,9 +130,18 @@ impl<T: Real> Catch<T> {
         let step = c::<T>(STEP) / self.frequency;
         let half = step * c(0.5);
         let mut x = State { alpha, ..*x };
+        let holding = if self.holds {
+            holding_voltage(&self.plant, theta)
+        } else {
+            T::ZERO
+        };
+        let limit = self.feedback.command_limit;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         for _ in 0..(HORIZON / STEP) as u32 {
-            let u = self.feedback.update(&mut (), &x, &reference, step);
+            let mut u = self.feedback.update(&mut (), &x, &reference, step);
+            if self.holds {
+                u = (u + holding).clamp(-limit, limit);
+            }
             let middle = x + self.rate(&x, u) * half;
             x = x + self.rate(&middle, u) * step;
             // Written so that a NaN counts as failure.
@@ -135,7 +158,7 @@ impl<T: Real> Catch<T> {
     }
 
     fn rate(&self, x: &State<T>, u: T) -> State<T> {
-        let [theta, alpha] = acceleration(&self.coefficients, x, u);
-        State::new(x.theta_dot, x.alpha_dot, theta, alpha)
+        // There is nothing that could stick.
+        self.plant.rate(T::ZERO, x, u, T::ONE)
     }
 }

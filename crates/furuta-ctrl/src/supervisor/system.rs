@@ -15,7 +15,8 @@ use crate::estimators::{AnyEstimator, AnyEstimatorState, Estimator};
 use crate::real::Real;
 use crate::site::Site;
 use crate::thresholds::{SPEC, Thresholds, within};
-use furuta_model::State;
+use furuta_model::linear_plant::smooth;
+use furuta_model::{Plant, State};
 
 /// Swing-up, catch and balance of one rig at one sample period. Configuration only: see [`SupervisorState`].
 #[derive(Clone, Debug)]
@@ -91,13 +92,18 @@ impl<T: Real> Supervisor<T> {
         let balance = AnyController::design(&config.controller, site)?;
         let surrogate = match balance.surrogate() {
             Some(feedback) => feedback,
-            None => StateFeedback::new(
-                &design::balance(site.params, site.period)?,
-                site.command_limit,
-            ),
+            None => {
+                let (a, b) = site.upright()?;
+                let standard = design::dlqr(&a, &b, &design::balance_weights(site.params))?;
+                StateFeedback::new(&standard, site.command_limit)
+            }
         };
+        let compensation = Compensation::design(&config.compensate, site)?;
         let number = |key| T::from_f64(config.supervisor.value(key));
-        let catch = Catch::new(&site.params.cast(), surrogate, swing_up.catch_range()).within(
+        let smooth = smooth(&Plant::new(site.params, site.effects)?).cast();
+        let holds = compensation.holds();
+        let catch = Catch::new(&site.params.cast(), surrogate, swing_up.catch_range());
+        let catch = catch.on(smooth, holds).within(
             number(const { SPEC.parameter("catch_angle").settled() }),
             number(const { SPEC.parameter("catch_error").settled() }),
         );
@@ -106,7 +112,7 @@ impl<T: Real> Supervisor<T> {
             swing_up: swing_up.aiming_at(catch.fastest()),
             balance,
             catch,
-            compensation: Compensation::design(&config.compensate, site)?,
+            compensation,
             thresholds: Thresholds::of(&config.supervisor, site),
             brake: Brake::new(site.params, site.command_limit, site.period),
             h: T::from_f64(site.period),

@@ -80,7 +80,7 @@ impl Footprint {
     pub(super) const REST: Self =
         Self::Nothing("a constant torque moves the rest, to first order nothing else");
     /// What comes from elsewhere.
-    pub(super) const UNCOMMANDED: Self =
+    pub(crate) const UNCOMMANDED: Self =
         Self::Nothing("what does not follow the command lowers the coherence, not the response");
 
     /// The same as seen in the response of this angle over voltage: a factor on a reading is a gain or nothing there.

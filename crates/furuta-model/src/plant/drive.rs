@@ -268,6 +268,28 @@ impl<S: Scalar> Plant<S> {
         s.rotor = [angle, s.x.theta_dot];
     }
 
+    /// Whether a spring sets the rotor apart from the arm: then it has an angle and a speed of its own.
+    pub(crate) fn twists(&self) -> bool {
+        self.acts.includes(Acts::DRIVE) && self.drive.elastic()
+    }
+
+    /// Whether the arm's encoder sits on the rotor.
+    pub(crate) fn sees_rotor(&self) -> bool {
+        self.drive.encoder_on_motor
+    }
+
+    /// Accelerations of arm, pendulum and rotor (rad/s²) at the run's start with `volts` at the motor, where a spring
+    /// without backlash couples rotor and arm and nothing rubs dry. `rotor` is its angle (rad) and its speed (rad/s).
+    pub(crate) fn twisted(&self, x: &State<S>, rotor: [S; 2], volts: S) -> [S; 3] {
+        let m = TwoBody { x: *x, rotor };
+        let at = (Clock::at(S::ZERO), volts, S::ZERO);
+        let passed = self.spring_torque(&m, Contact::Free);
+        let balance = self.carried(&self.load(), &m, at, passed);
+        let [arm, pendulum] = balance.inverse.times(balance.free);
+        let turning = (self.shaft(&m, at).free - passed) / self.rotor_inertia();
+        [arm, pendulum, turning]
+    }
+
     /// The coupling's own frequency and the highest that can be followed at this sample period, rad/s.
     pub(super) fn coupling_frequency(&self, period: f64) -> (f64, f64) {
         #[allow(clippy::cast_precision_loss)]

@@ -85,15 +85,7 @@ impl<S: Scalar> Plant<S> {
         coefficients: Coefficients<S>,
         effects: &[Effect<S>],
     ) -> Result<Self, PlantError> {
-        let mut plant = Self {
-            coefficients,
-            effects: ArrayVec::new(),
-            acts: Acts::NOWHERE,
-            delay: S::ZERO,
-            lag: S::ZERO,
-            sensor_delay: S::ZERO,
-            drive: Drive::RIGID,
-        };
+        let mut plant = Self::without_effects(coefficients);
         for effect in effects.iter().filter(|e| !e.is_off()) {
             plant
                 .effects
@@ -101,12 +93,8 @@ impl<S: Scalar> Plant<S> {
                 .map_err(|_| PlantError::TooManyEffects {
                     given: effects.len(),
                 })?;
-            plant.acts = plant.acts.and(effect.spec().acts);
-            plant.delay += effect.delay();
-            plant.lag += effect.lag();
-            plant.sensor_delay += effect.sensor_delay();
             plant.coefficients = effect.shape(plant.coefficients);
-            plant.drive = plant.drive.with(effect.drive());
+            plant.feel(effect);
         }
         if S::LANES > 1 && plant.acts.touches(EVENTS.and(Acts::SENSOR_DELAY)) {
             return Err(PlantError::EventsInLanes);
@@ -116,23 +104,11 @@ impl<S: Scalar> Plant<S> {
         Ok(plant)
     }
 
-    /// A plant of which nothing is known: every prediction is not a number.
+    /// A plant without effects. Ranges are not checked.
     #[must_use]
-    pub fn unknown() -> Self {
-        let unknown = S::from_f64(f64::NAN);
+    pub fn without_effects(coefficients: Coefficients<S>) -> Self {
         Self {
-            coefficients: Coefficients {
-                arm: unknown,
-                hub: unknown,
-                swing: unknown,
-                coupling: unknown,
-                pendulum: unknown,
-                weight: unknown,
-                lever: unknown,
-                drive: unknown,
-                arm_damping: unknown,
-                pendulum_damping: unknown,
-            },
+            coefficients,
             effects: ArrayVec::new(),
             acts: Acts::NOWHERE,
             delay: S::ZERO,
@@ -140,6 +116,44 @@ impl<S: Scalar> Plant<S> {
             sensor_delay: S::ZERO,
             drive: Drive::RIGID,
         }
+    }
+
+    /// Adds what an effect does beside the equations of motion.
+    fn feel(&mut self, effect: &Effect<S>) {
+        self.acts = self.acts.and(effect.spec().acts);
+        self.delay += effect.delay();
+        self.lag += effect.lag();
+        self.sensor_delay += effect.sensor_delay();
+        self.drive = self.drive.with(effect.drive());
+    }
+
+    /// The same plant with only those of its effects that `keep` says; its equations of motion keep their
+    /// coefficients.
+    pub(crate) fn retaining(&self, keep: impl Fn(&Effect<S>) -> bool) -> Self {
+        let mut plant = Self::without_effects(self.coefficients);
+        for effect in self.effects.iter().filter(|e| keep(e)) {
+            let _ = plant.effects.try_push(*effect); // there is as much room as there was
+            plant.feel(effect);
+        }
+        plant
+    }
+
+    /// A plant of which nothing is known: every prediction is not a number.
+    #[must_use]
+    pub fn unknown() -> Self {
+        let unknown = S::from_f64(f64::NAN);
+        Self::without_effects(Coefficients {
+            arm: unknown,
+            hub: unknown,
+            swing: unknown,
+            coupling: unknown,
+            pendulum: unknown,
+            weight: unknown,
+            lever: unknown,
+            drive: unknown,
+            arm_damping: unknown,
+            pendulum_damping: unknown,
+        })
     }
 
     /// The effects that are not off.
@@ -245,6 +259,18 @@ impl<S: Scalar> Plant<S> {
     #[must_use]
     pub fn delay(&self) -> S {
         self.delay
+    }
+
+    /// Time constant of the lag between command and motor, s; 0: none.
+    #[must_use]
+    pub fn lag(&self) -> S {
+        self.lag
+    }
+
+    /// How late the encoders' readings are, s.
+    #[must_use]
+    pub fn sensor_delay(&self) -> S {
+        self.sensor_delay
     }
 
     /// The motor's voltage for a steady command `u` at the run's start, V.

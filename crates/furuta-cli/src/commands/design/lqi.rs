@@ -5,12 +5,12 @@ use std::io::Write;
 use furuta_ctrl::Config;
 use furuta_ctrl::controllers;
 use furuta_ctrl::design::{Weights, balance_weights_with_integral, dlqi, lqi};
+use furuta_model::Rig;
 use furuta_model::discretize::zero_order_hold;
-use furuta_model::{Rig, State, linearize};
 use nalgebra::RowVector4;
 use serde_json::json;
 
-use super::{CommonArgs, gains, numbers, print_poles, write_controller};
+use super::{CommonArgs, gains, law, numbers, upright, write_controller};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
 use crate::print;
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         (Some(q), Some(r)) => Weights::diagonal(q, [r]),
         _ => balance_weights_with_integral(&rig.params),
     };
-    let linear = linearize(&rig.nominal_plant(), State::upright(), 0.0);
+    let linear = upright(&rig)?;
     let arm = RowVector4::new(1.0, 0.0, 0.0, 0.0);
     let designed = match args.common.rate {
         Some(rate) => {
@@ -57,22 +57,24 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let regulator = designed.map_err(|e| Failure::new(format!("rig {}: {e}", rig.name)))?;
     let k = regulator.gain;
-    let poles = regulator
-        .poles()
-        .ok_or_else(|| Failure::new("the closed loop's poles cannot be computed"))?;
+    let settings = controllers::settings("lqi").unwrap_or(Config::default().controller);
+    let settings = settings
+        .with("gain", &k.as_slice()[..4])?
+        .with("integral_gain", &k.as_slice()[4..])?;
+    let judged = args
+        .common
+        .judge
+        .judge(&rig, law(k.as_slice()), args.common.rate, &settings)?;
     if let Some(path) = &args.common.write_controller {
-        let settings = controllers::settings("lqi").unwrap_or(Config::default().controller);
-        let settings = settings
-            .with("gain", &k.as_slice()[..4])?
-            .with("integral_gain", &k.as_slice()[4..])?;
         write_controller(path, &rig, args.common.rate, settings);
     }
     let mut out = streams::output();
     if args.common.json {
-        let line = json!({
+        let mut line = json!({
             "rig": rig.name, "rate": args.common.rate, "q": weights.q.diagonal().as_slice(), "r": weights.r[0], "k": k.as_slice(),
-            "poles": print::poles_json(&poles),
+            "poles": print::poles_json(&judged.poles),
         });
+        judged.extend(&mut line);
         return Ok(writeln!(out, "{line}")?);
     }
     writeln!(
@@ -81,5 +83,5 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         rig.name
     )?;
     gains(&mut out, k.as_slice())?;
-    print_poles(&mut out, &poles, args.common.rate)
+    judged.print(&mut out)
 }

@@ -4,13 +4,13 @@ use std::io::Write;
 
 use furuta_ctrl::Config;
 use furuta_ctrl::controllers;
-use furuta_ctrl::design::{self, place};
+use furuta_ctrl::design::place;
+use furuta_model::Rig;
 use furuta_model::discretize::zero_order_hold;
-use furuta_model::{Rig, State, linearize};
 use nalgebra::Complex;
 use serde_json::json;
 
-use super::{CommonArgs, gains, print_poles, write_controller};
+use super::{CommonArgs, gains, law, upright, write_controller};
 use crate::failure::Failure;
 use crate::print;
 use crate::streams;
@@ -57,10 +57,22 @@ fn pole(text: &str) -> Option<Complex<f64>> {
     Some(Complex::new(re, im))
 }
 
+/// Refuses poles with which the pendulum falls.
+fn stable(poles: &[Complex<f64>; 4]) -> Result<(), Failure> {
+    match poles.iter().find(|p| p.re >= 0.0) {
+        None => Ok(()),
+        Some(pole) => Err(Failure::new(format!(
+            "--poles: {} rad/s is not stable: the pendulum would fall; give poles with a real part below 0",
+            print::poles(&[Complex::new(pole.re, pole.im.abs())])
+        ))),
+    }
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let rig = Rig::load(&args.common.rig)?;
-    let linear = linearize(&rig.nominal_plant(), State::upright(), 0.0);
+    stable(&args.poles)?;
+    let linear = upright(&rig)?;
     let (a, b, wanted) = match args.common.rate {
         Some(rate) => {
             let (a, b) = zero_order_hold(&linear.a, &linear.b, 1.0 / rate);
@@ -69,22 +81,21 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         None => (linear.a, linear.b, args.poles),
     };
     let k = place(&a, &b, &wanted).map_err(|e| Failure::new(format!("rig {}: {e}", rig.name)))?;
-    let poles = design::poles(&(a - b * k))
-        .ok_or_else(|| Failure::new("the closed loop's poles cannot be computed"))?;
+    let settings = controllers::settings("lqr").unwrap_or(Config::default().controller);
+    let settings = settings.with("gain", k.as_slice())?;
+    let judged = args
+        .common
+        .judge
+        .judge(&rig, law(k.as_slice()), args.common.rate, &settings)?;
     if let Some(path) = &args.common.write_controller {
-        let settings = controllers::settings("lqr").unwrap_or(Config::default().controller);
-        write_controller(
-            path,
-            &rig,
-            args.common.rate,
-            settings.with("gain", k.as_slice())?,
-        );
+        write_controller(path, &rig, args.common.rate, settings);
     }
     let mut out = streams::output();
     if args.common.json {
-        let line = json!({
-            "rig": rig.name, "rate": args.common.rate, "wanted": print::poles_json(&wanted), "k": k.as_slice(), "poles": print::poles_json(&poles),
+        let mut line = json!({
+            "rig": rig.name, "rate": args.common.rate, "wanted": print::poles_json(&wanted), "k": k.as_slice(), "poles": print::poles_json(&judged.poles),
         });
+        judged.extend(&mut line);
         return Ok(writeln!(out, "{line}")?);
     }
     writeln!(
@@ -93,7 +104,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         rig.name
     )?;
     gains(&mut out, k.as_slice())?;
-    print_poles(&mut out, &poles, args.common.rate)
+    judged.print(&mut out)
 }
 
 #[cfg(test)]

@@ -10,7 +10,8 @@ use furuta_design::robust_rig::robust_rig;
 use furuta_model::Rig;
 use serde_json::json;
 
-use super::{gains, weights, write_controller};
+use super::closed::{JudgeArgs, poles_json};
+use super::{gains, law, weights, write_controller};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
@@ -45,6 +46,8 @@ pub(crate) struct Args {
     /// Write the gain into a controller file, for `--controller` of `furuta run` and `furuta simulate`.
     #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
     write_controller: Option<Output>,
+    #[command(flatten)]
+    judge: JudgeArgs,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -68,20 +71,24 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let (k, nominal) = (found.regulator.gain, found.nominal);
     let slowest = [found.slowest(&nominal), found.slowest(&k)];
     let sampled = [nominal, k].map(|k| found.largest_sampled(&k, 1.0 / args.rate));
+    let settings = controllers::settings("lqr").unwrap_or(Config::default().controller);
+    let settings = settings.with("gain", k.as_slice())?;
+    let judged = args
+        .judge
+        .judge(&rig, law(k.as_slice()), Some(args.rate), &settings)?;
     if let Some(path) = &args.write_controller {
-        let settings = controllers::settings("lqr").unwrap_or(Config::default().controller);
-        let settings = settings.with("gain", k.as_slice())?;
         write_controller(path, &rig, Some(args.rate), settings);
     }
     let corners = found.polytope.corners.len();
     let mut out = streams::output();
     if args.json {
-        let line = json!({
+        let mut line = json!({
             "rig": rig.name, "spread": args.spread, "parameters": keys, "q": weights.q.diagonal().as_slice(), "r": weights.r[0],
             "k": k.as_slice(), "k_nominal": nominal.as_slice(), "guaranteed_cost": found.regulator.guaranteed, "gap": found.regulator.gap,
             "corners": corners, "vertices": found.polytope.control_points.len(), "slowest_pole": {"nominal": slowest[0], "robust": slowest[1]},
-            "rate": args.rate, "largest_sampled_pole": {"nominal": sampled[0], "robust": sampled[1]},
+            "rate": args.rate, "largest_sampled_pole": {"nominal": sampled[0], "robust": sampled[1]}, "poles": poles_json(&judged),
         });
+        judged.extend(&mut line);
         return Ok(writeln!(out, "{line}")?);
     }
     writeln!(
@@ -114,5 +121,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         significant(sampled[0]),
         significant(sampled[1])
     )?;
-    Ok(())
+    writeln!(out, "  the rig as its file says, at {} Hz:", args.rate)?;
+    judged.print(&mut out)
 }

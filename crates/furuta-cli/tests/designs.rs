@@ -1,0 +1,151 @@
+//! `furuta design` on rigs with effects: gains, poles, margins, rehearsal; and what `furuta run` refuses.
+
+mod common;
+
+use common::{Folder, failure, furuta, json};
+use furuta_model::{Effect, Rig};
+use serde_json::Value;
+
+/// A rig file of a built-in rig with these effects.
+fn file(folder: &Folder, name: &str, effects: &[(&str, &[f64])]) -> String {
+    let mut rig = Rig::builtin(name).expect("built in");
+    for (id, values) in effects {
+        rig.effects.push(Effect::new(id, values).expect("sound"));
+    }
+    let path = folder.file("rig.toml", rig.to_toml());
+    path.to_str().expect("a path").to_owned()
+}
+
+fn number(v: &Value) -> f64 {
+    v.as_f64().expect("a number")
+}
+
+/// What each design says of a rig with a spring on its arm is true of that rig.
+#[test]
+fn a_spring_is_designed_with() {
+    let folder = Folder::new("designs-spring");
+    let rig = file(&folder, "qube-servo-2", &[("arm.spring", &[0.005, 0.0])]);
+    let poles = ["--poles", "-3,-20,-6+2i,-6-2i"];
+    let placed = json(&[&["design", "place", "--rig", &rig, "--json"], &poles[..]].concat());
+    assert!((number(&placed["loop"]["growth"]) + 3.0).abs() < 1e-6);
+    for design in ["lqr", "lqi", "robust"] {
+        let found = json(&["design", design, "--rig", &rig, "--json"]);
+        assert!(number(&found["loop"]["growth"]) < -0.1, "{design}: {found}");
+        assert_eq!(found["margins"]["stable"], true);
+        assert_eq!(found["rehearsal"]["fell"], Value::Null, "{design}");
+        let disk = number(&found["margins"]["disk"]);
+        assert!(disk > 0.05 && disk <= 2.0, "{design}: {disk}");
+    }
+    // The gain of the same poles by a model without the spring does not have them.
+    let on = ["design", "place", "--rig", "qube-servo-2", "--json"];
+    let blind = json(&[&on[..], &poles].concat());
+    assert!((number(&blind["k"][0]) - number(&placed["k"][0])).abs() > 1e-2);
+}
+
+/// Delay, lag and coupling are states of the loop; what is left out is listed, or described where asked for.
+#[test]
+fn the_loop_has_what_the_file_says() {
+    let folder = Folder::new("designs-states");
+    let effects: [(&str, &[f64]); 4] = [
+        ("motor.delay", &[0.003]),
+        ("motor.lag", &[0.004]),
+        ("arm.coulomb", &[0.001]),
+        ("motor.deadzone", &[0.1]),
+    ];
+    let rig = file(&folder, "qube-servo-2", &effects);
+    let (bode, nyquist) = (folder.path("bode.svg"), folder.path("nyquist.svg"));
+    let pictures = [
+        "--bode",
+        bode.to_str().expect("a path"),
+        "--nyquist",
+        nyquist.to_str().expect("a path"),
+    ];
+    let on = ["design", "lqr", "--rig", &rig, "--rate", "500"];
+    let found = json(&[&on[..], &["--json"], &pictures].concat());
+    let states: Vec<_> = found["loop"]["states"]
+        .as_array()
+        .expect("names")
+        .iter()
+        .collect();
+    assert_eq!(states[4..], ["volts", "command 1", "command 2"]);
+    assert_eq!(found["poles"].as_array().map(Vec::len), Some(7));
+    let left_out: Vec<_> = found["loop"]["remarks"]
+        .as_array()
+        .expect("two")
+        .iter()
+        .collect();
+    assert_eq!(left_out.len(), 2);
+    assert!(
+        left_out
+            .iter()
+            .all(|r| r["text"].as_str().is_some_and(|t| t.contains("left out")))
+    );
+    for picture in [bode, nyquist] {
+        let svg = std::fs::read_to_string(picture).expect("written");
+        assert!(svg.starts_with("<svg") && svg.contains("polyline") && !svg.contains("NaN"));
+    }
+    let described = json(&[&on[..], &["--json", "--amplitudes", "0.5,0.5,1"]].concat());
+    let remark = described["loop"]["remarks"].to_string();
+    assert!(
+        remark.contains("by its describing function") && !remark.contains("left out"),
+        "{remark}"
+    );
+    let text = furuta(&on).output().expect("runs");
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    for word in [
+        "states beside",
+        "command 1",
+        "arm.coulomb: left out",
+        "margins",
+        "rehearsed",
+    ] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+}
+
+#[test]
+fn a_pole_that_falls_is_refused() {
+    for poles in ["-3,-20,2,-6", "-3,-20,0.5+2i,0.5-2i", "-3,-20,-6,0"] {
+        let place = ["design", "place", "--rig", "qube-servo-2", "--poles", poles];
+        let line = failure(&furuta(&place).output().expect("runs"));
+        assert!(line.contains("is not stable"), "{line}");
+    }
+}
+
+/// A gain that was designed without the rig's cable is refused before anything moves, with the reason.
+#[test]
+fn a_loop_that_falls_on_the_model_is_not_run() {
+    let folder = Folder::new("designs-refused");
+    let bare = json(&[
+        "design",
+        "lqr",
+        "--rig",
+        "shahzad2022-srv02",
+        "--rate",
+        "500",
+        "--json",
+    ]);
+    let rig = file(&folder, "shahzad2022-srv02", &[("arm.spring", &[0.5, 0.0])]);
+    let controller = folder.file("k.toml", format!("[controller]\ngain = {}\n", bare["k"]));
+    let controller = controller.to_str().expect("a path");
+    let run = [
+        "run",
+        "--emulated",
+        &rig,
+        "--duration",
+        "0.2",
+        "--controller",
+        controller,
+    ];
+    let output = furuta(&run).output().expect("runs");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success(), "{said}");
+    assert!(
+        said.contains("does not hold") && said.contains("nothing was moved"),
+        "{said}"
+    );
+    let all_the_same = furuta(&[&run[..], &["--any-loop"]].concat())
+        .output()
+        .expect("runs");
+    assert!(all_the_same.status.success());
+}

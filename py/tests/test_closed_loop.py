@@ -1,0 +1,105 @@
+"""The closed loop of a rig with its effects: against SciPy's matrices and python-control's margins."""
+
+import control
+import furuta
+import numpy as np
+import pytest
+import scipy.linalg
+
+RIGS = ["qube-servo-2", "shahzad2022-srv02", "fong2014-emecs"]
+RATE = 500.0
+
+
+def regulator(A, B):
+    return furuta.lqr(A, B, np.diag([1.0, 10.0, 0.0, 0.0]), [[0.05]])[0][0]
+
+
+def sensitivity_disk(L, omega):
+    """2 min |1 + L| / |1 - L| on a fine grid: the disk margin without skew."""
+    l = L(1j * omega) if L.dt in (0, None) else L(np.exp(1j * omega * L.dt))
+    l = np.squeeze(l)
+    return float(np.min(2 * np.abs(1 + l) / np.abs(1 - l)))
+
+
+@pytest.mark.parametrize("name", RIGS)
+@pytest.mark.parametrize("rate", [None, RATE])
+def test_margins_are_those_of_python_control(name, rate):
+    rig = furuta.Rig.load(name).without_effects()
+    A, B = furuta.linearize(rig)
+    K = regulator(A, B)
+    L = control.ss(A, B, K[None, :], [[0.0]])
+    if rate is not None:
+        L = control.sample_system(L, 1 / rate, "zoh")
+    found = furuta.closed_loop(rig, K, rate=rate)
+    margins = found["margins"]
+    assert margins["stable"]
+    gains, phases, _, w_gain, w_phase, _ = control.stability_margins(L, returnall=True)
+    gains, phases = np.asarray(gains), np.asarray(phases)
+    above, below = gains[gains > 1], gains[gains <= 1]
+    lower, upper = margins["gain"]
+    if above.size:
+        # The response at the Nyquist frequency is real as well: python-control leaves it out.
+        assert upper <= above.min() * (1 + 1e-6)
+    if below.size:
+        assert lower == pytest.approx(below.max(), rel=1e-6)
+    assert np.degrees(margins["phase"]) == pytest.approx(np.abs(phases).min(), rel=1e-6)
+    if rate is None:
+        delays = np.radians(phases % 360) / w_phase
+        assert margins["delay"] == pytest.approx(delays.min(), rel=1e-6)
+    omega = np.geomspace(1e-3, np.pi * RATE, 200_001)
+    assert margins["disk"] == pytest.approx(sensitivity_disk(L, omega), rel=1e-5)
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_poles_with_a_delay_of_any_share_of_a_sample(name):
+    rig = furuta.Rig.load(name)
+    A, B = furuta.linearize(rig)
+    K = regulator(A, B)
+    h, delay = 1 / RATE, 0.0033  # a sample and 0.65 of the next
+    late = rig.with_effect("motor.delay", delay=delay)
+    found = furuta.closed_loop(late, K, rate=RATE)
+    # By SciPy: x[k+1] = Phi x[k] + older u[k-2] + newer u[k-1].
+    n = A.shape[0]
+
+    def held(t):
+        block = scipy.linalg.expm(np.block([[A, B], [np.zeros((1, n + 1))]]) * t)
+        return block[:n, :n], block[:n, n:]
+
+    rest = delay - h
+    Phi, _ = held(h)
+    on, newer = held(h - rest)
+    older = on @ held(rest)[1]
+    closed = np.block([[Phi, newer, older], [-K[None, :], np.zeros((1, 2))], [np.zeros((1, n)), [[1.0, 0.0]]]])
+    expected = np.sort_complex(np.linalg.eigvals(closed))
+    assert found["states"][4:] == ["command 1", "command 2"]
+    np.testing.assert_allclose(np.sort_complex(found["poles"]), expected, atol=1e-8)
+    assert found["delay"] == pytest.approx(delay)
+    # The estimator looks ahead over it: prompt poles, and those of the estimator.
+    prompt = scipy.linalg.eigvals(Phi - held(h)[1] @ K[None, :])
+    for pole in prompt:
+        assert np.abs(found["with_estimator"]["poles"] - pole).min() < 1e-3  # between two samples it goes by a line
+    # The delay margin is what is left of the prompt loop's, the edge found exactly.
+    prompt = furuta.closed_loop(rig, K, rate=RATE)["margins"]["delay"]
+    assert found["margins"]["delay"] == pytest.approx(prompt - delay, abs=1e-6)
+
+
+def test_what_is_left_out_is_said_and_described_where_asked():
+    rig = furuta.Rig.load("qube-servo-2")
+    K = regulator(*furuta.linearize(rig))
+    dry = rig.with_effect("arm.coulomb", torque=0.001)
+    plain, described = furuta.closed_loop(dry, K), furuta.closed_loop(dry, K, amplitudes=[0.5, 0.0, 0.0])
+    assert "left out" in plain["remarks"]["arm.coulomb"]
+    assert "describing function" in described["remarks"]["arm.coulomb"]
+    assert plain["growth"] != described["growth"]
+    np.testing.assert_allclose(plain["A"], furuta.closed_loop(rig, K)["A"], atol=1e-12)
+    with pytest.raises(furuta.DesignError, match="4, or 5"):
+        furuta.closed_loop(rig, K[:3])
+    with pytest.raises(furuta.DesignError, match="at least 1 Hz"):
+        furuta.closed_loop(rig, K, rate=0.0)
+
+
+def test_a_rehearsal_falls_where_the_gain_does_not_hold():
+    rig = furuta.Rig.load("shahzad2022-srv02")
+    K = regulator(*furuta.linearize(rig))
+    assert furuta.rehearse(rig, K)["fell"] is None
+    assert furuta.rehearse(rig, -K)["fell"] is not None
