@@ -6,6 +6,7 @@ mod place;
 mod regulate;
 mod riccati;
 mod robust;
+mod system;
 
 use pyo3::prelude::*;
 

@@ -2,6 +2,7 @@
 
 use super::frf::PyFrf;
 use super::transfer_fit::PyTransferFit;
+use crate::background::awaited;
 use crate::error;
 use furuta_ident::frequency::orders::sweep;
 use furuta_ident::frequency::{Delay, Hold, Request, fit};
@@ -62,7 +63,7 @@ pub(crate) fn fit_transfer_function(
             }
         },
     };
-    let frf = &frf.frf;
+    let frf = frf.frf.clone();
     let hold = if hold.unwrap_or(frf.sample_period > 0.0) {
         if frf.sample_period <= 0.0 {
             return Err(error::identification(
@@ -81,11 +82,9 @@ pub(crate) fn fit_transfer_function(
                 hold,
                 delay,
             };
-            py.detach(|| fit(frf, &request))
-                .map_err(error::identification)?
+            awaited(py, move || fit(&frf, &request))?.map_err(error::identification)?
         }
-        (None, None) => py
-            .detach(|| sweep(frf, 5, hold, delay))
+        (None, None) => awaited(py, move || sweep(&frf, 5, hold, delay))?
             .into_iter()
             .next()
             .ok_or_else(|| {
