@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from furuta.plot._axes import AFTER, BEFORE, FAINT, FLOOR, MEASURED, axes
+from furuta._axes import AFTER, BEFORE, FAINT, FLOOR, MEASURED, axes
 
 MODELS = [BEFORE, AFTER, FLOOR, "#a64ca6"]
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from furuta.plot._axes import AFTER, BEFORE, FAINT, FLOOR, MEASURED, axes as given_axes, new_figure
+from furuta._axes import AFTER, BEFORE, FAINT, FLOOR, MEASURED, axes as given_axes, new_figure
 
 CANDIDATES = 8
 

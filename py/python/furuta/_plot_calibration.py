@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 
-from furuta.plot._axes import axes as given_axes, new_figure
+from furuta._axes import axes as given_axes, new_figure
 
 
 def plot(calibration: Any, run: str | None = None, ax: Any = None) -> Any:

@@ -9,7 +9,8 @@ use furuta_ident::frequency::{Delay, Hold, Request, fit};
 use pyo3::prelude::*;
 
 /// Fits a continuous transfer function to a frequency response: nonlinear least squares over the complex plane, each
-/// line weighted by its deviation.
+/// line weighted by its deviation. Of a response whose band was not chosen (`frf(..., band=...)`, `Frf.band`) the lines
+/// beyond the end of the coherence are left out, and `notices` says so.
 ///
 /// Parameters
 /// ----------
@@ -63,7 +64,11 @@ pub(crate) fn fit_transfer_function(
             }
         },
     };
-    let frf = frf.frf.clone();
+    let (frf, ends) = if frf.chosen {
+        (frf.frf.clone(), None)
+    } else {
+        frf.frf.coherent()
+    };
     let hold = if hold.unwrap_or(frf.sample_period > 0.0) {
         if frf.sample_period <= 0.0 {
             return Err(error::identification(
@@ -98,5 +103,8 @@ pub(crate) fn fit_transfer_function(
             ));
         }
     };
-    Ok(PyTransferFit { fit })
+    Ok(PyTransferFit {
+        fit,
+        ends: ends.map(|notice| notice.to_string()),
+    })
 }

@@ -51,6 +51,8 @@ pub(crate) struct PyFrf {
     pub(super) notices: Vec<String>,
     /// What it is of: `alpha / u`.
     pub(super) what: String,
+    /// Whether its band was chosen: then a fit takes all of it.
+    pub(super) chosen: bool,
 }
 
 #[pymethods]
@@ -100,6 +102,7 @@ impl PyFrf {
             frf,
             notices: Vec::new(),
             what: "response".to_owned(),
+            chosen: false,
         })
     }
 
@@ -156,6 +159,7 @@ impl PyFrf {
             frf: self.frf.band(low, high).map_err(error::identification)?,
             notices: self.notices.clone(),
             what: self.what.clone(),
+            chosen: true,
         })
     }
 

@@ -138,5 +138,6 @@ pub(crate) fn frf(
         frf,
         notices,
         what,
+        chosen: band.is_some(),
     })
 }

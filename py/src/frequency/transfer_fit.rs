@@ -29,6 +29,8 @@ type Array<'py, T> = Bound<'py, PyArray1<T>>;
 #[pyclass(name = "TransferFit", module = "furuta", frozen)]
 pub(crate) struct PyTransferFit {
     pub(crate) fit: Fit,
+    /// Where the fit stops, if that is before the band's end.
+    pub(super) ends: Option<String>,
 }
 
 #[pymethods]
@@ -110,7 +112,9 @@ impl PyTransferFit {
 
     #[getter]
     fn notices(&self) -> Vec<String> {
-        self.fit.notices().iter().map(ToString::to_string).collect()
+        let of_fit = self.fit.notices();
+        let of_fit = of_fit.iter().map(ToString::to_string);
+        self.ends.iter().cloned().chain(of_fit).collect()
     }
 
     /// The response that the fit predicts at these frequencies (Hz), hold included.

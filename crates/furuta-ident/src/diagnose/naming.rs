@@ -72,9 +72,9 @@ pub(super) fn next_experiment(named: &[NamedEffect]) -> Option<String> {
     let effect = named.iter().find(|e| !e.confusable_with.is_empty())?;
     let spec = spec(&effect.id)?;
     Some(format!(
-        "{} would separate {} from {}",
-        spec.experiment,
+        "to tell {} from {}: {}",
         effect.id,
-        effect.confusable_with.join(", ")
+        effect.confusable_with.join(", "),
+        spec.experiment
     ))
 }

@@ -111,6 +111,7 @@ fn row(
         arguments: shape.arguments(amplitude),
         seconds: SECONDS,
         volts,
+        volts_rms: rms(&of_a.runs[0].u),
         separates: separates.map(str::to_owned),
         expected_evidence: if_true[0].min(if_true[1]),
         if_true,

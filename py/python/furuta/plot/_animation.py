@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from furuta._furuta import Rig
-from furuta.plot._axes import AFTER, BEFORE, FAINT, MEASURED, new_figure
+from furuta._axes import AFTER, BEFORE, FAINT, MEASURED, new_figure
 
 # Where no rig is known: lengths of arm and pendulum, m.
 LENGTHS = (0.1, 0.15)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from furuta._furuta import Frf, Rig, TransferFit, linearize
-from furuta.plot._axes import AFTER, BEFORE, FLOOR, MEASURED, axes
+from furuta._axes import AFTER, BEFORE, FLOOR, MEASURED, axes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

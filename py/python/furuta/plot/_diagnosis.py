@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from furuta import _plot
-from furuta.plot._axes import AFTER, BEFORE, FAINT, MEASURED, axes
+from furuta._axes import AFTER, BEFORE, FAINT, MEASURED, axes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
