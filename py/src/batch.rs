@@ -1,8 +1,8 @@
 //! Thousands of trajectories at once: in a thread of their own, so that Ctrl-C and progress work while Rust is at it.
 
+use crate::arguments::RigLike;
 use crate::error;
 use crate::matrix::{Matrix, Vector, state, states, vector};
-use crate::arguments::RigLike;
 use crate::rig::{Value, known, parameter, place};
 use furuta_model::simulate::{Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError};
 use furuta_model::{Effect, Params, Spec, State};

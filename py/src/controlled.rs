@@ -28,10 +28,7 @@ pub(crate) struct SimulationRequest {
 }
 
 /// The arm's reference at each of `n` samples, from one number or as many.
-pub(crate) fn targets(
-    reference: Option<&Bound<'_, PyAny>>,
-    n: usize,
-) -> PyResult<Vec<f64>> {
+pub(crate) fn targets(reference: Option<&Bound<'_, PyAny>>, n: usize) -> PyResult<Vec<f64>> {
     let given: Vec<f64> = match reference {
         None => return Ok(vec![0.0; n]),
         Some(reference) => numbers::<f64>("reference", reference, error::said)?

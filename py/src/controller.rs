@@ -1,8 +1,8 @@
 //! The class `Controller`: a controller file at work.
 
+use crate::arguments::RigLike;
 use crate::error;
 use crate::matrix::{Vector, state, vector};
-use crate::arguments::RigLike;
 use crate::rig::PyRig;
 use furuta_ctrl::controllers::{AnyControllerState, Controller};
 use furuta_ctrl::supervisor::Supervisor;
@@ -97,12 +97,7 @@ impl PyController {
     ///     A file that cannot be read, an unknown key, a value out of range, or a controller that the rig cannot have.
     #[classmethod]
     #[pyo3(text_signature = "(path, rig, dt)")]
-    fn from_file(
-        _cls: &Bound<'_, PyType>,
-        path: PathBuf,
-        rig: RigLike,
-        dt: f64,
-    ) -> PyResult<Self> {
+    fn from_file(_cls: &Bound<'_, PyType>, path: PathBuf, rig: RigLike, dt: f64) -> PyResult<Self> {
         let file = ControllerFile::load(path).map_err(error::controller)?;
         Self::new(file, &rig, dt)
     }
@@ -110,12 +105,7 @@ impl PyController {
     /// The same from a file's text.
     #[classmethod]
     #[pyo3(text_signature = "(text, rig, dt)")]
-    fn from_toml(
-        _cls: &Bound<'_, PyType>,
-        text: &str,
-        rig: RigLike,
-        dt: f64,
-    ) -> PyResult<Self> {
+    fn from_toml(_cls: &Bound<'_, PyType>, text: &str, rig: RigLike, dt: f64) -> PyResult<Self> {
         let file = ControllerFile::from_toml(text).map_err(error::controller)?;
         Self::new(file, &rig, dt)
     }

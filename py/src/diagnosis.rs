@@ -1,9 +1,9 @@
 //! The diagnosis: run in a thread of its own, so that Ctrl-C and progress work while Rust is at it.
 
+use crate::arguments::RigLike;
 use crate::error;
 use crate::file;
 use crate::recording::{Chosen, choose, selection};
-use crate::arguments::RigLike;
 use crate::rig::PyRig;
 use furuta_ident::Insufficient;
 use furuta_ident::diagnose::{Options, Outcome, Progress, Request};

@@ -1,8 +1,8 @@
 //! The class `Estimator`: states from encoder angles.
 
+use crate::arguments::RigLike;
 use crate::error;
 use crate::matrix::{Vector, vector};
-use crate::arguments::RigLike;
 use crate::rig::PyRig;
 use furuta_ctrl::Site;
 use furuta_ctrl::estimators::{self, AnyEstimator, AnyEstimatorState, Estimator, Measurement};

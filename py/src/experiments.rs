@@ -1,8 +1,8 @@
 //! Steady motions and the source papers' experiments.
 
+use crate::arguments::RigLike;
 use crate::background::awaited;
 use crate::error;
-use crate::arguments::RigLike;
 use furuta_ctrl::design::SteadyMotion;
 use furuta_design::arm_step::{self as step, Contender as Holder};
 use furuta_design::closed_loop::Sample;
@@ -126,11 +126,7 @@ pub(crate) fn steady_motion<'py>(
 /// 0.073
 #[pyfunction]
 #[pyo3(signature = (rig, lambda_, *, planar = false))]
-pub(crate) fn largest_sine(
-    rig: RigLike,
-    lambda_: f64,
-    planar: bool,
-) -> PyResult<Option<f64>> {
+pub(crate) fn largest_sine(rig: RigLike, lambda_: f64, planar: bool) -> PyResult<Option<f64>> {
     if !(lambda_ > 0.0 && lambda_.is_finite()) {
         return Err(error::design(format!(
             "lambda_ = {lambda_} rad/s is not possible; a finite frequency above 0 is needed"

@@ -1,8 +1,8 @@
 //! Linear models of the plant.
 
+use crate::arguments::RigLike;
 use crate::error;
 use crate::matrix::{Lies, Matrix, Small, Vector, array, state};
-use crate::arguments::RigLike;
 use furuta_model::State;
 use numpy::PyArray2;
 use pyo3::prelude::*;

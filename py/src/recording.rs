@@ -1,11 +1,9 @@
 //! Recordings given from Python: paths of files, or columns as arrays.
 
-use crate::error;
 use crate::arguments::kind;
+use crate::error;
 use crate::matrix::vector;
-use furuta_ident::recording::{
-    Excerpt, Notice, NoticeKind, Recording, RecordingError, Values,
-};
+use furuta_ident::recording::{Excerpt, Notice, NoticeKind, Recording, RecordingError, Values};
 use furuta_ident::selection::{Read, SelectionError, read_unseen, select};
 use furuta_input::shown;
 use furuta_model::Rig;
@@ -112,7 +110,10 @@ fn each(given: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Result<Read, Recordin
             let name = item.getattr("name").and_then(|name| name.extract());
             let name = name.unwrap_or_else(|_| format!("recording-{i}"));
             let csv = csv(&name, &columns)?;
-            Ok((name.clone(), by_index(Recording::from_csv(&name, csv.as_bytes()))))
+            Ok((
+                name.clone(),
+                by_index(Recording::from_csv(&name, csv.as_bytes())),
+            ))
         })
         .collect()
 }
@@ -271,5 +272,9 @@ pub(crate) fn _read_recording<'py>(
             Values::Text(values) => columns.set_item(&column.name, values)?,
         }
     }
-    Ok((name, columns, notices.iter().map(ToString::to_string).collect()))
+    Ok((
+        name,
+        columns,
+        notices.iter().map(ToString::to_string).collect(),
+    ))
 }

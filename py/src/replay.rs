@@ -10,8 +10,8 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::error;
 use crate::arguments::RigLike;
+use crate::error;
 
 /// What `replay` found.
 ///

@@ -1,11 +1,11 @@
 //! Trajectories of the plant, one at a time.
 
+use crate::arguments::RigLike;
 use crate::controlled::{SimulationRequest, controlled, targets};
 use crate::controller::PyController;
 use crate::error;
-use crate::rig::PyRig;
 use crate::matrix::{Matrix, Vector, state, states, vector};
-use crate::arguments::RigLike;
+use crate::rig::PyRig;
 use furuta_model::Plant;
 use furuta_model::effects::{Acts, Law};
 use furuta_model::simulate::{SimulationError, follow};

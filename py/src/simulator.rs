@@ -87,13 +87,7 @@ impl PySimulator {
 impl PySimulator {
     #[new]
     #[pyo3(signature = (rig, x0, dt, *, substeps=1, run=0))]
-    fn new(
-        rig: RigLike,
-        x0: Vector<'_>,
-        dt: f64,
-        substeps: usize,
-        run: usize,
-    ) -> PyResult<Self> {
+    fn new(rig: RigLike, x0: Vector<'_>, dt: f64, substeps: usize, run: usize) -> PyResult<Self> {
         let rig = rig.rig;
         let plant = rig.try_plant::<f64>().map_err(error::rig)?;
         let mut start = plant.rest(state("x0", &x0)?);

@@ -73,8 +73,8 @@ impl PySupervisor {
     ) -> PyResult<Self> {
         let period = dt.unwrap_or_else(|| controller.as_ref().map_or(0.002, |c| c.period()));
         let config = controller.map_or_else(Config::default, |c| c.config().clone());
-        let supervisor = Supervisor::design(&config, &Site::of(&rig.rig, period))
-            .map_err(error::controller)?;
+        let supervisor =
+            Supervisor::design(&config, &Site::of(&rig.rig, period)).map_err(error::controller)?;
         let mut supervisor = Self {
             memory: supervisor.start(),
             supervisor: Box::new(supervisor),

@@ -59,7 +59,7 @@ def _decider(controller: Any, reference: Any, samples: int) -> tuple[Any, str]:
     if isinstance(controller, Controller):
         targets = np.broadcast_to(0.0 if reference is None else np.asarray(reference, dtype=float), (samples,))
         controller.start()
-        return lambda t, x, k: controller.update(x, [targets[k], 0.0, 0.0, 0.0]), "balance"
+        return lambda t, x, k: controller.update(x, [float(targets[k]), 0.0, 0.0, 0.0]), "balance"
     if not callable(controller):
         raise TypeError(f"controller must be a furuta.Controller or a callable controller(t, x); a {type(controller).__name__} was given")
     if reference is not None:

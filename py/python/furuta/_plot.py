@@ -66,7 +66,8 @@ def chosen_run(curves: dict[str, Any], run: str | None) -> dict[str, Any]:
 def stretch(run: dict[str, Any], seconds: float) -> slice:
     """The samples of the stretch of this length in which most of the error of the refitted model is."""
     t = np.array(run["t"])
-    wrong = sum(np.nan_to_num(_series(run, "recalibrated", c) - _series(run, "measured", c)) ** 2 for c in (0, 1))
+    errors = [np.nan_to_num(_series(run, "recalibrated", c) - _series(run, "measured", c)) for c in (0, 1)]
+    wrong = errors[0] ** 2 + errors[1] ** 2
     width = min(max(2, int(seconds / (t[1] - t[0]))), len(t))
     first = int(np.argmax(np.convolve(wrong, np.ones(width), mode="valid")))
     return slice(first, first + width)

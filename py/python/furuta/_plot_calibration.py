@@ -26,8 +26,8 @@ def plot(calibration: Any, run: str | None = None, ax: Any = None) -> Any:
     grid = figure.add_gridspec(4 if profiles else 3, max(len(profiles), 1))
     _intervals(figure.add_subplot(grid[0, :]), calibration)
     curve = curves[run]
-    for c, name in enumerate(("theta", "alpha")):
-        axes = figure.add_subplot(grid[1 + c, :])
+    angles = [figure.add_subplot(grid[1 + c, :]) for c in (0, 1)]
+    for c, (axes, name) in enumerate(zip(angles, ("theta", "alpha"))):
         axes.plot(curve["t"], curve["nominal"][c], "--", color="tab:gray", lw=0.9, label="rig file")
         axes.plot(curve["t"], curve["measured"][c], color="black", lw=1.1, label="measured")
         axes.plot(curve["t"], curve["calibrated"][c], color="tab:blue", lw=0.9, label="calibrated")
@@ -35,7 +35,7 @@ def plot(calibration: Any, run: str | None = None, ax: Any = None) -> Any:
         axes.set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
         axes.set_ylabel(f"{name} [rad]")
         axes.legend(loc="upper right", fontsize=8)
-    axes.set_xlabel("t [s]")
+    angles[-1].set_xlabel("t [s]")
     for i, profile in enumerate(profiles):
         axes = figure.add_subplot(grid[3, i])
         axes.plot(profile["values"], profile["rise"], "o-", ms=3)

@@ -64,13 +64,14 @@ class Trajectory:
         Trajectory
         """
         known = rig if isinstance(rig, Rig) else Rig.load(rig)
-        found: Any = simulate(known, x0, u, dt, **(keywords | {"encoders": True}))
+        call: Any = simulate
+        found = call(known, x0, u, dt, **(keywords | {"encoders": True}))
         if len(found) == 2:
             x, y, commands, modes = found[0], found[1], np.asarray(u, dtype=float).reshape(-1), None
         else:
             x, commands, modes, y = found
         held = np.append(commands, commands[-1:] if len(commands) else 0.0)
-        return cls(t=dt * np.arange(len(x)), x=x, u=held, y=y, modes=modes, name=known.name, rig=known)
+        return cls(t=np.arange(len(x), dtype=np.float64) * dt, x=x, u=held, y=y, modes=modes, name=known.name, rig=known)
 
     @property
     def theta(self) -> NDArray[np.float64]:

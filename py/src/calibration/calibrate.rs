@@ -1,11 +1,11 @@
 //! Rig files fitted to recordings.
 
 use super::{field, parsed};
+use crate::arguments::{Names, RigLike};
 use crate::background::awaited;
 use crate::error;
 use crate::file;
 use crate::recording::{choose, selection};
-use crate::arguments::{Names, RigLike};
 use crate::rig::PyRig;
 use furuta_ident::calibrate::{CalibrateError, Options, Outcome};
 use pyo3::prelude::*;
@@ -317,8 +317,7 @@ pub(crate) fn calibrate(
         body_length,
     };
     let outcome = awaited(py, move || {
-        let mut outcome =
-            furuta_ident::calibrate::calibrate(&given.recordings, &rig, &options)?;
+        let mut outcome = furuta_ident::calibrate::calibrate(&given.recordings, &rig, &options)?;
         outcome.calibration.notices.splice(0..0, given.notices);
         if !given.verify.is_empty() {
             outcome.verify(&given.verify, &rig)?;

@@ -1,9 +1,9 @@
 //! What to record.
 
 use super::{field, parsed};
+use crate::arguments::{Names, RigLike};
 use crate::background::awaited;
 use crate::error;
-use crate::arguments::{Names, RigLike};
 use furuta_ident::calibrate::{Options, Plan};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

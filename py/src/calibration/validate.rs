@@ -1,10 +1,10 @@
 //! Rig files judged by recordings.
 
 use super::{field, parsed};
+use crate::arguments::RigLike;
 use crate::background::awaited;
 use crate::error;
 use crate::recording::{choose, selection};
-use crate::arguments::RigLike;
 use furuta_ident::validate::Validation;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -57,8 +57,21 @@ pub(crate) fn lqr<'py>(
     R: Option<Matrix<'py>>,
     N: Option<Matrix<'py>>,
 ) -> PyResult<Answer<'py>> {
-    let Plant { a, b, rest: [q, r, n], .. } = plant("lqr", Time::Continuous, &A, [B], [Q, R, N])?;
-    regulator(py, false, a, b, &required("lqr", "Q", q)?, &required("lqr", "R", r)?, n)
+    let Plant {
+        a,
+        b,
+        rest: [q, r, n],
+        ..
+    } = plant("lqr", Time::Continuous, &A, [B], [Q, R, N])?;
+    regulator(
+        py,
+        false,
+        a,
+        b,
+        &required("lqr", "Q", q)?,
+        &required("lqr", "R", r)?,
+        n,
+    )
 }
 
 /// Discrete-time linear-quadratic regulator: u = -K x minimises the sum of x'Q x + u'R u + 2 x'N u for x[k+1] = A x[k]
@@ -107,8 +120,21 @@ pub(crate) fn dlqr<'py>(
     R: Option<Matrix<'py>>,
     N: Option<Matrix<'py>>,
 ) -> PyResult<Answer<'py>> {
-    let Plant { a, b, rest: [q, r, n], .. } = plant("dlqr", Time::Sampled, &A, [B], [Q, R, N])?;
-    regulator(py, true, a, b, &required("dlqr", "Q", q)?, &required("dlqr", "R", r)?, n)
+    let Plant {
+        a,
+        b,
+        rest: [q, r, n],
+        ..
+    } = plant("dlqr", Time::Sampled, &A, [B], [Q, R, N])?;
+    regulator(
+        py,
+        true,
+        a,
+        b,
+        &required("dlqr", "Q", q)?,
+        &required("dlqr", "R", r)?,
+        n,
+    )
 }
 
 /// Linear-quadratic regulator with integral action: u = -K [x, integral of C x], so that a constant disturbance leaves

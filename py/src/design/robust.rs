@@ -1,8 +1,8 @@
 //! One gain for every rig within a range.
 
+use crate::arguments::{Names, RigLike};
 use crate::background::awaited;
 use crate::error;
-use crate::arguments::{Names, RigLike};
 use furuta_ctrl::design::{Weights, balance_weights};
 use furuta_design::polytope::{LENGTHS_AND_MASS, key};
 use furuta_design::robust_rig;

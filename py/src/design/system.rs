@@ -86,7 +86,10 @@ fn after_the_system<'py>(
             rest.len()
         )));
     }
-    for (to, from) in rest.iter_mut().zip(given.drain(..by_position.max(matrices))) {
+    for (to, from) in rest
+        .iter_mut()
+        .zip(given.drain(..by_position.max(matrices)))
+    {
         *to = from;
     }
     // What is left in `given` stands in its own place, counted from the end.

@@ -2,11 +2,11 @@
 
 use super::frf::PyFrf;
 use super::transfer_fit::PyTransferFit;
+use crate::arguments::{RigLike, kind};
 use crate::background::awaited;
 use crate::error;
 use crate::file;
 use crate::matrix::{Vector, vector};
-use crate::arguments::{RigLike, kind};
 use furuta_ident::frequency::compare::{self as engine, Comparison, Explanation, Measured};
 use furuta_ident::frequency::first_principles::Output;
 use furuta_ident::frequency::{Hold, Transfer, fong2014};
@@ -233,9 +233,7 @@ pub(crate) fn compare(
         function(&Transfer::new(&num, &den).map_err(error::identification)?)?
     };
     let (rig, name) = (rig.rig.clone(), rig.rig.name);
-    let (found, measured) = awaited(py, move || {
-        (engine::compare(&measured, &rig), measured)
-    })?;
+    let (found, measured) = awaited(py, move || (engine::compare(&measured, &rig), measured))?;
     Ok(PyComparison {
         found: found.map_err(error::identification)?,
         measured,

@@ -131,8 +131,8 @@ pub(crate) fn frf(
         said.extend(frf.low_coherence());
         Ok((frf, said))
     })?;
-    let (frf, said) = measured
-        .map_err(|e: furuta_ident::frequency::FrequencyError| error::identification(e))?;
+    let (frf, said) =
+        measured.map_err(|e: furuta_ident::frequency::FrequencyError| error::identification(e))?;
     notices.extend(said.iter().map(ToString::to_string));
     Ok(PyFrf {
         frf,

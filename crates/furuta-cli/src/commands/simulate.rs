@@ -315,12 +315,7 @@ fn samples(args: &Args) -> Result<u64, Failure> {
 }
 
 /// The rig under a controller file's control system, which knows of the rig what `known` says.
-fn controlled(
-    known: &Rig,
-    rig: &Rig,
-    path: &Path,
-    args: &Args,
-) -> Result<Course, Failure> {
+fn controlled(known: &Rig, rig: &Rig, path: &Path, args: &Args) -> Result<Course, Failure> {
     let h = 1.0 / args.rate;
     let file = load_controller(Some(path))?;
     warn_of_another(&file, known, args.rate);

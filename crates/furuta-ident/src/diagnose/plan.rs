@@ -16,7 +16,7 @@ use super::repair;
 use super::result::PlannedExperiment;
 use super::search::Rival;
 use super::{Fit, SEARCH};
-use crate::experiment::{FAMILY, HALVED, LEVELS, SECONDS, Shape, record, two_digits};
+use crate::experiment::{FAMILY, HALVED, LEVELS, SECONDS, Shape, record, rms, two_digits};
 use crate::shooting::{Data, Effort, Problem};
 use crate::stop::Stop;
 

@@ -22,7 +22,12 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
     }
     let mut explain = true;
     for e in &d.effects {
-        effect(e, d.unfinished.contains(&Part::Rivals), &mut explain, &mut out);
+        effect(
+            e,
+            d.unfinished.contains(&Part::Rivals),
+            &mut explain,
+            &mut out,
+        );
     }
     out.extend(d.zeros.iter().filter_map(Zero::sentence));
     for e in &d.suspected {

@@ -75,13 +75,13 @@ def animation(
     (arm_line,) = scene.plot([], [], [], color=MEASURED, lw=4, solid_capstyle="round")
     (rod_line,) = scene.plot([], [], [], color=AFTER, lw=3, solid_capstyle="round")
     markers = []
-    for row, (angle, label) in enumerate([(theta, "theta [rad]"), (alpha, "alpha [rad]")]):
-        ax = figure.add_subplot(grid[row, 1])
+    beside = [figure.add_subplot(grid[row, 1]) for row in (0, 1)]
+    for ax, angle, label in zip(beside, (theta, alpha), ("theta [rad]", "alpha [rad]")):
         ax.plot(t, angle, color=FAINT, lw=1.0)
         markers.append((ax.plot([], [], "o", color=BEFORE, ms=5)[0], angle))
         ax.set_ylabel(label)
         ax.spines[["top", "right"]].set_visible(False)
-    ax.set_xlabel("time [s]")
+    beside[-1].set_xlabel("time [s]")
 
     def draw(k: int) -> list[Any]:
         hinge, tip = joints[0][k], joints[1][k]
