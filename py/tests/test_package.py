@@ -38,6 +38,11 @@ def test_everything_is_documented(name):
         assert "Returns" in text and ">>> " in text
 
 
+def test_the_page_about_the_package_is_true():
+    found = doctest.testfile(str(ROOT / "docs/python.md"), module_relative=False)
+    assert found.attempted > 10 and found.failed == 0
+
+
 def test_types_are_right():
     """pyright, which editors use, where it is installed."""
     pytest.importorskip("pyright")
