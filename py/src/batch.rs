@@ -1,8 +1,9 @@
 //! Thousands of trajectories at once: in a thread of their own, so that Ctrl-C and progress work while Rust is at it.
 
+use crate::arguments::RigLike;
 use crate::error;
-use crate::matrix::{Matrix, Vector, state};
-use crate::rig::{PyRig, Value, known, parameter, place};
+use crate::matrix::{Matrix, Vector, state, states, vector};
+use crate::rig::{Value, known, parameter, place};
 use furuta_model::simulate::{Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError};
 use furuta_model::{Effect, Params, Spec, State};
 use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods};
@@ -91,7 +92,7 @@ const SIDE_BY_SIDE: usize = 16;
 #[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn simulate_batch<'py>(
     py: Python<'py>,
-    rig: PyRef<'py, PyRig>,
+    rig: RigLike,
     x0: Matrix<'py>,
     u: Option<Vector<'py>>,
     dt: f64,
@@ -232,7 +233,7 @@ impl Source {
     ) -> PyResult<Self> {
         match (u, feedback, samples) {
             (Some(u), None, None) => {
-                let u: Vec<f64> = u.as_array().iter().copied().collect();
+                let u: Vec<f64> = vector("u", &u, error::said)?;
                 match u.iter().position(|v| !v.is_finite()) {
                     None => Ok(Self::Commands(u)),
                     Some(k) => Err(error::simulation(format!(
@@ -295,7 +296,7 @@ impl Varied<'_> {
         match self {
             Self::Same(value) => Ok(vec![same(value)?; count]),
             Self::Each(values) => {
-                let values: Vec<f64> = values.as_array().iter().copied().collect();
+                let values: Vec<f64> = vector(name, values, error::said)?;
                 if values.len() == count {
                     return Ok(values);
                 }
@@ -309,19 +310,14 @@ impl Varied<'_> {
 }
 
 fn rollouts(
-    rig: &PyRig,
+    rig: &RigLike,
     x0: &Matrix<'_>,
     parameters: &BTreeMap<String, Varied<'_>>,
     effects: &BTreeMap<String, BTreeMap<String, Varied<'_>>>,
 ) -> PyResult<Vec<Rollout>> {
     let rig = &rig.rig;
-    let x0 = x0.as_array();
-    let (count, columns) = x0.dim();
-    if columns != 4 {
-        return Err(error::simulation(format!(
-            "x0 has shape ({count}, {columns}); initial states have 4 columns"
-        )));
-    }
+    let x0 = states("x0", x0)?;
+    let count = x0.len();
     let mut params = vec![rig.params.to_array(); count];
     for (key, given) in parameters {
         let place = parameter(key)?;
@@ -363,7 +359,7 @@ fn rollouts(
         }
     }
     let mut rollouts = Vec::with_capacity(count);
-    for (i, (x, params)) in x0.rows().into_iter().zip(params).enumerate() {
+    for (i, (x, params)) in x0.into_iter().zip(params).enumerate() {
         let start = State::new(x[0], x[1], x[2], x[3]);
         if !start.is_finite() {
             return Err(error::simulation(format!(

@@ -2,14 +2,15 @@
 
 use crate::controller::PyController;
 use crate::error;
+use crate::matrix::numbers;
 use furuta_ctrl::controllers::Controller;
 use furuta_design::supervised::Supervised;
 use furuta_model::{Rig, State};
-use numpy::{AllowTypeChange, IntoPyArray, PyArrayLikeDyn, PyArrayMethods};
+use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
 
 /// Samples between two looks at whether to go on: some milliseconds of work.
-const STRIDE: usize = 1024;
+const STRIDE: usize = 256;
 
 /// What is simulated.
 pub(crate) struct SimulationRequest {
@@ -27,13 +28,14 @@ pub(crate) struct SimulationRequest {
 }
 
 /// The arm's reference at each of `n` samples, from one number or as many.
-pub(crate) fn targets(
-    reference: Option<&PyArrayLikeDyn<'_, f64, AllowTypeChange>>,
-    n: usize,
-) -> PyResult<Vec<f64>> {
+pub(crate) fn targets(reference: Option<&Bound<'_, PyAny>>, n: usize) -> PyResult<Vec<f64>> {
     let given: Vec<f64> = match reference {
         None => return Ok(vec![0.0; n]),
-        Some(reference) => reference.as_array().iter().copied().collect(),
+        Some(reference) => numbers::<f64>("reference", reference, error::said)?
+            .as_array()
+            .iter()
+            .copied()
+            .collect(),
     };
     if let Some(k) = given.iter().position(|r| !r.is_finite()) {
         return Err(error::simulation(format!(

@@ -1,12 +1,14 @@
 //! The class `Controller`: a controller file at work.
 
+use crate::arguments::RigLike;
 use crate::error;
-use crate::matrix::{Vector, state};
+use crate::matrix::{Vector, state, vector};
 use crate::rig::PyRig;
 use furuta_ctrl::controllers::{AnyControllerState, Controller};
 use furuta_ctrl::supervisor::Supervisor;
 use furuta_ctrl::{ControllerFile, Site, config};
 use furuta_model::State;
+use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use std::path::PathBuf;
@@ -31,6 +33,7 @@ use std::path::PathBuf;
 /// >>> furuta.Controller.from_toml("", rig, dt=0.002).kind  # everything standard
 /// 'lqr'
 #[pyclass(name = "Controller", module = "furuta")]
+#[derive(Clone)]
 pub(crate) struct PyController {
     file: ControllerFile,
     rig: furuta_model::Rig,
@@ -40,7 +43,7 @@ pub(crate) struct PyController {
 }
 
 impl PyController {
-    fn new(file: ControllerFile, rig: &PyRig, period: f64) -> PyResult<Self> {
+    fn new(file: ControllerFile, rig: &RigLike, period: f64) -> PyResult<Self> {
         let rig = rig.rig.clone();
         let supervisor =
             Supervisor::design(&file.config, &Site::of(&rig, period)).map_err(error::controller)?;
@@ -56,6 +59,11 @@ impl PyController {
     /// Sample period, s.
     pub(crate) fn period(&self) -> f64 {
         self.period
+    }
+
+    /// What its file says.
+    pub(crate) fn config(&self) -> &furuta_ctrl::Config {
+        &self.file.config
     }
 
     /// Whether it can be used at this sample period (s).
@@ -89,12 +97,7 @@ impl PyController {
     ///     A file that cannot be read, an unknown key, a value out of range, or a controller that the rig cannot have.
     #[classmethod]
     #[pyo3(text_signature = "(path, rig, dt)")]
-    fn from_file(
-        _cls: &Bound<'_, PyType>,
-        path: PathBuf,
-        rig: PyRef<'_, PyRig>,
-        dt: f64,
-    ) -> PyResult<Self> {
+    fn from_file(_cls: &Bound<'_, PyType>, path: PathBuf, rig: RigLike, dt: f64) -> PyResult<Self> {
         let file = ControllerFile::load(path).map_err(error::controller)?;
         Self::new(file, &rig, dt)
     }
@@ -102,13 +105,54 @@ impl PyController {
     /// The same from a file's text.
     #[classmethod]
     #[pyo3(text_signature = "(text, rig, dt)")]
-    fn from_toml(
-        _cls: &Bound<'_, PyType>,
-        text: &str,
-        rig: PyRef<'_, PyRig>,
-        dt: f64,
-    ) -> PyResult<Self> {
+    fn from_toml(_cls: &Bound<'_, PyType>, text: &str, rig: RigLike, dt: f64) -> PyResult<Self> {
         let file = ControllerFile::from_toml(text).map_err(error::controller)?;
+        Self::new(file, &rig, dt)
+    }
+
+    /// State feedback with a gain of one's own: u = -K x, within the command limit; everything else standard.
+    ///
+    /// Parameters
+    /// ----------
+    /// K : array_like, shape (4,) or (1, 4)
+    ///     On [theta, alpha, theta_dot, alpha_dot], V/rad and V s/rad, as `furuta.lqr` gives it.
+    /// rig : Rig
+    ///     What it is for: its limits, and what the estimator believes.
+    /// dt : float, optional
+    ///     Sample period in s.
+    ///
+    /// Raises
+    /// ------
+    /// ControllerError
+    ///     A gain that is not possible.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np, furuta
+    /// >>> rig = furuta.Rig.load("shahzad2022-srv02")
+    /// >>> K, S, poles = furuta.lqr(rig, np.eye(4), 1)
+    /// >>> balance = furuta.Controller.lqr(K, rig)
+    /// >>> balance.gain.round(1).tolist()
+    /// [-1.0, 27.7, -2.0, 3.6]
+    #[classmethod]
+    #[pyo3(signature = (K, rig, dt=0.002), text_signature = "(K, rig, dt=0.002)")]
+    #[allow(non_snake_case)] // a keyword in Python
+    fn lqr(_cls: &Bound<'_, PyType>, K: Vector<'_>, rig: RigLike, dt: f64) -> PyResult<Self> {
+        let gain: Vec<f64> = vector("K", &K, |text| error::controller(text))?;
+        if gain.len() != 4 {
+            return Err(error::controller(format!(
+                "K has {} numbers; it must have shape (4,) or (1, 4)",
+                gain.len()
+            )));
+        }
+        let settings = furuta_ctrl::controllers::settings("lqr")
+            .unwrap_or_else(|| furuta_ctrl::Config::default().controller)
+            .with("gain", &gain)
+            .map_err(error::controller)?;
+        let file = ControllerFile {
+            config: furuta_ctrl::Config::with_controller(settings),
+            ..ControllerFile::default()
+        };
         Self::new(file, &rig, dt)
     }
 
@@ -125,6 +169,29 @@ impl PyController {
     /// The text of the controller file.
     fn to_toml(&self) -> String {
         self.file.to_toml()
+    }
+
+    /// Writes the controller file, which `furuta run`, `furuta simulate` and a microcontroller read. A file that is there
+    /// already is replaced only with `force`.
+    #[pyo3(signature = (path, *, force=false))]
+    fn save(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
+        crate::file::write_data(py, &path, force, &self.file.to_toml())
+    }
+
+    /// The gain K on [theta, alpha, theta_dot, alpha_dot] (V/rad, V s/rad) of a controller that is a state feedback, or
+    /// that acts as one near upright; None for others.
+    #[getter]
+    fn gain<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        let feedback = self.supervisor.balance.surrogate()?;
+        Some(feedback.gain.to_vec().into_pyarray(py))
+    }
+
+    /// The rig that it was made for.
+    #[getter]
+    fn rig(&self) -> PyRig {
+        PyRig {
+            rig: self.rig.clone(),
+        }
     }
 
     /// Kind of the controller, for example "lqr".
@@ -194,6 +261,29 @@ impl PyController {
             self.rig.name,
             self.period
         )
+    }
+
+    /// Controllers are equal that are made of equal files for equal rigs at one sample period; what they remember does
+    /// not count.
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<Self>().is_ok_and(|other| {
+            let other = other.borrow();
+            self.file == other.file && self.rig == other.rig && self.period == other.period
+        })
+    }
+
+    /// A copy remembers what the controller remembers.
+    fn __copy__(&self) -> Self {
+        self.clone()
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
+        self.clone()
+    }
+
+    /// The controller as a table, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        crate::card::card(slf.as_any(), "controller")
     }
 
     /// Pickles as the file's text; what the controller remembers stays behind.

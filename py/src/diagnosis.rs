@@ -1,5 +1,6 @@
 //! The diagnosis: run in a thread of its own, so that Ctrl-C and progress work while Rust is at it.
 
+use crate::arguments::RigLike;
 use crate::error;
 use crate::file;
 use crate::recording::{Chosen, choose, selection};
@@ -99,6 +100,9 @@ impl PyDiagnosis {
     ///     Name of the recording to show; the one with the largest gap if not given.
     /// seconds : float, optional
     ///     Length of the stretch to show, around the largest error; 4 if not given.
+    /// ax : matplotlib.axes.Axes or several, optional
+    ///     One: measured against predicted of the angle that is wrong most. Two or three: arm, pendulum, error. A figure
+    ///     of everything if not given. `furuta.plot` draws each part alone.
     ///
     /// Returns
     /// -------
@@ -108,15 +112,16 @@ impl PyDiagnosis {
     /// ------
     /// ImportError
     ///     Without matplotlib: `pip install matplotlib`.
-    #[pyo3(signature = (*, run=None, seconds=4.0))]
+    #[pyo3(signature = (*, run=None, seconds=4.0, ax=None))]
     fn plot<'py>(
         slf: Bound<'py, Self>,
         run: Option<&str>,
         seconds: f64,
+        ax: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
         py.import("furuta._plot")?
-            .call_method1("plot", (slf, run, seconds))
+            .call_method1("plot", (slf, run, seconds, ax))
     }
 
     /// What `plot` and the report draw: runs (name, t, u, measured, nominal, recalibrated, augmented, restarts; angles
@@ -266,6 +271,15 @@ impl PyDiagnosis {
     fn __str__(&self) -> String {
         self.summary()
     }
+
+    /// The result itself: it cannot be changed.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
 }
 
 impl PyDiagnosis {
@@ -384,7 +398,7 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 pub(crate) fn diagnose(
     py: Python<'_>,
     recordings: &Bound<'_, PyAny>,
-    rig: PyRef<'_, PyRig>,
+    rig: RigLike,
     verify: Option<&Bound<'_, PyAny>>,
     plan: bool,
     same_zero: bool,

@@ -99,6 +99,11 @@ pub(crate) fn simulation(e: impl std::fmt::Display) -> PyErr {
     SimulationError::new_err(furuta_input::plain(&e.to_string()).to_string())
 }
 
+/// [`simulation`] for a message that is made already.
+pub(crate) fn said(text: String) -> PyErr {
+    simulation(text)
+}
+
 /// A signal's error as Python's.
 pub(crate) fn signal(e: impl std::fmt::Display) -> PyErr {
     SignalError::new_err(furuta_input::plain(&e.to_string()).to_string())

@@ -1,14 +1,16 @@
 //! The class `Estimator`: states from encoder angles.
 
+use crate::arguments::RigLike;
 use crate::error;
-use crate::matrix::Vector;
+use crate::matrix::{Vector, vector};
 use crate::rig::PyRig;
 use furuta_ctrl::Site;
 use furuta_ctrl::estimators::{self, AnyEstimator, AnyEstimatorState, Estimator, Measurement};
 use furuta_ctrl::settings::Settings;
+use furuta_model::Rig;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 /// What an estimate is to Python: states now and when a command given now begins to act, and the voltage beside the
 /// command.
@@ -44,6 +46,10 @@ type Said<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, f64);
 /// True
 #[pyclass(name = "Estimator", module = "furuta")]
 pub(crate) struct PyEstimator {
+    rig: Rig,
+    period: f64,
+    /// As they were given.
+    settings: Py<PyDict>,
     estimator: AnyEstimator<f64>,
     memory: AnyEstimatorState<f64>,
 }
@@ -60,24 +66,19 @@ impl PyEstimator {
     #[new]
     #[pyo3(signature = (kind, rig, dt, **settings))]
     fn new(
+        py: Python<'_>,
         kind: &str,
-        rig: &PyRig,
+        rig: RigLike,
         dt: f64,
         settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let mut given = estimators::settings(kind).ok_or_else(|| {
+        let given = estimators::settings(kind).ok_or_else(|| {
             let kinds = Self::kinds().join(", ");
             error::design(format!(
                 "no estimator is called {kind:?}; there are {kinds}"
             ))
         })?;
-        for (name, value) in settings.into_iter().flatten() {
-            let values = match value.extract::<f64>() {
-                Ok(number) => vec![number],
-                Err(_) => value.extract::<Vec<f64>>()?,
-            };
-            given = with(given, &name.extract::<String>()?, &values)?;
-        }
+        let given = with_settings(given, settings, |text| error::design(text))?;
         // Written so that a NaN fails.
         if !(dt > 0.0 && dt <= 0.1) {
             return Err(error::design(format!(
@@ -87,6 +88,12 @@ impl PyEstimator {
         let estimator =
             AnyEstimator::design(&given, &Site::of(&rig.rig, dt)).map_err(error::design)?;
         Ok(Self {
+            rig: rig.rig,
+            period: dt,
+            settings: match settings {
+                Some(settings) => settings.copy()?.unbind(),
+                None => PyDict::new(py).unbind(),
+            },
             memory: estimator.start(),
             estimator,
         })
@@ -163,8 +170,9 @@ impl PyEstimator {
         alpha: Vector<'py>,
         u: Vector<'py>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let read = |v: &Vector<'_>| v.as_array().iter().copied().collect::<Vec<f64>>();
-        let [theta, alpha, u] = [&theta, &alpha, &u].map(read);
+        let read = |name, v: &Vector<'_>| vector::<f64>(name, v, |text| error::design(text));
+        let theta = read("theta", &theta)?;
+        let (alpha, u) = (read("alpha", &alpha)?, read("u", &u)?);
         let n = theta.len();
         if alpha.len() != n || u.len() != n {
             return Err(error::design(format!(
@@ -186,10 +194,81 @@ impl PyEstimator {
     }
 
     fn __repr__(&self) -> String {
-        format!("<furuta.Estimator {}>", self.kind())
+        format!(
+            "<furuta.Estimator {} for {:?} at {} s>",
+            self.kind(),
+            self.rig.name,
+            self.period
+        )
+    }
+
+    /// Sample period, s.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.period
+    }
+
+    /// Estimators are equal that are of one kind, with equal settings, for equal rigs at one sample period; what they
+    /// remember does not count.
+    fn __eq__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let Ok(other) = other.cast::<Self>() else {
+            return Ok(false);
+        };
+        let other = other.borrow();
+        Ok(self.kind() == other.kind()
+            && self.rig == other.rig
+            && self.period == other.period
+            && self.settings.bind(py).eq(&other.settings)?)
+    }
+
+    /// A copy remembers what the estimator remembers.
+    fn __copy__(&self, py: Python<'_>) -> Self {
+        Self {
+            settings: self.settings.clone_ref(py),
+            rig: self.rig.clone(),
+            period: self.period,
+            estimator: self.estimator.clone(),
+            memory: self.memory.clone(),
+        }
+    }
+
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> Self {
+        self.__copy__(py)
+    }
+
+    /// Pickles as what it was made of; what it remembers stays behind.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let py = slf.py();
+        let this = slf.borrow();
+        let rig = PyRig {
+            rig: this.rig.clone(),
+        };
+        let made_of = (this.kind(), rig, this.period, this.settings.clone_ref(py));
+        let restore = py.import("furuta._restore")?.getattr("estimator")?;
+        (restore, made_of).into_pyobject(py)
+    }
+
+    /// The estimator as a table, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        crate::card::card(slf.as_any(), "estimator")
     }
 }
 
-fn with(settings: Settings, name: &str, values: &[f64]) -> PyResult<Settings> {
-    settings.with(name, values).map_err(error::design)
+/// Settings of a section with keyword arguments: a number, a flag, or as many numbers as the parameter has.
+pub(crate) fn with_settings(
+    mut settings: Settings,
+    given: Option<&Bound<'_, PyDict>>,
+    refuse: fn(String) -> PyErr,
+) -> PyResult<Settings> {
+    for (name, value) in given.into_iter().flatten() {
+        let name = name.extract::<String>()?;
+        let values = match value.extract::<f64>() {
+            Ok(number) => vec![number],
+            Err(_) => vector(&name, &value, refuse)?,
+        };
+        settings = settings
+            .with(&name, &values)
+            .map_err(|e| refuse(e.to_string()))?;
+    }
+    Ok(settings)
 }

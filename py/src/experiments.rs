@@ -1,7 +1,8 @@
 //! Steady motions and the source papers' experiments.
 
+use crate::arguments::RigLike;
+use crate::background::awaited;
 use crate::error;
-use crate::rig::PyRig;
 use furuta_ctrl::design::SteadyMotion;
 use furuta_design::arm_step::{self as step, Contender as Holder};
 use furuta_design::closed_loop::Sample;
@@ -75,7 +76,7 @@ type Polynomials<'py> = (
 #[pyo3(signature = (rig, lambda_, *, order = 5, planar = false))]
 pub(crate) fn steady_motion<'py>(
     py: Python<'py>,
-    rig: PyRef<'py, PyRig>,
+    rig: RigLike,
     lambda_: f64,
     order: usize,
     planar: bool,
@@ -125,11 +126,7 @@ pub(crate) fn steady_motion<'py>(
 /// 0.073
 #[pyfunction]
 #[pyo3(signature = (rig, lambda_, *, planar = false))]
-pub(crate) fn largest_sine(
-    rig: PyRef<'_, PyRig>,
-    lambda_: f64,
-    planar: bool,
-) -> PyResult<Option<f64>> {
+pub(crate) fn largest_sine(rig: RigLike, lambda_: f64, planar: bool) -> PyResult<Option<f64>> {
     if !(lambda_ > 0.0 && lambda_.is_finite()) {
         return Err(error::design(format!(
             "lambda_ = {lambda_} rad/s is not possible; a finite frequency above 0 is needed"
@@ -195,9 +192,10 @@ pub(crate) fn shahzad2022<'py>(
         _ => return Err(unknown("on", on, "linear, nonlinear, rig")),
     };
     let rig = builtin("shahzad2022-srv02")?;
-    let samples = py
-        .detach(|| shahzad::run(&rig, task, on, &shahzad::Settings::default()))
-        .map_err(error::simulation)?;
+    let samples = awaited(py, move || {
+        shahzad::run(&rig, task, on, &shahzad::Settings::default())
+    })?
+    .map_err(error::simulation)?;
     run(py, &samples)
 }
 
@@ -250,7 +248,7 @@ pub(crate) fn shahzad2022<'py>(
 #[allow(clippy::too_many_arguments)] // keywords of a Python function
 pub(crate) fn arm_step<'py>(
     py: Python<'py>,
-    rig: PyRef<'py, PyRig>,
+    rig: RigLike,
     step: f64,
     q: Option<[f64; 4]>,
     r: Option<f64>,
@@ -270,10 +268,8 @@ pub(crate) fn arm_step<'py>(
         pendulum: pendulum_angle,
         iterations,
     };
-    let rig = rig.rig.clone();
-    let study = py
-        .detach(|| experiment.run(&rig))
-        .map_err(error::simulation)?;
+    let rig = rig.rig;
+    let study = awaited(py, move || experiment.run(&rig))?.map_err(error::simulation)?;
     let out = PyDict::new(py);
     out.set_item("pendulum_limit", study.pendulum)?;
     out.set_item("command_limit", study.command)?;
@@ -390,9 +386,12 @@ pub(crate) fn ramos_velasco<'py>(
             "factors = {factors:?} must be finite and above 0"
         )));
     }
-    let samples = py
-        .detach(|| experiment.run(&experiment.controller(contender)?, factors))
-        .map_err(error::simulation)?;
+    let samples = awaited(py, move || {
+        experiment
+            .controller(contender)
+            .and_then(|controller| experiment.run(&controller, factors))
+    })?
+    .map_err(error::simulation)?;
     run(py, &samples)
 }
 
@@ -429,10 +428,11 @@ pub(crate) fn ramos_velasco_draws<'py>(
             "spread = {spread} must be between 0 and 0.9"
         )));
     }
-    let drawn = py
-        .detach(|| ramos::draws(&experiment, contender, draws, spread, seed, &|| ()))
-        .map_err(error::simulation)?
-        .draws;
+    let drawn = awaited(py, move || {
+        ramos::draws(&experiment, contender, draws, spread, seed, &|| ())
+    })?
+    .map_err(error::simulation)?
+    .draws;
     let out = PyDict::new(py);
     let column = |value: fn(&ramos::Outcome) -> f64| -> Vec<f64> {
         drawn.iter().map(|d| value(&d.outcome)).collect()

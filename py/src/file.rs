@@ -1,6 +1,6 @@
 //! Files that are written from Python: whole or not at all, and nothing is replaced that cannot be made again.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use furuta_file::{FileError, Kind, Place};
 use pyo3::exceptions::{PyFileExistsError, PyIsADirectoryError, PyPermissionError};
@@ -13,11 +13,33 @@ pub(crate) fn write_page(
     force: bool,
     page: impl FnOnce() -> String + Send,
 ) -> PyResult<()> {
+    write(py, path, force, Kind::Page, page)
+}
+
+/// Writes a recording, rig file or controller file. A file that is there already is replaced by force alone.
+pub(crate) fn write_data(py: Python<'_>, path: &Path, force: bool, text: &str) -> PyResult<()> {
+    write(py, path, force, Kind::Data, || text.to_owned())
+}
+
+/// The same for the package's own Python.
+#[pyfunction]
+#[pyo3(signature = (path, text, *, force=false))]
+pub(crate) fn _write_data(py: Python<'_>, path: PathBuf, text: &str, force: bool) -> PyResult<()> {
+    write_data(py, &path, force, text)
+}
+
+fn write(
+    py: Python<'_>,
+    path: &Path,
+    force: bool,
+    kind: Kind,
+    content: impl FnOnce() -> String + Send,
+) -> PyResult<()> {
     let write = || {
         if !force {
-            Place::of(path)?.may_be_replaced_by(Kind::Page)?;
+            Place::of(path)?.may_be_replaced_by(kind)?;
         }
-        furuta_file::write(path, page().as_bytes())
+        furuta_file::write(path, content().as_bytes())
     };
     py.detach(write).map_err(exception)
 }

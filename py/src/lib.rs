@@ -4,8 +4,11 @@
 //! Every function copies its numbers in, releases the interpreter for the work (where that takes longer than
 //! letting go), and copies the answer out: other Python threads run meanwhile.
 
+mod arguments;
+mod background;
 mod batch;
 mod calibration;
+mod card;
 mod controlled;
 mod controller;
 mod design;
@@ -23,6 +26,8 @@ mod replay;
 mod rig;
 mod signals;
 mod simulate;
+mod simulator;
+mod supervisor;
 mod timing;
 
 use pyo3::prelude::*;
@@ -37,6 +42,9 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(simulate::simulate, m)?)?;
     m.add_function(wrap_pyfunction!(batch::simulate_batch, m)?)?;
     m.add_function(wrap_pyfunction!(simulate::measure, m)?)?;
+    m.add_class::<simulator::PySimulator>()?;
+    m.add_function(wrap_pyfunction!(recording::_read_recording, m)?)?;
+    m.add_function(wrap_pyfunction!(file::_write_data, m)?)?;
     m.add_function(wrap_pyfunction!(signals::signal, m)?)?;
     m.add_function(wrap_pyfunction!(linear::linearize, m)?)?;
     m.add_function(wrap_pyfunction!(linear::zero_order_hold, m)?)?;
@@ -44,6 +52,8 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<estimator::PyEstimator>()?;
     experiments::register(m)?;
     m.add_class::<controller::PyController>()?;
+    m.add_class::<supervisor::PySupervisor>()?;
+    m.add_class::<supervisor::PySwingUp>()?;
     m.add_function(wrap_pyfunction!(controller::controllers, m)?)?;
     m.add_function(wrap_pyfunction!(region::region_of_attraction, m)?)?;
     calibration::register(m)?;

@@ -1,8 +1,8 @@
 //! Linear models of the plant.
 
+use crate::arguments::RigLike;
 use crate::error;
-use crate::matrix::{Matrix, Vector, array, fixed, state};
-use crate::rig::PyRig;
+use crate::matrix::{Lies, Matrix, Small, Vector, array, state};
 use furuta_model::State;
 use numpy::PyArray2;
 use pyo3::prelude::*;
@@ -37,7 +37,7 @@ type Pair<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 #[pyo3(signature = (rig, x=None, u=0.0, *, effects=false), text_signature = "(rig, x=None, u=0.0, *, effects=False)")]
 pub(crate) fn linearize<'py>(
     py: Python<'py>,
-    rig: PyRef<'py, PyRig>,
+    rig: RigLike,
     x: Option<Vector<'py>>,
     u: f64,
     effects: bool,
@@ -77,22 +77,23 @@ pub(crate) fn linearize<'py>(
 /// >>> Ad[0, 1].round(12).item(), Bd[:, 0].round(12).tolist()
 /// (0.1, [0.005, 0.1])
 #[pyfunction]
-#[pyo3(name = "zero_order_hold", text_signature = "(A, B, dt)")]
+#[pyo3(signature = (A, B, dt), text_signature = "(A, B, dt)")]
+#[allow(non_snake_case)] // keywords in Python
 pub(crate) fn zero_order_hold<'py>(
     py: Python<'py>,
-    a: Matrix<'py>,
-    b: Matrix<'py>,
+    A: Matrix<'py>,
+    B: Matrix<'py>,
     dt: f64,
 ) -> PyResult<Pair<'py>> {
     fn sized<'py, const N: usize>(
         py: Python<'py>,
-        a: &Matrix<'py>,
-        b: &Matrix<'py>,
+        a: &Small,
+        b: &Small,
         dt: f64,
     ) -> PyResult<Pair<'py>> {
         let (ad, bd) = furuta_model::discretize::zero_order_hold(
-            &fixed::<N, N>("A", a)?,
-            &fixed::<N, 1>("B", b)?,
+            &a.fixed::<N, N>("A")?,
+            &b.fixed::<N, 1>("B")?,
             dt,
         );
         Ok((array(py, &ad)?, array(py, &bd)?))
@@ -102,7 +103,11 @@ pub(crate) fn zero_order_hold<'py>(
             "dt = {dt} s; a positive number is needed"
         )));
     }
-    match a.as_array().nrows() {
+    let (a, b) = (
+        Small::read("A", &A, Lies::Square)?,
+        Small::read("B", &B, Lies::Column)?,
+    );
+    match a.rows() {
         1 => sized::<1>(py, &a, &b, dt),
         2 => sized::<2>(py, &a, &b, dt),
         3 => sized::<3>(py, &a, &b, dt),

@@ -1,32 +1,95 @@
 //! Between NumPy's arrays, whose sizes are known at run time, and nalgebra's, whose sizes are types.
 
+use crate::arguments::kind;
 use crate::error;
 use furuta_model::State;
 use nalgebra::SMatrix;
 use numpy::ndarray::ArrayView2;
 use numpy::{
-    AllowTypeChange, IntoPyArray, PyArray2, PyArrayLike1, PyArrayLike2, PyArrayMethods, ToPyArray,
+    AllowTypeChange, Element, IntoPyArray, PyArray2, PyArrayLikeDyn, PyArrayMethods, ToPyArray,
 };
 use pyo3::prelude::*;
 
-/// A vector argument: any array or sequence of numbers.
-pub(crate) type Vector<'py> = PyArrayLike1<'py, f64, AllowTypeChange>;
-/// A matrix argument: any array or nested sequence of numbers.
-pub(crate) type Matrix<'py> = PyArrayLike2<'py, f64, AllowTypeChange>;
+/// A vector argument: any array or sequence of numbers. It is read under its name, see [`vector`].
+pub(crate) type Vector<'py> = Bound<'py, PyAny>;
+/// A matrix argument: any array or nested sequence of numbers. It is read under its name, see [`Small::read`].
+pub(crate) type Matrix<'py> = Bound<'py, PyAny>;
 
-/// The argument as a matrix of this size.
-pub(crate) fn fixed<const R: usize, const C: usize>(
-    name: &str,
-    m: &Matrix<'_>,
-) -> PyResult<SMatrix<f64, R, C>> {
-    let view = m.as_array();
-    if view.dim() != (R, C) {
-        let (rows, cols) = view.dim();
-        return Err(error::design(format!(
-            "{name} has shape ({rows}, {cols}); it must be ({R}, {C}) here"
-        )));
+/// Makes an error of Python's of a message.
+type Refuse = fn(String) -> PyErr;
+
+/// A shape as NumPy prints it.
+fn shape(of: &[usize]) -> String {
+    match of {
+        [one] => format!("({one},)"),
+        many => format!(
+            "({})",
+            many.iter()
+                .map(ToString::to_string)
+                .collect::<Vec<_>>()
+                .join(", ")
+        ),
     }
-    Ok(SMatrix::from_fn(|r, c| view[[r, c]]))
+}
+
+/// The argument as an array of whatever shape.
+pub(crate) fn numbers<'py, T: Element>(
+    name: &str,
+    given: &Bound<'py, PyAny>,
+    refuse: Refuse,
+) -> PyResult<PyArrayLikeDyn<'py, T, AllowTypeChange>>
+where
+    PyArrayLikeDyn<'py, T, AllowTypeChange>: for<'a> FromPyObject<'a, 'py>,
+{
+    given.extract().map_err(|_| {
+        let kind = kind(given);
+        refuse(format!(
+            "{name} must be an array of numbers; a {kind} was given that is none"
+        ))
+    })
+}
+
+/// The numbers of a vector: of shape (n,), or (1, n) or (n, 1), as python-control takes them, too.
+pub(crate) fn vector<'py, T: Element + Copy>(
+    name: &str,
+    given: &Bound<'py, PyAny>,
+    refuse: Refuse,
+) -> PyResult<Vec<T>>
+where
+    PyArrayLikeDyn<'py, T, AllowTypeChange>: for<'a> FromPyObject<'a, 'py>,
+{
+    let array = numbers::<T>(name, given, refuse)?;
+    let view = array.as_array();
+    match view.shape() {
+        [_] | [1, _] | [_, 1] => Ok(view.iter().copied().collect()),
+        [] => Err(refuse(format!(
+            "{name} is a single number; it must be an array of shape (n,)"
+        ))),
+        other => Err(refuse(format!(
+            "{name} has shape {}; it must be (n,)",
+            shape(other)
+        ))),
+    }
+}
+
+/// States, one a row.
+pub(crate) fn states(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 4]>> {
+    let array = numbers::<f64>(name, given, error::said)?;
+    let view = array.as_array();
+    match view.shape() {
+        [4] | [_, 4] => {}
+        other => {
+            return Err(error::simulation(format!(
+                "{name} has shape {}; it must be (n, 4), a state [theta, alpha, theta_dot, alpha_dot] in each row",
+                shape(other)
+            )));
+        }
+    }
+    let all: Vec<f64> = view.iter().copied().collect();
+    Ok(all
+        .chunks_exact(4)
+        .map(|x| std::array::from_fn(|i| x[i]))
+        .collect())
 }
 
 /// A matrix as a NumPy array of shape (R, C).
@@ -43,12 +106,11 @@ pub(crate) fn array<'py, T: numpy::Element + Copy, const R: usize, const C: usiz
 
 /// Four finite numbers as a state.
 pub(crate) fn state(name: &str, x: &Vector<'_>) -> PyResult<State<f64>> {
-    let view = x.as_array();
-    let values: Vec<f64> = view.iter().copied().collect();
+    let values: Vec<f64> = vector(name, x, error::said)?;
+    let given = values.len();
     let Ok(values) = <[f64; 4]>::try_from(values) else {
         return Err(error::simulation(format!(
-            "{name} has {} numbers; a state has 4: theta, alpha, theta_dot, alpha_dot (rad, rad/s)",
-            view.len()
+            "{name} has shape ({given},); it must be (4,), a state [theta, alpha, theta_dot, alpha_dot] (rad, rad/s)"
         )));
     };
     let state = State::from(values);
@@ -58,6 +120,17 @@ pub(crate) fn state(name: &str, x: &Vector<'_>) -> PyResult<State<f64>> {
         )));
     }
     Ok(state)
+}
+
+/// What an array of shape (n,) is taken for where a matrix is asked for.
+#[derive(Copy, Clone, PartialEq, Eq)]
+pub(crate) enum Lies {
+    /// A column, as an input matrix of one input.
+    Column,
+    /// A row, as an output matrix of one output.
+    Row,
+    /// Nothing, but for n = 1: a square matrix is asked for.
+    Square,
 }
 
 /// A matrix of at most 8 x 8, read once, without a heap.
@@ -72,10 +145,29 @@ pub(crate) struct Small {
 impl Small {
     const SIDE: usize = 8;
 
-    /// The argument, where it is not larger than that.
-    pub(crate) fn read(name: &str, m: &Matrix<'_>) -> PyResult<Self> {
-        let view = m.as_array();
-        let (rows, cols) = view.dim();
+    /// The argument, where it is not larger than that. A number is a matrix of one entry, and an array of one dimension
+    /// is a row or a column as it `lies`, as in python-control.
+    pub(crate) fn read(name: &str, m: &Matrix<'_>, lies: Lies) -> PyResult<Self> {
+        let array = numbers::<f64>(name, m, |text| error::design(text))?;
+        let view = array.as_array();
+        let (rows, cols) = match (view.shape(), lies) {
+            ([], _) | ([1], _) => (1, 1),
+            ([n], Lies::Column) => (*n, 1),
+            ([n], Lies::Row) => (1, *n),
+            ([n], Lies::Square) => {
+                return Err(error::design(format!(
+                    "{name} has shape ({n},); a square matrix is expected: np.diag({name}) has these numbers on its \
+                     diagonal"
+                )));
+            }
+            ([rows, cols], _) => (*rows, *cols),
+            (other, _) => {
+                return Err(error::design(format!(
+                    "{name} has shape {}; a matrix is expected",
+                    shape(other)
+                )));
+            }
+        };
         if rows.max(cols) > Self::SIDE {
             return Err(error::design(format!(
                 "{name} has shape ({rows}, {cols}); 1 to 8 states are possible"

@@ -1,11 +1,13 @@
 //! Recordings given from Python: paths of files, or columns as arrays.
 
+use crate::arguments::kind;
 use crate::error;
-use furuta_ident::recording::{Excerpt, Notice, Recording, RecordingError};
+use crate::matrix::vector;
+use furuta_ident::recording::{Excerpt, Notice, NoticeKind, Recording, RecordingError, Values};
 use furuta_ident::selection::{Read, SelectionError, read_unseen, select};
 use furuta_input::shown;
 use furuta_model::Rig;
-use numpy::{AllowTypeChange, PyArrayLike1};
+use numpy::ToPyArray;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySequence, PyString};
@@ -88,10 +90,7 @@ fn suspicious(notice: &Notice) -> PyErr {
 
 /// Reads one recording or a sequence of them, each a path or a mapping of columns, by their names.
 fn each(given: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Result<Read, RecordingError>)>> {
-    let one = given.is_instance_of::<PyString>()
-        || given.is_instance_of::<PyDict>()
-        || given.hasattr("__fspath__")?;
-    let all: Vec<Bound<'_, PyAny>> = if one {
+    let all: Vec<Bound<'_, PyAny>> = if is_path(given)? || columns(given)?.is_some() {
         vec![given.clone()]
     } else {
         given
@@ -103,29 +102,88 @@ fn each(given: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Result<Read, Recordin
     all.iter()
         .enumerate()
         .map(|(i, item)| {
-            if let Ok(columns) = item.cast::<PyDict>() {
-                let name = format!("recording-{i}");
-                let csv = csv(&name, columns)?;
-                let read = Recording::from_csv(&name, csv.as_bytes());
-                Ok((name, read))
-            } else {
+            if is_path(item)? {
                 let path: PathBuf = item.extract().map_err(|_| wrong_type(item))?;
-                let name = shown(&path);
-                Ok((name, Recording::load_with_notices(path)))
+                return Ok((shown(&path), Recording::load_with_notices(path)));
             }
+            let columns = columns(item)?.ok_or_else(|| wrong_type(item))?;
+            let name = item.getattr("name").and_then(|name| name.extract());
+            let name = name.unwrap_or_else(|_| format!("recording-{i}"));
+            let csv = csv(&name, &columns)?;
+            Ok((
+                name.clone(),
+                by_index(Recording::from_csv(&name, csv.as_bytes())),
+            ))
         })
         .collect()
 }
 
+fn is_path(given: &Bound<'_, PyAny>) -> PyResult<bool> {
+    Ok(given.is_instance_of::<PyString>() || given.hasattr("__fspath__")?)
+}
+
+/// The columns of what is no file: of a dict as they are, of other mappings, DataFrames and arrays as
+/// `furuta._columns` finds them.
+fn columns<'py>(given: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyDict>>> {
+    if let Ok(columns) = given.cast::<PyDict>() {
+        return Ok(Some(columns.clone()));
+    }
+    let found = given
+        .py()
+        .import("furuta._columns")?
+        .call_method1("columns", (given,))?;
+    if found.is_none() {
+        return Ok(None);
+    }
+    Ok(Some(found.cast_into::<PyDict>()?))
+}
+
 fn wrong_type(given: &Bound<'_, PyAny>) -> PyErr {
-    let kind = given
-        .get_type()
-        .name()
-        .map_or_else(|_| "?".to_owned(), |n| n.to_string());
     PyTypeError::new_err(format!(
-        "a recording is a path or a dict of arrays t, u, theta, alpha; several are a list of these; got {kind}"
+        "a recording is a path, a furuta.Recording, a pandas DataFrame or a dict of arrays t, u, theta, alpha; several \
+         are a list of these; got {}",
+        kind(given)
     ))
 }
+
+/// The header's row and the first sample's: what a sample's row is beyond its index.
+const ROWS_BEFORE: usize = 2;
+
+/// The same with indices, counted from 0, where rows of the text would be named.
+fn by_index(read: Result<Read, RecordingError>) -> Result<Read, RecordingError> {
+    let index = |row: &mut usize| *row = row.saturating_sub(ROWS_BEFORE);
+    match read {
+        Ok((recording, mut notices)) => {
+            for notice in &mut notices {
+                match &mut notice.kind {
+                    NoticeKind::DuplicatedRows { rows }
+                    | NoticeKind::Gaps { rows }
+                    | NoticeKind::IrregularIntervals { rows, .. }
+                    | NoticeKind::ShortSegments { rows, .. } => rows.iter_mut().for_each(index),
+                    NoticeKind::Gap { row, .. }
+                    | NoticeKind::Unwrapped { row, .. }
+                    | NoticeKind::Jump { row, .. } => index(row),
+                    _ => {}
+                }
+            }
+            Ok((recording, notices))
+        }
+        Err(mut error) => {
+            match &mut error {
+                RecordingError::NotANumber { row, .. }
+                | RecordingError::NotFinite { row, .. }
+                | RecordingError::TimeBackwards { row, .. }
+                | RecordingError::TimeStandsStill { row, .. }
+                | RecordingError::IrregularTime { row, .. } => index(row),
+                _ => {}
+            }
+            Err(error)
+        }
+    }
+}
+
+/// The columns that every recording has; the values of others are kept where they are numbers.
+const REQUIRED: [&str; 4] = ["t", "u", "theta", "alpha"];
 
 /// Columns as a CSV file's text, so that they meet the same checks and the same messages as a file. Rust prints the
 /// shortest decimal that reads back equal: nothing is lost.
@@ -133,13 +191,15 @@ fn csv(name: &str, columns: &Bound<'_, PyDict>) -> PyResult<String> {
     let mut header = Vec::new();
     let mut values: Vec<Vec<f64>> = Vec::new();
     for (key, column) in columns {
-        let key: String = key.extract()?;
-        let column: PyArrayLike1<'_, f64, AllowTypeChange> = column.extract().map_err(|e| {
-            error::recording(format!(
-                "{name}: column `{key}` must be a one-dimensional array of numbers ({e})"
-            ))
-        })?;
-        let column: Vec<f64> = column.as_array().iter().copied().collect();
+        let key = key.str()?.to_string();
+        let read = vector::<f64>(&format!("{name}: column `{key}`"), &column, |text| {
+            error::recording(text)
+        });
+        let column = match read {
+            Ok(column) => column,
+            Err(_) if !REQUIRED.contains(&key.as_str()) => continue,
+            Err(error) => return Err(error),
+        };
         if let Some(first) = values.first()
             && first.len() != column.len()
         {
@@ -153,14 +213,68 @@ fn csv(name: &str, columns: &Bound<'_, PyDict>) -> PyResult<String> {
         header.push(key);
         values.push(column);
     }
-    let mut text = header.join(",") + "\n";
+    let mut text = String::new();
+    for (i, key) in header.iter().enumerate() {
+        let comma = if i == 0 { "" } else { "," };
+        let quoted = key.contains([',', '"', '\n', '#']);
+        // Writing to a String cannot fail.
+        let _ = match quoted {
+            true => write!(text, "{comma}\"{}\"", key.replace(['"', '\n'], "'")),
+            false => write!(text, "{comma}{key}"),
+        };
+    }
+    text.push('\n');
     for row in 0..values.first().map_or(0, Vec::len) {
         for (i, column) in values.iter().enumerate() {
             let comma = if i == 0 { "" } else { "," };
-            // Writing to a String cannot fail.
             let _ = write!(text, "{comma}{}", column[row]);
         }
         text.push('\n');
     }
     Ok(text)
+}
+
+/// A recording with everything that is known of it: for `furuta.Recording`.
+///
+/// Its name, its columns and notices, one sentence each.
+#[pyfunction]
+pub(crate) fn _read_recording<'py>(
+    py: Python<'py>,
+    given: &Bound<'py, PyAny>,
+) -> PyResult<(String, Bound<'py, PyDict>, Vec<String>)> {
+    let mut all = each(given)?;
+    let (Some((name, read)), true) = (all.pop(), all.is_empty()) else {
+        return Err(wrong_type(given));
+    };
+    let (recording, notices) = read.map_err(error::recording)?;
+    let columns = PyDict::new(py);
+    let required = [
+        &recording.t,
+        &recording.u,
+        &recording.theta,
+        &recording.alpha,
+    ];
+    for (key, values) in REQUIRED.into_iter().zip(required) {
+        columns.set_item(key, values.to_pyarray(py))?;
+    }
+    let speeds = [
+        ("theta_dot", &recording.theta_dot),
+        ("alpha_dot", &recording.alpha_dot),
+    ];
+    for (key, values) in speeds {
+        if let Some(values) = values {
+            columns.set_item(key, values.to_pyarray(py))?;
+        }
+    }
+    for column in &recording.extra {
+        match &column.values {
+            Values::Numbers(values) => columns.set_item(&column.name, values.to_pyarray(py))?,
+            Values::Text(values) => columns.set_item(&column.name, values)?,
+        }
+    }
+    Ok((
+        name,
+        columns,
+        notices.iter().map(ToString::to_string).collect(),
+    ))
 }

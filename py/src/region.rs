@@ -1,11 +1,13 @@
 //! Regions of attraction.
 
+use crate::arguments::RigLike;
+use crate::background::told;
 use crate::controller::PyController;
 use crate::error;
-use crate::rig::PyRig;
 use furuta_design::region::{Grid, On, Region};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+use std::sync::mpsc::Sender;
 
 /// Angles, speeds, and which of their pairs are inside.
 type Map<'py> = (
@@ -31,6 +33,8 @@ type Map<'py> = (
 ///     Largest speed, of the pendulum's small-angle frequency.
 /// points : int, optional
 ///     Along each axis, 2 to 1000.
+/// progress : callable, optional
+///     Called with how many starts are done and how many there are, in the calling thread.
 ///
 /// Returns
 /// -------
@@ -58,16 +62,17 @@ type Map<'py> = (
 /// True
 #[pyfunction]
 #[pyo3(
-    signature = (rig, controller, *, alpha=1.2, speed=2.0, points=61),
-    text_signature = "(rig, controller, *, alpha=1.2, speed=2.0, points=61)"
+    signature = (rig, controller, *, alpha=1.2, speed=2.0, points=61, progress=None),
+    text_signature = "(rig, controller, *, alpha=1.2, speed=2.0, points=61, progress=None)"
 )]
 pub(crate) fn region_of_attraction<'py>(
     py: Python<'py>,
-    rig: PyRef<'py, PyRig>,
+    rig: RigLike,
     controller: PyRef<'py, PyController>,
     alpha: f64,
     speed: f64,
     points: usize,
+    progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Map<'py>> {
     for (name, value) in [("alpha", alpha), ("speed", speed)] {
         if !(value > 0.0 && value.is_finite()) {
@@ -86,12 +91,21 @@ pub(crate) fn region_of_attraction<'py>(
         speed,
         points,
     };
-    let (rig, control) = (&rig.rig, &*controller.supervisor);
+    let (rig, control) = (rig.rig, controller.supervisor.clone());
     let period = controller.period();
     let arm = control.thresholds.arm_angle_limit;
-    let region = py
-        .detach(|| Region::of(rig, On::Rig, &control.balance, &grid, period, arm, &|_| ()))
-        .map_err(error::simulation)?;
+    let work = move |send: &Sender<usize>| {
+        // There is no reader any more where the call has ended early.
+        let tell = |done| {
+            let _ = send.send(done);
+        };
+        Region::of(&rig, On::Rig, &control.balance, &grid, period, arm, &tell)
+    };
+    let tell = |done: usize| match progress {
+        Some(call) => call.call1((done, points * points)).map(drop),
+        None => Ok(()),
+    };
+    let region = told(py, work, tell)?.map_err(error::simulation)?;
     let n = region.alpha.len();
     Ok((
         region.alpha.into_pyarray(py),

@@ -10,8 +10,8 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::arguments::RigLike;
 use crate::error;
-use crate::rig::PyRig;
 
 /// What `replay` found.
 ///
@@ -169,6 +169,20 @@ impl PyReplay {
     fn __repr__(&self) -> String {
         format!("<furuta.Replay: {}>", self.replay)
     }
+
+    /// The result itself: it cannot be changed.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    /// The result as a table, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        crate::card::card(slf.as_any(), "replay")
+    }
 }
 
 fn first<'py>(py: Python<'py>, finding: &Finding) -> PyResult<Bound<'py, PyDict>> {
@@ -251,7 +265,7 @@ pub(crate) fn replay(
     py: Python<'_>,
     path: PathBuf,
     controller: Option<PathBuf>,
-    rig: Option<&PyRig>,
+    rig: Option<RigLike>,
     any_rig: bool,
     any_version: bool,
 ) -> PyResult<PyReplay> {
@@ -260,7 +274,7 @@ pub(crate) fn replay(
             .map(ControllerFile::load)
             .transpose()
             .map_err(error::controller)?,
-        rig: rig.map(|rig| rig.rig.clone()),
+        rig: rig.map(|rig| rig.rig),
         any_rig,
         any_version,
     };

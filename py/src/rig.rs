@@ -1,9 +1,11 @@
 //! The class `Rig` and the catalogue of effects.
 
 use crate::error;
+use furuta_hw::emulate::hidden_effect;
 use furuta_model::effects::{Kind, ParameterSpec};
 use furuta_model::params::{ParamRange, RANGES};
 use furuta_model::{CATALOGUE, Effect, Params, Rig, Spec, effects};
+use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use std::collections::BTreeMap;
@@ -56,6 +58,140 @@ impl PyRig {
     /// The rig as the text of a rig file.
     fn to_toml(&self) -> String {
         self.rig.to_toml()
+    }
+
+    /// Writes the rig file. A file that is there already is replaced only with `force`.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or os.PathLike
+    ///     `Rig.load(path)` reads it, and so does the command line.
+    /// force : bool, optional
+    ///
+    /// Raises
+    /// ------
+    /// FileExistsError
+    #[pyo3(signature = (path, *, force=false))]
+    fn save(&self, py: Python<'_>, path: std::path::PathBuf, force: bool) -> PyResult<()> {
+        crate::file::write_data(py, &path, force, &self.rig.to_toml())
+    }
+
+    /// The rig as a dict of plain Python values: name, source, parameters, sensors, limits, effects.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import furuta
+    /// >>> furuta.Rig.load("qube-servo-2").to_dict()["sensors"]["pendulum_counts_per_rev"]
+    /// 2048.0
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        all.set_item("name", self.name())?;
+        all.set_item("source", self.source())?;
+        all.set_item("parameters", self.parameters())?;
+        all.set_item("sensors", self.sensors())?;
+        all.set_item("limits", self.limits())?;
+        all.set_item("effects", self.effects(py)?)?;
+        Ok(all)
+    }
+
+    /// The linear model as a python-control system; python-control must be installed.
+    ///
+    /// Parameters
+    /// ----------
+    /// x : array_like, shape (4,), optional
+    ///     Where it is linearised, rad and rad/s; upright at rest if not given.
+    /// dt : float, optional
+    ///     Sample period in s of a sampled model, its command held; a continuous one if not given.
+    ///
+    /// Returns
+    /// -------
+    /// control.StateSpace
+    ///     States theta, alpha, theta_dot, alpha_dot; input u (V); outputs theta, alpha (rad).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import furuta
+    /// >>> furuta.Rig.load("qube-servo-2").to_ss().state_labels  # doctest: +SKIP
+    /// ['theta', 'alpha', 'theta_dot', 'alpha_dot']
+    #[pyo3(signature = (x=None, *, dt=None))]
+    fn to_ss<'py>(
+        slf: &Bound<'py, Self>,
+        x: Option<Bound<'py, PyAny>>,
+        dt: Option<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py()
+            .import("furuta._control")?
+            .call_method1("state_space", (slf, x, dt))
+    }
+
+    /// The transfer function from u (V) to one angle (rad) of the linear model; python-control must be installed.
+    ///
+    /// Parameters
+    /// ----------
+    /// output : {"alpha", "theta"}, optional
+    /// x : array_like, shape (4,), optional
+    ///     Where it is linearised; hanging at rest if not given, where recordings in open loop are made.
+    ///
+    /// Returns
+    /// -------
+    /// control.TransferFunction
+    #[pyo3(signature = (output="alpha", x=None))]
+    fn to_tf<'py>(
+        slf: &Bound<'py, Self>,
+        output: &str,
+        x: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py()
+            .import("furuta._control")?
+            .call_method1("transfer_function", (slf, output, x))
+    }
+
+    /// A parameter by its key, rig["arm.length"]; an effect by its id; one of its parameters, rig["arm.coulomb.torque"].
+    fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+        if let Some(value) = self.parameters().get(key) {
+            return Ok(value.into_pyobject(py)?.into_any());
+        }
+        let effects = self.effects(py)?;
+        if let Some(effect) = effects.get_item(key)? {
+            return Ok(effect);
+        }
+        if let Some((id, name)) = key.rsplit_once('.')
+            && let Some(effect) = effects.get_item(id)?
+            && let Ok(value) = effect.get_item(name)
+        {
+            return Ok(value);
+        }
+        let known: Vec<_> = RANGES.iter().map(|r| r.key).collect();
+        let mut text = format!("{key}: a rig has {}", known.join(", "));
+        for effect in &self.rig.effects {
+            text += ", ";
+            text += effect.spec().id;
+        }
+        Err(PyKeyError::new_err(text))
+    }
+
+    fn __contains__(&self, py: Python<'_>, key: &str) -> bool {
+        self.__getitem__(py, key).is_ok()
+    }
+
+    /// The rig itself: it cannot be changed.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    fn __hash__(&self) -> u64 {
+        let mut hasher = std::hash::DefaultHasher::new();
+        std::hash::Hash::hash(&self.rig.to_toml(), &mut hasher);
+        std::hash::Hasher::finish(&hasher)
+    }
+
+    /// The rig as a table, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        crate::card::card(slf.as_any(), "rig")
     }
 
     /// Short name.
@@ -166,7 +302,8 @@ impl PyRig {
     /// id : str
     ///     Its id in the catalogue, for example "arm.coulomb".
     /// **parameters : float or str
-    ///     Its parameters in SI units, a word where there is a choice; all that have no default. See `catalogue`.
+    ///     Its parameters in SI units, a word where there is a choice; all that have no default. See `catalogue`. Without
+    ///     any the effect has its typical size on this rig, as with `--hide ID` on the command line.
     ///
     /// Examples
     /// --------
@@ -176,16 +313,24 @@ impl PyRig {
     /// {'arm.spring': {'stiffness': 0.00086, 'rest': -0.5}}
     /// >>> rig.with_effect("drive.backlash", gap=0.05, motor_share=0.4, encoder="motor").effects
     /// {'drive.backlash': {'gap': 0.05, 'motor_share': 0.4, 'encoder': 'motor'}}
+    /// >>> rig.with_effect("arm.coulomb").effects["arm.coulomb"]["torque"] > 0  # typical
+    /// True
     #[pyo3(signature = (id, /, **parameters))]
     fn with_effect(&self, id: &str, parameters: Option<BTreeMap<String, Value>>) -> PyResult<Self> {
         let spec = known(id)?;
         let mut given = BTreeMap::new();
-        for (name, value) in parameters.unwrap_or_default() {
+        let parameters = parameters.unwrap_or_default();
+        let typical = parameters.is_empty();
+        for (name, value) in parameters {
             let number = value.number(spec, place(spec, &name)?)?;
             given.insert(name, number);
         }
-        let values = spec.values(|name| given.get(name).copied());
-        let effect = Effect::new(id, &values.map_err(error::rig)?).map_err(error::rig)?;
+        let effect = if typical {
+            hidden_effect(id, &self.rig.params).map_err(error::rig)?
+        } else {
+            let values = spec.values(|name| given.get(name).copied());
+            Effect::new(id, &values.map_err(error::rig)?).map_err(error::rig)?
+        };
         let mut rig = self.rig.clone();
         rig.effects.retain(|e| e.spec().id != id);
         rig.effects.push(effect);

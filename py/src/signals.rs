@@ -1,5 +1,6 @@
 //! Test signals: motor commands that make a rig show what it is.
 
+use crate::background::awaited;
 use crate::error;
 use furuta_model::signals::{
     Chirp, Excitation, FreeDecay, Harmonics, Multisine, Noise, Phases, Prbs, Ramp, Signal, Step,
@@ -29,19 +30,25 @@ const RESTARTS: u32 = 8;
 /// dt : float
 ///     Sample period in s.
 /// **parameters
-///     What shapes the signal, by name; voltages in V, frequencies in Hz, times in s. Any kind takes `fade_in`,
-///     `fade_out` (ramps of half a cosine, 0) and `limit` (clips, none). The others, and what they are if not given:
+///     What shapes the signal, by the names that the command line has (`--band` is `band`); voltages in V, frequencies
+///     in Hz, times in s. Any kind takes `fade` (ramps of half a cosine at both ends, 0; or `fade_in`, `fade_out`) and
+///     `limit` (clips, none). The others, and what they are if not given:
 ///
 ///     - zero: no command, free decay
 ///     - step: amplitude (1), start (0)
-///     - steps: amplitude (1) of the largest, hold (0.5)
-///     - ramp: begin (0), end (1), over the whole duration
-///     - chirp: amplitude (1), f0 (0.1) at the start, f1 (8) at the end, sweep ("linear" or "logarithmic")
-///     - multisine: rms (1), fundamental (1 / duration), low (0.2), high (6), harmonics ("logarithmic", "all", "odd"),
-///       lines (12) of logarithmic harmonics, phases ("optimised" for a low peak, "schroeder", "random"), seed (0) of
-///       random phases
-///     - prbs: amplitude (1), order (7) for 2^order - 1 bits, clock (0.05), seed (0)
-///     - noise: rms (1), low (0.2), high (6), seed (0)
+///     - steps: amplitude (1) of the largest, hold (0.7)
+///     - ramp: begin (0), amplitude (1) at the end, over the whole duration
+///     - chirp: amplitude (1), band ((0, 8); (0.1, 8) if logarithmic) through which the frequency falls, sweep ("linear"
+///       or "logarithmic")
+///     - multisine: amplitude (1, the RMS), fundamental (1 / duration), band ((0.2, 6)), harmonics ("logarithmic", "all",
+///       "odd"), lines (12) of logarithmic harmonics, phases ("optimised" for a low peak, "schroeder", "random"), seed
+///       (0) of random phases
+///     - prbs: amplitude (1), order (7) for 2^order - 1 bits, hold (0.05), seed (0)
+///     - noise: amplitude (1, the RMS), band ((0.2, 6)), seed (0)
+///
+///     Further names for the same: `rms` for the amplitude of multisine and noise, `low` and `high` for their band, `f0`
+///     and `f1` for the frequencies at the start and the end of a chirp (which rises where f1 is the higher one), `end`
+///     for the amplitude of a ramp, `clock` for the hold of a prbs.
 ///
 /// Returns
 /// -------
@@ -56,7 +63,7 @@ const RESTARTS: u32 = 8;
 /// Examples
 /// --------
 /// >>> import numpy as np, furuta
-/// >>> u = furuta.signal("multisine", 10, 0.002, rms=2, fundamental=0.5, low=0.5, high=8, harmonics="all")
+/// >>> u = furuta.signal("multisine", 10, 0.002, amplitude=2, fundamental=0.5, band=(0.5, 8), harmonics="all")
 /// >>> u.shape, round(float(np.sqrt(np.mean(u**2))), 6)
 /// ((5000,), 2.0)
 /// >>> bool(np.abs(u).max() < 1.6 * 2)  # random phases make it about 2.5 times the RMS
@@ -77,9 +84,10 @@ pub(crate) fn signal<'py>(
         known: Vec::new(),
     };
     let signal = build(py, &mut given, duration)?;
+    let fade = given.number("fade", 0.0)?;
     let (fade_in, fade_out) = (
-        given.number("fade_in", 0.0)?,
-        given.number("fade_out", 0.0)?,
+        given.number("fade_in", fade)?,
+        given.number("fade_out", fade)?,
     );
     let limit = given.optional("limit")?;
     given.nothing_else()?;
@@ -126,16 +134,15 @@ fn build(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyResult<
             Step::new(amplitude, start).map(Signal::from)
         }
         Steps::NAME => {
-            let (amplitude, hold) = (p.number("amplitude", 1.0)?, p.number("hold", 0.5)?);
+            let (amplitude, hold) = (p.number("amplitude", 1.0)?, p.number("hold", 0.7)?);
             Steps::new(amplitude, hold).map(Signal::from)
         }
         Ramp::NAME => {
-            let (begin, end) = (p.number("begin", 0.0)?, p.number("end", 1.0)?);
+            let (begin, end) = (p.number("begin", 0.0)?, p.either("amplitude", "end", 1.0)?);
             Ramp::new(begin, end, duration).map(Signal::from)
         }
         Chirp::NAME => {
             let amplitude = p.number("amplitude", 1.0)?;
-            let (f0, f1) = (p.number("f0", 0.1)?, p.number("f1", 8.0)?);
             let sweep = p.choice(
                 "sweep",
                 &[
@@ -143,18 +150,28 @@ fn build(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyResult<
                     ("logarithmic", Sweep::Logarithmic),
                 ],
             )?;
+            // A logarithmic sweep ends above zero.
+            let lowest = if sweep == Sweep::Linear { 0.0 } else { 0.1 };
+            let (begin, end) = (p.optional("f0")?, p.optional("f1")?);
+            let (f0, f1) = if begin.is_some() || end.is_some() {
+                p.without("band", "f0 and f1 say")?;
+                (begin.unwrap_or(0.1), end.unwrap_or(8.0))
+            } else {
+                let (low, high) = p.band()?.unwrap_or((lowest, 8.0));
+                (high, low)
+            };
             Chirp::new(amplitude, f0, f1, duration, sweep).map(Signal::from)
         }
         Multisine::NAME => return multisine(py, p, duration),
         Prbs::NAME => {
             let (amplitude, order) = (p.number("amplitude", 1.0)?, p.whole("order", 7)?);
-            let (clock, seed) = (p.number("clock", 0.05)?, p.whole("seed", 0)?);
+            let (clock, seed) = (p.either("hold", "clock", 0.05)?, p.whole("seed", 0)?);
             let order = u32::try_from(order).unwrap_or(u32::MAX); // out of its range either way
             Prbs::new(amplitude, order, clock, seed).map(Signal::from)
         }
         Noise::NAME => {
-            let (rms, low) = (p.number("rms", 1.0)?, p.number("low", 0.2)?);
-            let (high, seed) = (p.number("high", 6.0)?, p.whole("seed", 0)?);
+            let (rms, seed) = (p.either("amplitude", "rms", 1.0)?, p.whole("seed", 0)?);
+            let (low, high) = p.low_to_high()?;
             Noise::new(rms, low, high, seed).map(Signal::from)
         }
         kind => {
@@ -168,9 +185,9 @@ fn build(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyResult<
 }
 
 fn multisine(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyResult<Signal> {
-    let rms = p.number("rms", 1.0)?;
+    let rms = p.either("amplitude", "rms", 1.0)?;
     let fundamental = p.number("fundamental", 1.0 / duration)?;
-    let (low, high) = (p.number("low", 0.2)?, p.number("high", 6.0)?);
+    let (low, high) = p.low_to_high()?;
     let lines = p.whole("lines", 12)?;
     let lines = usize::try_from(lines).unwrap_or(usize::MAX); // too many either way
     let harmonics = p.choice(
@@ -193,7 +210,7 @@ fn multisine(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyRes
     let signal =
         Multisine::new(rms, fundamental, low, high, harmonics, phases).map_err(error::signal)?;
     Ok(match restarts {
-        Some(restarts) => py.detach(|| signal.optimised(restarts).0).into(),
+        Some(restarts) => awaited(py, move || signal.optimised(restarts).0)?.into(),
         None => signal.into(),
     })
 }
@@ -239,6 +256,56 @@ impl<'py> Parameters<'_, 'py> {
                 .extract()
                 .map_err(|_| self.wrong(name, &value, "a whole number from 0 to 2^64 - 1")),
         }
+    }
+
+    /// A number under its name or under another that it has, not both.
+    fn either(&mut self, name: &'static str, other: &'static str, default: f64) -> PyResult<f64> {
+        let (by_name, by_other) = (self.optional(name)?, self.optional(other)?);
+        if by_name.is_some() && by_other.is_some() {
+            return Err(error::signal(format!(
+                "{}: {name} and {other} are one thing: give one of them",
+                self.kind
+            )));
+        }
+        Ok(by_name.or(by_other).unwrap_or(default))
+    }
+
+    /// `band=(low, high)`, Hz, if it was given.
+    fn band(&mut self) -> PyResult<Option<(f64, f64)>> {
+        let Some(band) = self.value("band")? else {
+            return Ok(None);
+        };
+        match band.extract::<(f64, f64)>() {
+            Ok((low, high)) if 0.0 <= low && low <= high && high < f64::INFINITY => {
+                Ok(Some((low, high)))
+            }
+            _ => Err(self.wrong(
+                "band",
+                &band,
+                "(low, high), two frequencies in Hz, the lower one first",
+            )),
+        }
+    }
+
+    /// Refuses a name that says again what others `say`.
+    fn without(&mut self, name: &'static str, say: &str) -> PyResult<()> {
+        match self.value(name)? {
+            None => Ok(()),
+            Some(_) => Err(error::signal(format!(
+                "{}: {name} says what {say}: give one of them",
+                self.kind
+            ))),
+        }
+    }
+
+    /// A band, Hz, as `band` or as `low` and `high`.
+    fn low_to_high(&mut self) -> PyResult<(f64, f64)> {
+        let (low, high) = (self.optional("low")?, self.optional("high")?);
+        if low.is_some() || high.is_some() {
+            self.without("band", "low and high say")?;
+            return Ok((low.unwrap_or(0.2), high.unwrap_or(6.0)));
+        }
+        Ok(self.band()?.unwrap_or((0.2, 6.0)))
     }
 
     /// One of these; the first if nothing is said.

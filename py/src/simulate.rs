@@ -1,17 +1,22 @@
 //! Trajectories of the plant, one at a time.
 
+use crate::arguments::RigLike;
 use crate::controlled::{SimulationRequest, controlled, targets};
 use crate::controller::PyController;
 use crate::error;
-use crate::matrix::{Matrix, Vector, state};
+use crate::matrix::{Matrix, Vector, state, states, vector};
 use crate::rig::PyRig;
 use furuta_model::Plant;
 use furuta_model::effects::{Acts, Law};
 use furuta_model::simulate::{SimulationError, follow};
-use numpy::{AllowTypeChange, IntoPyArray, PyArray2, PyArrayLikeDyn, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// Simulates the rig, its effects included, under a command held between samples.
+///
+/// Each call begins anew: at run time 0, and with what effects remember as after a long rest at x0. To go on where a
+/// call ended, sample by sample, use `furuta.Simulator`: calls of one sample each would forget.
 ///
 /// Parameters
 /// ----------
@@ -30,15 +35,20 @@ use pyo3::prelude::*;
 ///     Which run this is, from 0: a kick ("disturbance.kick", "disturbance.arm_kick") belongs to one run.
 /// encoders : bool, optional
 ///     True: return what the encoders read as well.
-/// controller : Controller, optional
+/// controller : Controller or callable, optional
 ///     A control system: it swings up, catches and balances, on the encoders' readings, and its command acts one sample
 ///     after it is decided, as on a real rig. `u` is then added to its command (zeros: nothing is), within the rig's
-///     command limit.
+///     command limit. Or any callable: `controller(t, x)` gives the command in V for the time t (s) and the state x of
+///     shape (4,) that the estimator sees.
 /// reference : array_like, shape () or (N,), optional
 ///     With a controller: where the arm is to be once the pendulum is up, rad; 0 if not given.
 /// ideal : bool, optional
-///     With a controller: the file's controller alone, on the true states and without delay; the pendulum must start
-///     near upright.
+///     With a controller: the file's controller (or the callable) alone, on the true states and without delay; the
+///     file's controller must start near upright.
+/// estimator : Estimator or callable, optional
+///     With a controller: what it sees the rig through; the callable's is "kalman" if not given. Any callable will do:
+///     `estimator(t, theta, alpha, held)` gives the state, shape (4,), for measured angles (rad) and the command (V)
+///     that the motor holds. A Controller then acts alone, without its own estimator, swing-up and limits.
 ///
 /// Returns
 /// -------
@@ -48,7 +58,7 @@ use pyo3::prelude::*;
 ///     Only with `controller`: the command that acts from row k to row k + 1, V.
 /// list of str, N entries
 ///     Only with `controller`: its mode: "swing-up", "balance", "braking" after a limit, or "fault", from which on the
-///     motor is off.
+///     motor is off; "callable" where Python decides.
 /// numpy.ndarray, shape (N + 1, 2)
 ///     Only with `encoders`: measured [theta, alpha] in rad, rounded to counts, effects of the sensors included.
 ///
@@ -76,38 +86,66 @@ use pyo3::prelude::*;
 /// >>> x, u, modes = furuta.simulate(srv02, [0, np.pi, 0, 0], np.zeros(2500), dt=0.002, controller=standard)
 /// >>> modes[0], modes[-1], bool(abs(u).max() <= 10)
 /// ('swing-up', 'balance', True)
+/// >>> K, S, poles = furuta.lqr(srv02, np.eye(4), 1)
+/// >>> x, u, modes = furuta.simulate(srv02, [0, 0.1, 0, 0], np.zeros(500), 0.002, controller=lambda t, x: -K @ x)
+/// >>> bool(abs(x[-1, 1]) < 0.02)
+/// True
 #[pyfunction]
 #[pyo3(
-    signature = (rig, x0, u, dt, *, substeps=1, run=0, encoders=false, controller=None, reference=None, ideal=false),
+    signature = (
+        rig, x0, u, dt, *, substeps=1, run=0, encoders=false, controller=None, reference=None, ideal=false,
+        estimator=None
+    ),
     text_signature = "(rig, x0, u, dt, *, substeps=1, run=0, encoders=False, controller=None, \
-        reference=None, ideal=False)"
+        reference=None, ideal=False, estimator=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
-    rig: PyRef<'py, PyRig>,
+    rig: RigLike,
     x0: Vector<'py>,
     u: Vector<'py>,
     dt: f64,
     substeps: usize,
     run: usize,
     encoders: bool,
-    controller: Option<PyRef<'py, PyController>>,
-    reference: Option<PyArrayLikeDyn<'py, f64, AllowTypeChange>>,
+    controller: Option<Bound<'py, PyAny>>,
+    reference: Option<Bound<'py, PyAny>>,
     ideal: bool,
+    estimator: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    if let Some(controller) = &controller {
+    let own = match &controller {
+        Some(controller) => Some(controller.cast::<PyController>()),
+        None => None,
+    };
+    if matches!(own, Some(Err(_))) || estimator.is_some() {
+        let keywords = PyDict::new(py);
+        keywords.set_item("substeps", substeps)?;
+        keywords.set_item("run", run)?;
+        keywords.set_item("encoders", encoders)?;
+        keywords.set_item("controller", &controller)?;
+        keywords.set_item("reference", reference)?;
+        keywords.set_item("ideal", ideal)?;
+        keywords.set_item("estimator", estimator)?;
+        let rig = PyRig { rig: rig.rig };
+        return py
+            .import("furuta._loop")?
+            .getattr("simulate")?
+            .call((rig, x0, u, dt), Some(&keywords));
+    }
+    if let Some(Ok(controller)) = own {
+        let added: Vec<f64> = vector("u", &u, error::said)?;
         let request = SimulationRequest {
             x0: state("x0", &x0)?,
-            added: u.as_array().iter().copied().collect(),
-            reference: targets(reference.as_ref(), u.as_array().len())?,
+            reference: targets(reference.as_ref(), added.len())?,
+            added,
             period: dt,
             substeps,
             run,
             encoders,
             ideal,
         };
-        return controlled(py, &rig.rig, controller, &request);
+        return controlled(py, &rig.rig, &controller.borrow(), &request);
     }
     if reference.is_some() || ideal {
         return Err(error::simulation(
@@ -118,7 +156,7 @@ pub(crate) fn simulate<'py>(
     let plant = rig.try_plant::<f64>().map_err(error::rig)?;
     let mut start = plant.rest(state("x0", &x0)?);
     start.run = run;
-    let u: Vec<f64> = u.as_array().iter().copied().collect();
+    let u: Vec<f64> = vector("u", &u, error::said)?;
     let rows = u.len() + 1;
     let mut states = Vec::with_capacity(4 * rows);
     let mut readings = Vec::with_capacity(if encoders { 2 * rows } else { 0 });
@@ -189,16 +227,11 @@ pub(crate) fn simulate<'py>(
 #[pyo3(text_signature = "(rig, x)")]
 pub(crate) fn measure<'py>(
     py: Python<'py>,
-    rig: PyRef<'py, PyRig>,
+    rig: RigLike,
     x: Matrix<'py>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let x = x.as_array();
-    let (rows, columns) = x.dim();
-    if columns != 4 {
-        return Err(error::simulation(format!(
-            "x has shape ({rows}, {columns}); states have 4 columns"
-        )));
-    }
+    let x = states("x", &x)?;
+    let rows = x.len();
     let plant = rig.rig.try_plant::<f64>().map_err(error::rig)?;
     if let Some(id) = beyond_the_state(&plant) {
         return Err(error::simulation(format!(
@@ -206,7 +239,7 @@ pub(crate) fn measure<'py>(
         )));
     }
     let mut out = Vec::with_capacity(2 * rows);
-    for row in x.rows() {
+    for row in x {
         out.extend(rig.rig.sensors.quantised(plant.reading([row[0], row[1]])));
     }
     out.into_pyarray(py).reshape([rows, 2])

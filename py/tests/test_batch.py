@@ -153,7 +153,7 @@ def batch(**given):
         (furuta.SimulationError, lambda: batch(samples=5), "samples belongs to feedback"),
         (furuta.SimulationError, lambda: batch(feedback=([0] * 4, [0] * 4, 1.0), samples=5), "exclude each other"),
         (furuta.SimulationError, lambda: batch(u=None, feedback=([0] * 4, [0] * 4, 1.0)), "give samples=N"),
-        (furuta.SimulationError, lambda: batch(u=None, feedback=([0] * 3, [0] * 4, 1.0), samples=5), "gain has 3 numbers"),
+        (furuta.SimulationError, lambda: batch(u=None, feedback=([0] * 3, [0] * 4, 1.0), samples=5), r"gain has shape \(3,\)"),
         (furuta.SimulationError, lambda: batch(u=None, feedback=([0] * 4, [0] * 4, np.nan), samples=5), "limit = NaN V"),
         (MemoryError, lambda: batch(u=None, feedback=([0] * 4, [0] * 4, 1.0), samples=2**62, every=1), "keep fewer"),
     ],

@@ -260,7 +260,7 @@ def columns(**changed):
         (columns(u="volts"), furuta.RecordingError, "column `u`"),
         (columns(theta=np.zeros(2000), alpha=np.full(2000, np.pi)), furuta.DiagnoseError, "nothing moves"),
         ({k: v[:300] for k, v in columns().items()}, furuta.DiagnoseError, "at least"),
-        (7, TypeError, "a recording is a path or a dict"),
+        (7, TypeError, "a recording is a path, .* or a dict of arrays"),
     ],
 )
 def test_unusable_recordings_are_named(given, error, message):

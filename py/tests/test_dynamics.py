@@ -112,14 +112,14 @@ def test_a_kick_belongs_to_one_run():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: furuta.simulate(ROD, [0, 0, 0], [1.0], 0.01), "x0 has 3 numbers"),
+        (lambda: furuta.simulate(ROD, [0, 0, 0], [1.0], 0.01), r"x0 has shape \(3,\); it must be \(4,\)"),
         (lambda: furuta.simulate(ROD, [0, np.nan, 0, 0], [1.0], 0.01), "not finite"),
         (lambda: furuta.simulate(ROD, [0, 0, 0, 0], [1.0, np.inf], 0.01), r"u\[1\]"),
         (lambda: furuta.simulate(ROD, [0, 0, 0, 0], [1.0], -0.01), "sample period"),
         (lambda: furuta.simulate(ROD, [0, 0, 0, 0], [1.0], 0.01, substeps=0), "substeps"),
         (lambda: furuta.simulate(ROD, [0, 1, 0, 1e9], np.ones(1000), 1.0), r"no longer finite at row \d+: use a shorter dt .*dt = 1 s"),
         (lambda: furuta.simulate(ROD.with_effect("motor.delay", delay=0.5), [0, 1, 0, 0], [1.0], 1e-3), "a delay of 0.5 s is longer"),
-        (lambda: furuta.measure(ROD, [[0, 0]]), "4 columns"),
+        (lambda: furuta.measure(ROD, [[0, 0]]), r"x has shape \(1, 2\); it must be \(n, 4\)"),
         (lambda: furuta.linearize(ROD, u=np.nan), "not a finite"),
     ],
 )

@@ -9,9 +9,10 @@ import sys
 
 import furuta
 import pytest
+from command_line import ROOT
 
 
-PUBLIC = [*furuta.__all__, *(f"papers.{name}" for name in furuta.papers.__all__)]
+PUBLIC = [*furuta.__all__, *(f"papers.{name}" for name in furuta.papers.__all__), *(f"plot.{name}" for name in furuta.plot.__all__)]
 
 
 def public(name):
@@ -35,6 +36,18 @@ def test_everything_is_documented(name):
     assert text and len(text.splitlines()[0]) > 10
     if callable(thing := public(name)) and not isinstance(thing, type):
         assert "Returns" in text and ">>> " in text
+
+
+def test_the_page_about_the_package_is_true():
+    found = doctest.testfile(str(ROOT / "docs/python.md"), module_relative=False)
+    assert found.attempted > 10 and found.failed == 0
+
+
+def test_types_are_right():
+    """pyright, which editors use, where it is installed."""
+    pytest.importorskip("pyright")
+    done = subprocess.run([sys.executable, "-m", "pyright", "--pythonpath", sys.executable], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_stubs_are_true():

@@ -222,3 +222,7 @@ def test_the_command_line_has_the_same_signals(kind):
         "chirp": {"amplitude": 1.5, "f0": 6, "f1": 0.2},
     }[kind]
     assert np.allclose(u, furuta.signal(kind, 10, 0.002, **same), rtol=0, atol=1e-12)
+    words = {"amplitude": 1.5} | {"multisine": {}, "prbs": {"hold": 0.04, "seed": 4}, "noise": {"seed": 4}, "chirp": {}}[kind]
+    if kind != "prbs":
+        words["band"] = (0.2, 6)
+    assert np.array_equal(furuta.signal(kind, 10, 0.002, **words), furuta.signal(kind, 10, 0.002, **same))

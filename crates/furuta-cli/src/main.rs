@@ -30,12 +30,23 @@ struct Cli {
     force: bool,
 }
 
+/// The same command for which a negative number is a value, whatever option it stands behind: the option's range check
+/// answers, not a word about an unknown flag.
+fn negative_numbers(command: clap::Command) -> clap::Command {
+    command
+        .mut_args(|arg| match arg.get_action().takes_values() {
+            true => arg.allow_negative_numbers(true),
+            false => arg,
+        })
+        .mut_subcommands(negative_numbers)
+}
+
 /// Exit code 0: done; 1: failed, with one line that says what and what to do; 2: not a valid command line; 130: a
 /// diagnosis that Ctrl-C (or SIGTERM, SIGHUP) interrupted, with what was found by then. A run, an emulated rig that
 /// such a signal ends is done: 0.
 fn main() -> ExitCode {
     interrupt::survive_file_limits();
-    let mut command = Cli::command();
+    let mut command = negative_numbers(Cli::command());
     let matches = command.get_matches_mut();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.format(&mut command).exit());
     let done = outputs::check(&command, &matches, cli.force).and_then(|()| cli.command.run());

@@ -47,7 +47,7 @@ fn a_rig_is_planned_recorded_calibrated_and_validated() {
         &first,
         "--rig",
         "qube-servo-2",
-        "--hold",
+        "--fix",
         "arm.length",
         "--profile",
         "arm.inertia",

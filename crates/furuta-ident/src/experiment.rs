@@ -205,6 +205,12 @@ pub(crate) fn record(
     (data.runs.len() == 1 && data.runs[0].hangs()).then_some(data)
 }
 
+/// Root mean square.
+pub(crate) fn rms(values: &[f64]) -> f64 {
+    let sum: f64 = values.iter().map(|v| v * v).sum();
+    (sum / values.len().max(1) as f64).sqrt()
+}
+
 /// To two significant digits, so that the command line says exactly what was planned.
 pub(crate) fn two_digits(x: f64) -> f64 {
     format!("{x:.1e}").parse().unwrap_or(x)

@@ -11,7 +11,7 @@ UPRIGHT (0 up, pi hanging); u the motor command in volts, held from one sample t
 True
 """
 
-from furuta import papers
+from furuta import papers, plot
 from furuta._furuta import (
     CalibrateError,
     Calibration,
@@ -33,6 +33,9 @@ from furuta._furuta import (
     RigError,
     SignalError,
     SimulationError,
+    Simulator,
+    Supervisor,
+    SwingUp,
     TransferFit,
     Validation,
     __version__,
@@ -72,6 +75,8 @@ from furuta._furuta import (
     whiteness,
     zero_order_hold,
 )
+from furuta.recording import Recording
+from furuta.trajectory import Trajectory
 
 __all__ = [
     "CalibrateError",
@@ -88,12 +93,17 @@ __all__ = [
     "FurutaError",
     "IdentificationError",
     "Interrupted",
+    "Recording",
     "RecordingError",
     "Replay",
     "Rig",
     "RigError",
     "SignalError",
     "SimulationError",
+    "Simulator",
+    "Supervisor",
+    "SwingUp",
+    "Trajectory",
     "TransferFit",
     "Validation",
     "__version__",
@@ -120,6 +130,7 @@ __all__ = [
     "papers",
     "place",
     "plan_experiment",
+    "plot",
     "region_of_attraction",
     "rehearse",
     "replay",

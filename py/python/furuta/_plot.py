@@ -7,33 +7,35 @@ from typing import Any
 
 import numpy as np
 
-# As in the report.
-MEASURED, BEFORE, AFTER, FLOOR, FAINT = "#23282e", "#d9730d", "#1f6fd6", "#2f9e6e", "#8d959e"
+from furuta._axes import AFTER, BEFORE, FAINT, FLOOR, MEASURED, axes as given_axes, new_figure
+
 CANDIDATES = 8
 
 
-def plot(diagnosis: Any, run: str | None = None, seconds: float = 4.0) -> Any:
+def plot(diagnosis: Any, run: str | None = None, seconds: float = 4.0, ax: Any = None) -> Any:
     """The figure of a diagnosis; see `furuta.Diagnosis.plot`."""
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as e:
-        raise ImportError("Diagnosis.plot draws with matplotlib, which is not installed: pip install matplotlib") from e
-
     curves = diagnosis.curves()
-    runs = {r["name"]: r for r in curves["runs"]}
-    if run is None:
-        run = max(runs, key=lambda name: _largest_error(runs[name]))
-    elif run not in runs:
-        raise KeyError(f"no recording is called {run!r}; there are {', '.join(runs)}")
-
-    # The object-oriented face: no window opens, no global state changes, a notebook shows what is returned once.
-    figure = Figure(figsize=(11, 10), layout="constrained")
+    chosen = chosen_run(curves, run)
+    part = stretch(chosen, seconds)
+    if ax is not None:
+        figure, drawn = given_axes(ax, 3, (11, 10), "Diagnosis.plot", at_least=1)
+        angles(drawn[:2], chosen, part)
+        if len(drawn) == 3:
+            _error(drawn[2], chosen, part)
+        drawn[-1].set_xlabel("time [s]")
+        return figure
+    figure = new_figure((11, 10), "Diagnosis.plot")
     grid = figure.add_gridspec(4, 2, height_ratios=[1, 1, 0.8, 1.4])
     theta = figure.add_subplot(grid[0, :])
     alpha, error = (figure.add_subplot(grid[row, :], sharex=theta) for row in (1, 2))
-    _time_series([theta, alpha, error], runs[run], seconds, diagnosis.gap)
-    _gap(figure.add_subplot(grid[3, 0]), curves["bars"])
-    _evidence(figure.add_subplot(grid[3, 1]), curves["evidence"])
+    angles([theta, alpha], chosen, part)
+    _error(error, chosen, part)
+    for one in (theta, alpha):
+        one.tick_params(labelbottom=False)
+    error.set_xlabel("time [s]")
+    theta.set_title(f"{chosen['name']}: starts anew at each faint line ({diagnosis.gap['horizon']:g} s)", fontsize=10, loc="left")
+    gap(figure.add_subplot(grid[3, 0]), curves["bars"])
+    evidence(figure.add_subplot(grid[3, 1]), curves["evidence"])
     figure.suptitle("\n".join(textwrap.wrap(diagnosis.summary().splitlines()[0], 110)), fontsize=11, fontweight="bold")
     for axes in figure.axes:
         axes.spines[["top", "right"]].set_visible(False)
@@ -51,39 +53,65 @@ def _largest_error(run: dict[str, Any]) -> float:
     return float(max(np.nanmax(e, initial=0.0) for e in errors))
 
 
-def _time_series(axes: list[Any], run: dict[str, Any], seconds: float, gap: dict[str, Any]) -> None:
-    """A stretch around the largest error of the refitted model: both angles, and the error of the one that is wrong most."""
+def chosen_run(curves: dict[str, Any], run: str | None) -> dict[str, Any]:
+    """The curves of the recording of this name; of the one with the largest error if none is given."""
+    runs = {r["name"]: r for r in curves["runs"]}
+    if run is None:
+        return max(runs.values(), key=_largest_error)
+    if run not in runs:
+        raise KeyError(f"no recording is called {run!r}; there are {', '.join(runs)}")
+    return runs[run]
+
+
+def stretch(run: dict[str, Any], seconds: float) -> slice:
+    """The samples of the stretch of this length in which most of the error of the refitted model is."""
     t = np.array(run["t"])
-    wrong = sum(np.nan_to_num(_series(run, "recalibrated", c) - _series(run, "measured", c)) ** 2 for c in (0, 1))
-    # Where most of the error is within one stretch.
+    errors = [np.nan_to_num(_series(run, "recalibrated", c) - _series(run, "measured", c)) for c in (0, 1)]
+    wrong = errors[0] ** 2 + errors[1] ** 2
     width = min(max(2, int(seconds / (t[1] - t[0]))), len(t))
-    sums = np.convolve(wrong, np.ones(width), mode="valid")
-    first = int(np.argmax(sums))
-    stretch = slice(first, first + width)
-    for ax in axes:
-        for restart in run["restarts"]:
-            if first <= restart < first + width:
-                ax.axvline(t[restart], color=FAINT, lw=0.5, alpha=0.4)
-    for c, (ax, part) in enumerate(zip(axes, ["arm, theta [rad]", "pendulum, alpha [rad]"])):
-        ax.plot(t[stretch], _series(run, "measured", c)[stretch], color=MEASURED, lw=2.2, alpha=0.55, label="measured")
-        ax.plot(t[stretch], _series(run, "recalibrated", c)[stretch], color=BEFORE, lw=1.3, label="parameters refitted")
-        ax.plot(t[stretch], _series(run, "augmented", c)[stretch], color=AFTER, lw=1.3, ls=(0, (4, 2)), label="repaired")
-        ax.set_ylabel(part)
-    errors = {
-        (name, c): (_series(run, name, c) - _series(run, "measured", c))[stretch] for name in ("recalibrated", "augmented") for c in (0, 1)
-    }
-    worst = max((0, 1), key=lambda c: np.nansum(errors["recalibrated", c] ** 2))
-    axes[2].plot(t[stretch], errors["recalibrated", worst], color=BEFORE, lw=1.1)
-    axes[2].plot(t[stretch], errors["augmented", worst], color=AFTER, lw=1.1)
-    axes[2].set_ylabel(f"error of {('theta', 'alpha')[worst]} [rad]")
+    first = int(np.argmax(np.convolve(wrong, np.ones(width), mode="valid")))
+    return slice(first, first + width)
+
+
+def _errors(run: dict[str, Any], name: str, part: slice) -> list[np.ndarray]:
+    return [(_series(run, name, c) - _series(run, "measured", c))[part] for c in (0, 1)]
+
+
+def _worst(run: dict[str, Any], part: slice) -> int:
+    """The angle that the refitted model predicts worst."""
+    return max((0, 1), key=lambda c: float(np.nansum(_errors(run, "recalibrated", part)[c] ** 2)))
+
+
+def angles(axes: list[Any], run: dict[str, Any], part: slice) -> None:
+    """Measured against predicted: of both angles, or in one pair of axes of the angle that is wrong most."""
+    t = np.array(run["t"])
+    channels = [_worst(run, part)] if len(axes) == 1 else [0, 1]
+    for ax, c in zip(axes, channels):
+        _starts(ax, run, part)
+        ax.plot(t[part], _series(run, "measured", c)[part], color=MEASURED, lw=2.2, alpha=0.55, label="measured")
+        ax.plot(t[part], _series(run, "recalibrated", c)[part], color=BEFORE, lw=1.3, label="parameters refitted")
+        ax.plot(t[part], _series(run, "augmented", c)[part], color=AFTER, lw=1.3, ls=(0, (4, 2)), label="repaired")
+        ax.set_ylabel(("arm, theta [rad]", "pendulum, alpha [rad]")[c])
     axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=9, frameon=False, borderaxespad=0.1)
-    axes[0].set_title(f"{run['name']}: starts anew at each faint line ({gap['horizon']:g} s)", fontsize=10, loc="left")
-    axes[0].tick_params(labelbottom=False)
-    axes[1].tick_params(labelbottom=False)
-    axes[2].set_xlabel("time [s]")
 
 
-def _gap(ax: Any, bars: list[dict[str, Any]]) -> None:
+def _error(ax: Any, run: dict[str, Any], part: slice) -> None:
+    """The error of the angle that is wrong most, before and after."""
+    _starts(ax, run, part)
+    t, worst = np.array(run["t"]), _worst(run, part)
+    for name, colour in (("recalibrated", BEFORE), ("augmented", AFTER)):
+        ax.plot(t[part], _errors(run, name, part)[worst], color=colour, lw=1.1)
+    ax.set_ylabel(f"error of {('theta', 'alpha')[worst]} [rad]")
+
+
+def _starts(ax: Any, run: dict[str, Any], part: slice) -> None:
+    """A faint line wherever a prediction starts anew."""
+    for restart in run["restarts"]:
+        if part.start <= restart < part.stop:
+            ax.axvline(run["t"][restart], color=FAINT, lw=0.5, alpha=0.4)
+
+
+def gap(ax: Any, bars: list[dict[str, Any]]) -> None:
     """Errors by condition in multiples of the encoders' noise, of the angle that is wrong most."""
     if not bars:
         ax.set_axis_off()
@@ -101,7 +129,7 @@ def _gap(ax: Any, bars: list[dict[str, Any]]) -> None:
     ax.set_xlabel("RMS error over the noise of the encoders (green: 1)", fontsize=9)
 
 
-def _evidence(ax: Any, evidence: list[dict[str, Any]]) -> None:
+def evidence(ax: Any, evidence: list[dict[str, Any]]) -> None:
     """How far each candidate alone lowers the information criterion, the best first."""
     best = sorted((e for e in evidence if (e["delta_bic"] or 0.0) > 0.0), key=lambda e: -e["delta_bic"])[:CANDIDATES]
     if not best:

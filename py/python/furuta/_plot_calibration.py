@@ -7,29 +7,27 @@ from typing import Any
 import numpy as np
 
 
-def _figure(size: tuple[float, float]) -> Any:
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as e:
-        raise ImportError("this draws with matplotlib, which is not installed: pip install matplotlib") from e
-    # The object-oriented face: no window opens, no global state changes, a notebook shows what is returned once.
-    return Figure(figsize=size, layout="constrained")
+from furuta._axes import axes as given_axes, new_figure
 
 
-def plot(calibration: Any, run: str | None = None) -> Any:
-    """The figure of a calibration: intervals, measured against predicted, profiles."""
+def plot(calibration: Any, run: str | None = None, ax: Any = None) -> Any:
+    """The figure of a calibration: intervals, measured against predicted, profiles; with axes given, the intervals."""
+    if ax is not None:
+        figure, (one,) = given_axes(ax, 1, (8, 4), "Calibration.plot")
+        _intervals(one, calibration)
+        return figure
     curves = {c["run"]: c for c in calibration.curves()}
     if run is None:
         run = next(iter(curves))
     elif run not in curves:
         raise KeyError(f"no recording is called {run!r}; there are {', '.join(curves)}")
     profiles = calibration.profiles
-    figure = _figure((11, 10 if profiles else 8))
+    figure = new_figure((11, 10 if profiles else 8), "Calibration.plot")
     grid = figure.add_gridspec(4 if profiles else 3, max(len(profiles), 1))
     _intervals(figure.add_subplot(grid[0, :]), calibration)
     curve = curves[run]
-    for c, name in enumerate(("theta", "alpha")):
-        axes = figure.add_subplot(grid[1 + c, :])
+    angles = [figure.add_subplot(grid[1 + c, :]) for c in (0, 1)]
+    for c, (axes, name) in enumerate(zip(angles, ("theta", "alpha"))):
         axes.plot(curve["t"], curve["nominal"][c], "--", color="tab:gray", lw=0.9, label="rig file")
         axes.plot(curve["t"], curve["measured"][c], color="black", lw=1.1, label="measured")
         axes.plot(curve["t"], curve["calibrated"][c], color="tab:blue", lw=0.9, label="calibrated")
@@ -37,7 +35,7 @@ def plot(calibration: Any, run: str | None = None) -> Any:
         axes.set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
         axes.set_ylabel(f"{name} [rad]")
         axes.legend(loc="upper right", fontsize=8)
-    axes.set_xlabel("t [s]")
+    angles[-1].set_xlabel("t [s]")
     for i, profile in enumerate(profiles):
         axes = figure.add_subplot(grid[3, i])
         axes.plot(profile["values"], profile["rise"], "o-", ms=3)
@@ -61,10 +59,19 @@ def _intervals(axes: Any, calibration: Any) -> None:
     axes.set_xlabel("share of the rig file's value, 95 % interval")
 
 
-def plot_validation(validation: Any) -> Any:
-    """The figure of a validation: the residuals' correlations with their bounds, and errors after fixed times."""
+def plot_validation(validation: Any, ax: Any = None) -> Any:
+    """The figure of a validation: the residuals' correlations with their bounds, and errors after fixed times; with axes given, the
+    errors."""
     channels = validation.channels
-    figure = _figure((12, 2.6 * len(channels)))
+    if ax is not None:
+        figure, (one,) = given_axes(ax, 1, (6, 4), "Validation.plot")
+        for c in channels:
+            one.loglog([s["seconds"] for s in c["steps"]], [s["rms"] for s in c["steps"]], "o-", label=f"{c['run']} {c['channel']}")
+        one.set_xlabel("predicted ahead [s]")
+        one.set_ylabel("RMS error [rad]")
+        one.legend(fontsize=8, frameon=False)
+        return figure
+    figure = new_figure((12, 2.6 * len(channels)), "Validation.plot")
     axes = figure.subplots(len(channels), 3, squeeze=False)
     for row, c in zip(axes, channels):
         white, cross = c["whiteness"], c["cross"]

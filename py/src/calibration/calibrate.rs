@@ -1,11 +1,13 @@
 //! Rig files fitted to recordings.
 
 use super::{field, parsed};
+use crate::arguments::{Names, RigLike};
+use crate::background::awaited;
 use crate::error;
 use crate::file;
 use crate::recording::{choose, selection};
 use crate::rig::PyRig;
-use furuta_ident::calibrate::{Options, Outcome};
+use furuta_ident::calibrate::{CalibrateError, Options, Outcome};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
@@ -80,15 +82,21 @@ impl PyCalibration {
     /// ----------
     /// run : str, optional
     ///     Name of the recording to show; the first if not given.
+    /// ax : matplotlib.axes.Axes, optional
+    ///     The intervals alone, in these axes; a figure of everything if not given.
     ///
     /// Returns
     /// -------
     /// matplotlib.figure.Figure
-    #[pyo3(signature = (*, run=None))]
-    fn plot<'py>(slf: Bound<'py, Self>, run: Option<&str>) -> PyResult<Bound<'py, PyAny>> {
+    #[pyo3(signature = (*, run=None, ax=None))]
+    fn plot<'py>(
+        slf: Bound<'py, Self>,
+        run: Option<&str>,
+        ax: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         slf.py()
             .import("furuta._plot_calibration")?
-            .call_method1("plot", (&slf, run))
+            .call_method1("plot", (&slf, run, ax))
     }
 
     /// What `plot` draws: for each stretch of a recording run, t, u, and measured, nominal, calibrated as
@@ -205,6 +213,15 @@ impl PyCalibration {
     fn __str__(&self) -> String {
         self.summary()
     }
+
+    /// The result itself: it cannot be changed.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
 }
 
 /// Fits the parameters of a rig file to recordings: what they can tell, and values with 95 % intervals.
@@ -215,12 +232,12 @@ impl PyCalibration {
 ///     As for `diagnose`; rates may differ, hanging and upright may be mixed.
 /// rig : Rig
 ///     As its data sheet describes it, effects included.
-/// free : list of str, optional
+/// free : list of str or str, optional
 ///     Keys of the parameters to fit ("arm.inertia", "arm.coulomb.torque"); all that the recordings determine if not
 ///     given.
-/// hold : list of str, optional
+/// fix : list of str or str, optional
 ///     Keys of parameters to hold although they show.
-/// profile : list of str, optional
+/// profile : list of str or str, optional
 ///     Keys of parameters whose profile likelihood is wanted.
 /// horizon : float, optional
 ///     Length of the predictions that are fitted where the pendulum hangs, s.
@@ -235,6 +252,8 @@ impl PyCalibration {
 ///     Use this span of each recording, s from its first sample.
 /// accept_suspicious : bool, optional
 ///     Use recordings even if they look as if a convention were broken.
+/// hold : list of str or str, optional
+///     Another name for `fix`.
 ///
 /// Returns
 /// -------
@@ -261,24 +280,25 @@ impl PyCalibration {
 /// True
 #[pyfunction]
 #[pyo3(
-    signature = (recordings, rig, *, free=None, hold=None, profile=None, horizon=2.0, body_length=None, verify=None, every=1, span=None, accept_suspicious=false),
-    text_signature = "(recordings, rig, *, free=None, hold=None, profile=None, horizon=2.0, \
-        body_length=None, verify=None, every=1, span=None, accept_suspicious=False)"
+    signature = (recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, body_length=None, verify=None, every=1, span=None, accept_suspicious=false, hold=None),
+    text_signature = "(recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, \
+        body_length=None, verify=None, every=1, span=None, accept_suspicious=False, hold=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords, for Python
 pub(crate) fn calibrate(
     py: Python<'_>,
     recordings: &Bound<'_, PyAny>,
-    rig: PyRef<'_, PyRig>,
-    free: Option<Vec<String>>,
-    hold: Option<Vec<String>>,
-    profile: Option<Vec<String>>,
+    rig: RigLike,
+    free: Option<Names>,
+    fix: Option<Names>,
+    profile: Option<Names>,
     horizon: f64,
     body_length: Option<f64>,
     verify: Option<Bound<'_, PyAny>>,
     every: usize,
     span: Option<(f64, f64)>,
     accept_suspicious: bool,
+    hold: Option<Names>,
 ) -> PyResult<PyCalibration> {
     let rig = rig.rig.clone();
     let selection = selection(every, span);
@@ -290,20 +310,21 @@ pub(crate) fn calibrate(
         accept_suspicious,
     )?;
     let options = Options {
-        free: free.unwrap_or_default(),
-        hold: hold.unwrap_or_default(),
-        profile: profile.unwrap_or_default(),
+        free: free.unwrap_or_default().0,
+        hold: fix.or(hold).unwrap_or_default().0,
+        profile: profile.unwrap_or_default().0,
         horizon,
         body_length,
     };
-    let mut outcome = py
-        .detach(|| furuta_ident::calibrate::calibrate(&given.recordings, &rig, &options))
-        .map_err(error::calibrate)?;
-    outcome.calibration.notices.splice(0..0, given.notices);
-    if !given.verify.is_empty() {
-        py.detach(|| outcome.verify(&given.verify, &rig))
-            .map_err(error::calibrate)?;
-    }
+    let outcome = awaited(py, move || {
+        let mut outcome = furuta_ident::calibrate::calibrate(&given.recordings, &rig, &options)?;
+        outcome.calibration.notices.splice(0..0, given.notices);
+        if !given.verify.is_empty() {
+            outcome.verify(&given.verify, &rig)?;
+        }
+        Ok(outcome)
+    })?;
+    let outcome = outcome.map_err(|e: CalibrateError| error::calibrate(e))?;
     let contract = parsed(py, &outcome.calibration.to_json())?.unbind();
     Ok(PyCalibration { outcome, contract })
 }

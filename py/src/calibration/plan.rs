@@ -1,8 +1,9 @@
 //! What to record.
 
 use super::{field, parsed};
+use crate::arguments::{Names, RigLike};
+use crate::background::awaited;
 use crate::error;
-use crate::rig::PyRig;
 use furuta_ident::calibrate::{Options, Plan};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -67,6 +68,20 @@ impl PyPlan {
     fn __str__(&self) -> String {
         self.summary("RIG")
     }
+
+    /// The result itself: it cannot be changed.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    /// The result as a table, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        crate::card::card(slf.as_any(), "plan")
+    }
 }
 
 /// Proposes recordings by what they would tell about the parameters of a rig: D-optimal over a family of test signals.
@@ -75,7 +90,7 @@ impl PyPlan {
 /// ----------
 /// rig : Rig
 ///     Its limits on voltage, arm angle and speeds are kept.
-/// free, hold : list of str, optional
+/// free, fix : list of str or str, optional
 ///     As for `calibrate`.
 /// rate : float, optional
 ///     Samples per second.
@@ -83,6 +98,8 @@ impl PyPlan {
 ///     How many to propose, each chosen to add most to those before.
 /// horizon : float, optional
 ///     As for `calibrate`, s.
+/// hold : list of str or str, optional
+///     Another name for `fix`.
 ///
 /// Returns
 /// -------
@@ -96,28 +113,31 @@ impl PyPlan {
 /// (2, 1.0)
 #[pyfunction]
 #[pyo3(
-    signature = (rig, *, free=None, hold=None, rate=500.0, experiments=2, horizon=2.0),
-    text_signature = "(rig, *, free=None, hold=None, rate=500.0, experiments=2, horizon=2.0)"
+    signature = (rig, *, free=None, fix=None, rate=500.0, experiments=2, horizon=2.0, hold=None),
+    text_signature = "(rig, *, free=None, fix=None, rate=500.0, experiments=2, horizon=2.0, hold=None)"
 )]
+#[allow(clippy::too_many_arguments)] // keywords, for Python
 pub(crate) fn plan_experiment(
     py: Python<'_>,
-    rig: PyRef<'_, PyRig>,
-    free: Option<Vec<String>>,
-    hold: Option<Vec<String>>,
+    rig: RigLike,
+    free: Option<Names>,
+    fix: Option<Names>,
     rate: f64,
     experiments: u8,
     horizon: f64,
+    hold: Option<Names>,
 ) -> PyResult<PyPlan> {
     let rig = rig.rig.clone();
     let options = Options {
-        free: free.unwrap_or_default(),
-        hold: hold.unwrap_or_default(),
+        free: free.unwrap_or_default().0,
+        hold: fix.or(hold).unwrap_or_default().0,
         horizon,
         ..Options::default()
     };
-    let plan = py
-        .detach(|| furuta_ident::calibrate::plan(&rig, &options, rate, experiments.into()))
-        .map_err(error::calibrate)?;
+    let plan = awaited(py, move || {
+        furuta_ident::calibrate::plan(&rig, &options, rate, experiments.into())
+    })?
+    .map_err(error::calibrate)?;
     let contract = parsed(py, &plan.to_json())?.unbind();
     Ok(PyPlan { plan, contract })
 }

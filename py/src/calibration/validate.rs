@@ -1,9 +1,10 @@
 //! Rig files judged by recordings.
 
 use super::{field, parsed};
+use crate::arguments::RigLike;
+use crate::background::awaited;
 use crate::error;
 use crate::recording::{choose, selection};
-use crate::rig::PyRig;
 use furuta_ident::validate::Validation;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -39,10 +40,23 @@ impl PyValidation {
     }
 
     /// Draws the residuals' correlations with their 99 % bounds and the errors after fixed times with matplotlib.
-    fn plot(slf: Bound<'_, Self>) -> PyResult<Bound<'_, PyAny>> {
+    ///
+    /// Parameters
+    /// ----------
+    /// ax : matplotlib.axes.Axes, optional
+    ///     One: the errors after fixed times alone; a figure of everything if not given.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    #[pyo3(signature = (*, ax=None))]
+    fn plot<'py>(
+        slf: Bound<'py, Self>,
+        ax: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         slf.py()
             .import("furuta._plot_calibration")?
-            .call_method1("plot_validation", (&slf,))
+            .call_method1("plot_validation", (&slf, ax))
     }
 
     #[getter]
@@ -57,6 +71,20 @@ impl PyValidation {
 
     fn __str__(&self) -> String {
         self.summary()
+    }
+
+    /// The result itself: it cannot be changed.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    /// The result as a table, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        crate::card::card(slf.as_any(), "validation")
     }
 }
 
@@ -104,7 +132,7 @@ impl PyValidation {
 pub(crate) fn validate(
     py: Python<'_>,
     recordings: &Bound<'_, PyAny>,
-    rig: PyRef<'_, PyRig>,
+    rig: RigLike,
     every: usize,
     span: Option<(f64, f64)>,
     accept_suspicious: bool,
@@ -112,9 +140,11 @@ pub(crate) fn validate(
     let rig = rig.rig.clone();
     let selection = selection(every, span);
     let given = choose(recordings, None, &rig, &selection, accept_suspicious)?;
-    let mut validation = py
-        .detach(|| furuta_ident::validate::validate(&given.recordings, &rig))
-        .map_err(error::calibrate)?;
+    let recordings = given.recordings;
+    let mut validation = awaited(py, move || {
+        furuta_ident::validate::validate(&recordings, &rig)
+    })?
+    .map_err(error::calibrate)?;
     validation.notices.splice(0..0, given.notices);
     let contract = parsed(py, &validation.to_json())?.unbind();
     Ok(PyValidation {

@@ -2,7 +2,7 @@
 
 use super::by_size;
 use crate::error;
-use crate::matrix::{Matrix, fixed};
+use crate::matrix::{Lies, Matrix, Small};
 use nalgebra::SMatrix;
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -46,18 +46,19 @@ type Reach<'py> = (Bound<'py, PyArray2<f64>>, usize, f64);
 /// >>> furuta.controllability(A.T, [[0], [1], [0], [0]])[1]  # the pendulum's encoder alone never shows where the arm points
 /// 3
 #[pyfunction]
-#[pyo3(text_signature = "(A, B)")]
+#[pyo3(signature = (A, B), text_signature = "(A, B)")]
+#[allow(non_snake_case)] // keywords in Python
 pub(crate) fn controllability<'py>(
     py: Python<'py>,
-    a: Matrix<'py>,
-    b: Matrix<'py>,
+    A: Matrix<'py>,
+    B: Matrix<'py>,
 ) -> PyResult<Reach<'py>> {
     fn sized<'py, const N: usize, const M: usize>(
         py: Python<'py>,
-        a: &Matrix<'py>,
-        b: &Matrix<'py>,
+        a: &Small,
+        b: &Small,
     ) -> PyResult<Reach<'py>> {
-        let (a, b): (SMatrix<f64, N, N>, SMatrix<f64, N, M>) = (fixed("A", a)?, fixed("B", b)?);
+        let (a, b): (SMatrix<f64, N, N>, SMatrix<f64, N, M>) = (a.fixed("A")?, b.fixed("B")?);
         let found = furuta_ctrl::design::controllability(&a, &b).map_err(error::design)?;
         let blocks = furuta_ctrl::design::controllability_matrix(&a, &b);
         let rows: Vec<f64> = (0..N)
@@ -70,5 +71,9 @@ pub(crate) fn controllability<'py>(
         let w = rows.into_pyarray(py).reshape([N, N * M])?;
         Ok((w, found.rank, found.condition()))
     }
-    by_size!(b.as_array().dim(), sized(py, &a, &b); 1 2 3 4 5 6 7 8)
+    let (a, b) = (
+        Small::read("A", &A, Lies::Square)?,
+        Small::read("B", &B, Lies::Column)?,
+    );
+    by_size!((b.rows(), b.cols()), sized(py, &a, &b); 1 2 3 4 5 6 7 8)
 }

@@ -1,8 +1,9 @@
 //! Steady-state Kalman gains, by the regulator of the transposed system.
 
 use super::riccati::{Answer, Equation};
+use super::system::{Plant, Time, plant, required};
 use crate::error;
-use crate::matrix::{Matrix, Small};
+use crate::matrix::{Lies, Matrix, Small};
 use pyo3::prelude::*;
 
 /// Continuous-time steady-state Kalman gain for x' = A x + B u + G w, y = C x + v with white noises w and v.
@@ -10,14 +11,15 @@ use pyo3::prelude::*;
 /// Parameters
 /// ----------
 /// A : array_like, shape (n, n)
-///     n from 1 to 8.
+///     n from 1 to 8. In place of A, G and C one system can stand, as in python-control, whose input then carries the
+///     noise: a control.StateSpace, or a Rig (upright, without its effects; its encoders measure).
 /// G : array_like, shape (n, q)
-///     How the process noise enters.
+///     How the process noise enters; (n,) is a column.
 /// C : array_like, shape (p, n)
-///     p from 1 to 3 measurements.
-/// QN : array_like, shape (q, q)
+///     p from 1 to 3 measurements; (n,) is a row.
+/// QN : array_like, shape (q, q), or a number where q is 1
 ///     Spectral density of w, symmetric.
-/// RN : array_like, shape (p, p)
+/// RN : array_like, shape (p, p), or a number where p is 1
 ///     Spectral density of v, symmetric, positive definite.
 /// NN : array_like, shape (q, p), optional
 ///     Their cross density.
@@ -43,17 +45,22 @@ use pyo3::prelude::*;
 /// >>> round(float(L[0, 0]), 6)  # sqrt(2) - 1
 /// 0.414214
 #[pyfunction]
-#[pyo3(signature = (a, g, c, qn, rn, nn=None), text_signature = "(A, G, C, QN, RN, NN=None)")]
+#[pyo3(
+    signature = (A, G=None, C=None, QN=None, RN=None, NN=None),
+    text_signature = "(A, G=None, C=None, QN=None, RN=None, NN=None)"
+)]
+#[allow(non_snake_case)] // keywords in Python
 pub(crate) fn lqe<'py>(
     py: Python<'py>,
-    a: Matrix<'py>,
-    g: Matrix<'py>,
-    c: Matrix<'py>,
-    qn: Matrix<'py>,
-    rn: Matrix<'py>,
-    nn: Option<Matrix<'py>>,
+    A: Matrix<'py>,
+    G: Option<Matrix<'py>>,
+    C: Option<Matrix<'py>>,
+    QN: Option<Matrix<'py>>,
+    RN: Option<Matrix<'py>>,
+    NN: Option<Matrix<'py>>,
 ) -> PyResult<Answer<'py>> {
-    estimator(py, false, [&a, &g, &c, &qn, &rn], nn)
+    let plant = plant("lqe", Time::Continuous, &A, [G, C], [QN, RN, NN])?;
+    estimator(py, "lqe", plant)
 }
 
 /// Discrete-time steady-state Kalman gain for x[k+1] = A x[k] + B u[k] + G w[k], y[k] = C x[k] + v[k] with white noises
@@ -62,14 +69,15 @@ pub(crate) fn lqe<'py>(
 /// Parameters
 /// ----------
 /// A : array_like, shape (n, n)
-///     n from 1 to 8.
+///     n from 1 to 8. In place of A, G and C one system can stand, as in python-control, whose input then carries the
+///     noise: a control.StateSpace, or a Rig (upright, without its effects; its encoders measure).
 /// G : array_like, shape (n, q)
-///     How the process noise enters.
+///     How the process noise enters; (n,) is a column.
 /// C : array_like, shape (p, n)
-///     p from 1 to 3 measurements.
-/// QN : array_like, shape (q, q)
+///     p from 1 to 3 measurements; (n,) is a row.
+/// QN : array_like, shape (q, q), or a number where q is 1
 ///     Covariance of w, symmetric.
-/// RN : array_like, shape (p, p)
+/// RN : array_like, shape (p, p), or a number where p is 1
 ///     Covariance of v, symmetric, positive definite.
 /// NN : array_like, shape (q, p), optional
 ///     Their cross covariance E[w v'].
@@ -96,31 +104,35 @@ pub(crate) fn lqe<'py>(
 /// >>> round(float(P[0, 0]), 6)  # the golden ratio
 /// 1.618034
 #[pyfunction]
-#[pyo3(signature = (a, g, c, qn, rn, nn=None), text_signature = "(A, G, C, QN, RN, NN=None)")]
+#[pyo3(
+    signature = (A, G=None, C=None, QN=None, RN=None, NN=None),
+    text_signature = "(A, G=None, C=None, QN=None, RN=None, NN=None)"
+)]
+#[allow(non_snake_case)] // keywords in Python
 pub(crate) fn dlqe<'py>(
     py: Python<'py>,
-    a: Matrix<'py>,
-    g: Matrix<'py>,
-    c: Matrix<'py>,
-    qn: Matrix<'py>,
-    rn: Matrix<'py>,
-    nn: Option<Matrix<'py>>,
+    A: Matrix<'py>,
+    G: Option<Matrix<'py>>,
+    C: Option<Matrix<'py>>,
+    QN: Option<Matrix<'py>>,
+    RN: Option<Matrix<'py>>,
+    NN: Option<Matrix<'py>>,
 ) -> PyResult<Answer<'py>> {
-    estimator(py, true, [&a, &g, &c, &qn, &rn], nn)
+    let plant = plant("dlqe", Time::Sampled, &A, [G, C], [QN, RN, NN])?;
+    estimator(py, "dlqe", plant)
 }
 
-fn estimator<'py>(
-    py: Python<'py>,
-    discrete: bool,
-    [a, g, c, qn, rn]: [&Matrix<'py>; 5],
-    nn: Option<Matrix<'py>>,
-) -> PyResult<Answer<'py>> {
-    let (a, g, c) = (
-        Small::read("A", a)?,
-        Small::read("G", g)?,
-        Small::read("C", c)?,
-    );
-    let (qn, rn) = (Small::read("QN", qn)?, Small::read("RN", rn)?);
+fn estimator<'py>(py: Python<'py>, function: &str, plant: Plant<'py>) -> PyResult<Answer<'py>> {
+    let Plant {
+        time,
+        a,
+        b: g,
+        c,
+        rest: [qn, rn, nn],
+    } = plant;
+    let discrete = time == Time::Sampled;
+    let read = |name, given| Small::read(name, &required(function, name, given)?, Lies::Square);
+    let (qn, rn) = (read("QN", qn)?, read("RN", rn)?);
     let (n, noises, p) = (a.rows(), g.cols(), c.rows());
     a.expect("A", (n, n))?;
     g.expect("G", (n, noises))?;
@@ -129,7 +141,7 @@ fn estimator<'py>(
     rn.expect("RN", (p, p))?;
     let cross = match nn {
         Some(nn) => {
-            let nn = Small::read("NN", &nn)?;
+            let nn = Small::read("NN", &nn, Lies::Column)?;
             nn.expect("NN", (noises, p))?;
             Some(g.times(&nn))
         }

@@ -7,6 +7,7 @@ mod place;
 mod regulate;
 mod riccati;
 mod robust;
+mod system;
 
 use pyo3::prelude::*;
 

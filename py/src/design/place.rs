@@ -1,9 +1,9 @@
 //! Pole placement.
 
 use crate::error;
-use crate::matrix::{Matrix, Small};
+use crate::matrix::{Lies, Matrix, Small, Vector, vector};
 use furuta_ctrl::design;
-use numpy::{AllowTypeChange, Complex64, PyArray2, PyArrayLike1};
+use numpy::{Complex64, PyArray2};
 use pyo3::prelude::*;
 
 /// The gain that gives A - B K these poles, for one input: u = -K x.
@@ -34,15 +34,19 @@ use pyo3::prelude::*;
 /// >>> furuta.place([[0, 1], [0, 0]], [[0], [1]], [-1 + 1j, -1 - 1j]).tolist()
 /// [[2.0, 2.0]]
 #[pyfunction]
-#[pyo3(text_signature = "(A, B, poles)")]
+#[pyo3(signature = (A, B, poles), text_signature = "(A, B, poles)")]
+#[allow(non_snake_case)] // keywords in Python
 pub(crate) fn place<'py>(
     py: Python<'py>,
-    a: Matrix<'py>,
-    b: Matrix<'py>,
-    poles: PyArrayLike1<'py, Complex64, AllowTypeChange>,
+    A: Matrix<'py>,
+    B: Matrix<'py>,
+    poles: Vector<'py>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let (a, b) = (Small::read("A", &a)?, Small::read("B", &b)?);
-    let poles: Vec<Complex64> = poles.as_array().iter().copied().collect();
+    let (a, b) = (
+        Small::read("A", &A, Lies::Square)?,
+        Small::read("B", &B, Lies::Column)?,
+    );
+    let poles: Vec<Complex64> = vector("poles", &poles, |text| error::design(text))?;
     let n = a.rows();
     a.expect("A", (n, n))?;
     b.expect("B", (n, 1))?;

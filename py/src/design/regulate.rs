@@ -1,8 +1,9 @@
 //! Linear-quadratic regulators.
 
 use super::riccati::{Answer, Equation};
+use super::system::{Plant, Time, plant, required};
 use crate::error;
-use crate::matrix::{Matrix, Small};
+use crate::matrix::{Lies, Matrix, Small};
 use pyo3::prelude::*;
 
 /// Continuous-time linear-quadratic regulator: u = -K x minimises the integral of x'Q x + u'R u + 2 x'N u for x' = A x
@@ -11,12 +12,13 @@ use pyo3::prelude::*;
 /// Parameters
 /// ----------
 /// A : array_like, shape (n, n)
-///     n from 1 to 8.
+///     n from 1 to 8. In place of A and B one system can stand, as in python-control: a Rig (upright, without its
+///     effects) or a control.StateSpace.
 /// B : array_like, shape (n, m)
-///     m from 1 to 3.
+///     m from 1 to 3; (n,) is a column.
 /// Q : array_like, shape (n, n)
 ///     Weight of the state, symmetric.
-/// R : array_like, shape (m, m)
+/// R : array_like, shape (m, m), or a number where m is 1
 ///     Weight of the input, symmetric, positive definite.
 /// N : array_like, shape (n, m), optional
 ///     Cross weight.
@@ -42,18 +44,34 @@ use pyo3::prelude::*;
 /// >>> K, S, poles = furuta.lqr(A, B, np.eye(4), [[1]])
 /// >>> K.round(1).tolist()
 /// [[-1.0, 27.7, -2.0, 3.6]]
+/// >>> bool((furuta.lqr("shahzad2022-srv02", np.eye(4), 1)[0] == K).all())
+/// True
 #[pyfunction]
-#[pyo3(signature = (a, b, q, r, n=None), text_signature = "(A, B, Q, R, N=None)")]
+#[pyo3(signature = (A, B=None, Q=None, R=None, N=None), text_signature = "(A, B=None, Q=None, R=None, N=None)")]
+#[allow(non_snake_case)] // keywords in Python
 pub(crate) fn lqr<'py>(
     py: Python<'py>,
-    a: Matrix<'py>,
-    b: Matrix<'py>,
-    q: Matrix<'py>,
-    r: Matrix<'py>,
-    n: Option<Matrix<'py>>,
+    A: Matrix<'py>,
+    B: Option<Matrix<'py>>,
+    Q: Option<Matrix<'py>>,
+    R: Option<Matrix<'py>>,
+    N: Option<Matrix<'py>>,
 ) -> PyResult<Answer<'py>> {
-    let (a, b) = (Small::read("A", &a)?, Small::read("B", &b)?);
-    regulator(py, false, a, b, &q, &r, n)
+    let Plant {
+        a,
+        b,
+        rest: [q, r, n],
+        ..
+    } = plant("lqr", Time::Continuous, &A, [B], [Q, R, N])?;
+    regulator(
+        py,
+        false,
+        a,
+        b,
+        &required("lqr", "Q", q)?,
+        &required("lqr", "R", r)?,
+        n,
+    )
 }
 
 /// Discrete-time linear-quadratic regulator: u = -K x minimises the sum of x'Q x + u'R u + 2 x'N u for x[k+1] = A x[k]
@@ -62,12 +80,13 @@ pub(crate) fn lqr<'py>(
 /// Parameters
 /// ----------
 /// A : array_like, shape (n, n)
-///     n from 1 to 8.
+///     n from 1 to 8. In place of A and B one system can stand, as in python-control: a Rig (upright, without its
+///     effects) or a control.StateSpace.
 /// B : array_like, shape (n, m)
-///     m from 1 to 3.
+///     m from 1 to 3; (n,) is a column.
 /// Q : array_like, shape (n, n)
 ///     Weight of the state, symmetric.
-/// R : array_like, shape (m, m)
+/// R : array_like, shape (m, m), or a number where m is 1
 ///     Weight of the input, symmetric, positive definite.
 /// N : array_like, shape (n, m), optional
 ///     Cross weight.
@@ -91,17 +110,31 @@ pub(crate) fn lqr<'py>(
 /// >>> round(float(S[0, 0]), 6)  # 2 + sqrt(5)
 /// 4.236068
 #[pyfunction]
-#[pyo3(signature = (a, b, q, r, n=None), text_signature = "(A, B, Q, R, N=None)")]
+#[pyo3(signature = (A, B=None, Q=None, R=None, N=None), text_signature = "(A, B=None, Q=None, R=None, N=None)")]
+#[allow(non_snake_case)] // keywords in Python
 pub(crate) fn dlqr<'py>(
     py: Python<'py>,
-    a: Matrix<'py>,
-    b: Matrix<'py>,
-    q: Matrix<'py>,
-    r: Matrix<'py>,
-    n: Option<Matrix<'py>>,
+    A: Matrix<'py>,
+    B: Option<Matrix<'py>>,
+    Q: Option<Matrix<'py>>,
+    R: Option<Matrix<'py>>,
+    N: Option<Matrix<'py>>,
 ) -> PyResult<Answer<'py>> {
-    let (a, b) = (Small::read("A", &a)?, Small::read("B", &b)?);
-    regulator(py, true, a, b, &q, &r, n)
+    let Plant {
+        a,
+        b,
+        rest: [q, r, n],
+        ..
+    } = plant("dlqr", Time::Sampled, &A, [B], [Q, R, N])?;
+    regulator(
+        py,
+        true,
+        a,
+        b,
+        &required("dlqr", "Q", q)?,
+        &required("dlqr", "R", r)?,
+        n,
+    )
 }
 
 /// Linear-quadratic regulator with integral action: u = -K [x, integral of C x], so that a constant disturbance leaves
@@ -145,24 +178,24 @@ pub(crate) fn dlqr<'py>(
 /// ((1, 5), True)
 #[pyfunction]
 #[pyo3(
-    signature = (a, b, c, q, r, n=None, *, dt=None),
+    signature = (A, B, C, Q, R, N=None, *, dt=None),
     text_signature = "(A, B, C, Q, R, N=None, *, dt=None)"
 )]
-#[allow(clippy::too_many_arguments)] // They are the matrices' usual names, in python-control's order.
+#[allow(non_snake_case, clippy::too_many_arguments)] // They are the matrices' usual names, in python-control's order.
 pub(crate) fn lqi<'py>(
     py: Python<'py>,
-    a: Matrix<'py>,
-    b: Matrix<'py>,
-    c: Matrix<'py>,
-    q: Matrix<'py>,
-    r: Matrix<'py>,
-    n: Option<Matrix<'py>>,
+    A: Matrix<'py>,
+    B: Matrix<'py>,
+    C: Matrix<'py>,
+    Q: Matrix<'py>,
+    R: Matrix<'py>,
+    N: Option<Matrix<'py>>,
     dt: Option<f64>,
 ) -> PyResult<Answer<'py>> {
     let (a, b, c) = (
-        Small::read("A", &a)?,
-        Small::read("B", &b)?,
-        Small::read("C", &c)?,
+        Small::read("A", &A, Lies::Square)?,
+        Small::read("B", &B, Lies::Column)?,
+        Small::read("C", &C, Lies::Row)?,
     );
     let states = a.rows();
     if states > 7 {
@@ -194,7 +227,7 @@ pub(crate) fn lqi<'py>(
     let b = Small::from_fn(states + 1, b.cols(), |i, j| {
         if i < states { b.at(i, j) } else { 0.0 }
     });
-    regulator(py, dt.is_some(), a, b, &q, &r, n)
+    regulator(py, dt.is_some(), a, b, &Q, &R, N)
 }
 
 fn regulator<'py>(
@@ -210,9 +243,9 @@ fn regulator<'py>(
         discrete,
         a,
         b,
-        q: Small::read("Q", q)?,
-        r: Small::read("R", r)?,
-        cross: n.map(|n| Small::read("N", &n)).transpose()?,
+        q: Small::read("Q", q, Lies::Square)?,
+        r: Small::read("R", r, Lies::Square)?,
+        cross: n.map(|n| Small::read("N", &n, Lies::Column)).transpose()?,
     };
     let solved = equation.solve()?.map_err(error::design)?;
     Ok((

@@ -2,7 +2,7 @@
 
 use super::by_size;
 use crate::error;
-use crate::matrix::{Matrix, Small};
+use crate::matrix::{Lies, Matrix, Small};
 use furuta_ctrl::design::{self, DesignError, Weights, poles};
 use nalgebra::allocator::Allocator;
 use nalgebra::{Const, DefaultAllocator, DimDiff, DimSub, U1};
@@ -127,21 +127,22 @@ type Solution<'py> = (
 /// >>> round(float(X[0, 0]), 6)  # 1 + sqrt(2)
 /// 2.414214
 #[pyfunction]
-#[pyo3(signature = (a, b, q, r=None, s=None), text_signature = "(A, B, Q, R=None, S=None)")]
+#[pyo3(signature = (A, B, Q, R=None, S=None), text_signature = "(A, B, Q, R=None, S=None)")]
+#[allow(non_snake_case)] // keywords in Python
 pub(crate) fn care<'py>(
     py: Python<'py>,
-    a: Matrix<'py>,
-    b: Matrix<'py>,
-    q: Matrix<'py>,
-    r: Option<Matrix<'py>>,
-    s: Option<Matrix<'py>>,
+    A: Matrix<'py>,
+    B: Matrix<'py>,
+    Q: Matrix<'py>,
+    R: Option<Matrix<'py>>,
+    S: Option<Matrix<'py>>,
 ) -> PyResult<Solution<'py>> {
-    let b = Small::read("B", &b)?;
-    let r = match r {
-        Some(r) => Small::read("R", &r)?,
+    let b = Small::read("B", &B, Lies::Column)?;
+    let r = match R {
+        Some(r) => Small::read("R", &r, Lies::Square)?,
         None => Small::identity(b.cols()),
     };
-    solution(py, false, &a, b, &q, r, s)
+    solution(py, false, &A, b, &Q, r, S)
 }
 
 /// Discrete-time algebraic Riccati equation A'X A - X - (A'X B + S)(R + B'X B)^-1 (B'X A + S') + Q = 0: its stabilising
@@ -180,17 +181,21 @@ pub(crate) fn care<'py>(
 /// >>> round(float(X[0, 0]), 6)  # 2 + sqrt(5)
 /// 4.236068
 #[pyfunction]
-#[pyo3(signature = (a, b, q, r, s=None), text_signature = "(A, B, Q, R, S=None)")]
+#[pyo3(signature = (A, B, Q, R, S=None), text_signature = "(A, B, Q, R, S=None)")]
+#[allow(non_snake_case)] // keywords in Python
 pub(crate) fn dare<'py>(
     py: Python<'py>,
-    a: Matrix<'py>,
-    b: Matrix<'py>,
-    q: Matrix<'py>,
-    r: Matrix<'py>,
-    s: Option<Matrix<'py>>,
+    A: Matrix<'py>,
+    B: Matrix<'py>,
+    Q: Matrix<'py>,
+    R: Matrix<'py>,
+    S: Option<Matrix<'py>>,
 ) -> PyResult<Solution<'py>> {
-    let (b, r) = (Small::read("B", &b)?, Small::read("R", &r)?);
-    solution(py, true, &a, b, &q, r, s)
+    let (b, r) = (
+        Small::read("B", &B, Lies::Column)?,
+        Small::read("R", &R, Lies::Square)?,
+    );
+    solution(py, true, &A, b, &Q, r, S)
 }
 
 fn solution<'py>(
@@ -204,11 +209,11 @@ fn solution<'py>(
 ) -> PyResult<Solution<'py>> {
     let equation = Equation {
         discrete,
-        a: Small::read("A", a)?,
+        a: Small::read("A", a, Lies::Square)?,
         b,
-        q: Small::read("Q", q)?,
+        q: Small::read("Q", q, Lies::Square)?,
         r,
-        cross: s.map(|s| Small::read("S", &s)).transpose()?,
+        cross: s.map(|s| Small::read("S", &s, Lies::Column)).transpose()?,
     };
     equation.solve()?.map_err(error::design)?.answer(py)
 }

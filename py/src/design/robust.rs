@@ -1,7 +1,8 @@
 //! One gain for every rig within a range.
 
+use crate::arguments::{Names, RigLike};
+use crate::background::awaited;
 use crate::error;
-use crate::rig::PyRig;
 use furuta_ctrl::design::{Weights, balance_weights};
 use furuta_design::polytope::{LENGTHS_AND_MASS, key};
 use furuta_design::robust_rig;
@@ -21,7 +22,7 @@ use pyo3::types::PyDict;
 ///     Its springs, cables and tilt count as its file has them; delay, lag and a flexible drive in slowest alone.
 /// spread : float
 ///     How far each parameter may be off, as a share of its value; all of them at once.
-/// parameters : sequence of str, optional
+/// parameters : sequence of str or str, optional
 ///     Which; the arm's length, the pendulum's length and mass if left out.
 /// q : sequence of 4 floats, optional
 ///     Diagonal of Q; together with r. What `furuta run` balances with if left out.
@@ -51,9 +52,9 @@ use pyo3::types::PyDict;
 #[pyo3(signature = (rig, spread = 0.2, *, parameters = None, q = None, r = None))]
 pub(crate) fn robust_lqr<'py>(
     py: Python<'py>,
-    rig: PyRef<'py, PyRig>,
+    rig: RigLike,
     spread: f64,
-    parameters: Option<Vec<String>>,
+    parameters: Option<Names>,
     q: Option<[f64; 4]>,
     r: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -63,17 +64,18 @@ pub(crate) fn robust_lqr<'py>(
         _ => return Err(error::design("give both q and r, or neither")),
     };
     let keys = match parameters {
-        Some(names) => names
+        Some(Names(names)) => names
             .iter()
             .map(|name| key(name))
             .collect::<Result<Vec<_>, _>>()
             .map_err(error::design)?,
         None => LENGTHS_AND_MASS.to_vec(),
     };
-    let rig = rig.rig.clone();
-    let found = py
-        .detach(|| robust_rig::robust_rig(&rig, &keys, spread, &weights))
-        .map_err(error::design)?;
+    let rig = rig.rig;
+    let found = awaited(py, move || {
+        robust_rig::robust_rig(&rig, &keys, spread, &weights)
+    })?
+    .map_err(error::design)?;
     let out = PyDict::new(py);
     let k = &found.regulator.gain;
     out.set_item("K", k.as_slice().to_vec().into_pyarray(py))?;

@@ -1,10 +1,12 @@
 //! What a measured transfer function knows that a rig file does not.
 
 use super::frf::PyFrf;
+use super::transfer_fit::PyTransferFit;
+use crate::arguments::{RigLike, kind};
+use crate::background::awaited;
 use crate::error;
 use crate::file;
-use crate::matrix::Vector;
-use crate::rig::PyRig;
+use crate::matrix::{Vector, vector};
 use furuta_ident::frequency::compare::{self as engine, Comparison, Explanation, Measured};
 use furuta_ident::frequency::first_principles::Output;
 use furuta_ident::frequency::{Hold, Transfer, fong2014};
@@ -91,6 +93,40 @@ impl PyComparison {
     fn __str__(&self) -> String {
         self.summary()
     }
+
+    /// The result itself: it cannot be changed.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    /// The result as a table, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        crate::card::card(slf.as_any(), "comparison")
+    }
+
+    /// Draws what was measured, and what the best explanations give, with matplotlib.
+    ///
+    /// Parameters
+    /// ----------
+    /// ax : matplotlib.axes.Axes or two of them, optional
+    ///     Magnitude, or magnitude and phase; a figure of their own if not given.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    #[pyo3(signature = (*, ax=None))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        ax: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py()
+            .import("furuta._bode")?
+            .call_method1("comparison", (slf, ax))
+    }
 }
 
 impl PyComparison {
@@ -132,7 +168,7 @@ fn as_dict<'py>(py: Python<'py>, e: &Explanation) -> PyResult<Bound<'py, PyDict>
 ///
 /// Parameters
 /// ----------
-/// measured : Frf, (num, den) or "fong2014"
+/// measured : Frf, TransferFit, (num, den), control.TransferFunction or "fong2014"
 ///     A response; coefficients by falling power of s; or the published fit (29) of Fong et al. 2014.
 /// rig : Rig
 /// output : {"alpha", "theta"}, optional
@@ -160,7 +196,7 @@ fn as_dict<'py>(py: Python<'py>, e: &Explanation) -> PyResult<Bound<'py, PyDict>
 pub(crate) fn compare(
     py: Python<'_>,
     measured: &Bound<'_, PyAny>,
-    rig: PyRef<'_, PyRig>,
+    rig: RigLike,
     output: &str,
     band: (f64, f64),
 ) -> PyResult<PyComparison> {
@@ -193,17 +229,40 @@ pub(crate) fn compare(
             error::identification(format!("{name:?} is no published function: \"fong2014\""))
         })?)?
     } else {
-        let (num, den): (Vector<'_>, Vector<'_>) = measured.extract()?;
-        let [num, den] = [num, den].map(|c| c.as_array().to_vec());
+        let (num, den) = coefficients(measured)?;
         function(&Transfer::new(&num, &den).map_err(error::identification)?)?
     };
-    let rig = rig.rig.clone();
-    let found = py
-        .detach(|| engine::compare(&measured, &rig))
-        .map_err(error::identification)?;
+    let (rig, name) = (rig.rig.clone(), rig.rig.name);
+    let (found, measured) = awaited(py, move || (engine::compare(&measured, &rig), measured))?;
     Ok(PyComparison {
-        found,
+        found: found.map_err(error::identification)?,
         measured,
-        rig: rig.name,
+        rig: name,
     })
+}
+
+/// Numerator and denominator, by falling power of s: a pair of arrays, a `TransferFit` or python-control's
+/// `TransferFunction` of one input and one output.
+fn coefficients(given: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<f64>)> {
+    let wrong = || {
+        error::identification(format!(
+            "measured must be an Frf, a TransferFit, (num, den), a control.TransferFunction or \"fong2014\"; a {} was \
+             given",
+            kind(given)
+        ))
+    };
+    let read = |name, c: &Vector<'_>| vector::<f64>(name, c, |text| error::identification(text));
+    if let (Ok(num), Ok(den)) = (given.getattr("num"), given.getattr("den")) {
+        let first = |of: &Bound<'_, PyAny>| of.get_item(0)?.get_item(0);
+        return Ok((
+            read("numerator", &first(&num)?)?,
+            read("denominator", &first(&den)?)?,
+        ));
+    }
+    if let Ok(fit) = given.cast::<PyTransferFit>() {
+        let transfer = &fit.get().fit.transfer;
+        return Ok((transfer.numerator.clone(), transfer.denominator.clone()));
+    }
+    let (num, den): (Vector<'_>, Vector<'_>) = given.extract().map_err(|_| wrong())?;
+    Ok((read("numerator", &num)?, read("denominator", &den)?))
 }

@@ -2,13 +2,15 @@
 
 use super::frf::PyFrf;
 use super::transfer_fit::PyTransferFit;
+use crate::background::awaited;
 use crate::error;
 use furuta_ident::frequency::orders::sweep;
 use furuta_ident::frequency::{Delay, Hold, Request, fit};
 use pyo3::prelude::*;
 
 /// Fits a continuous transfer function to a frequency response: nonlinear least squares over the complex plane, each
-/// line weighted by its deviation.
+/// line weighted by its deviation. Of a response whose band was not chosen (`frf(..., band=...)`, `Frf.band`) the lines
+/// beyond the end of the coherence are left out, and `notices` says so.
 ///
 /// Parameters
 /// ----------
@@ -62,7 +64,11 @@ pub(crate) fn fit_transfer_function(
             }
         },
     };
-    let frf = &frf.frf;
+    let (frf, ends) = if frf.chosen {
+        (frf.frf.clone(), None)
+    } else {
+        frf.frf.coherent()
+    };
     let hold = if hold.unwrap_or(frf.sample_period > 0.0) {
         if frf.sample_period <= 0.0 {
             return Err(error::identification(
@@ -81,11 +87,9 @@ pub(crate) fn fit_transfer_function(
                 hold,
                 delay,
             };
-            py.detach(|| fit(frf, &request))
-                .map_err(error::identification)?
+            awaited(py, move || fit(&frf, &request))?.map_err(error::identification)?
         }
-        (None, None) => py
-            .detach(|| sweep(frf, 5, hold, delay))
+        (None, None) => awaited(py, move || sweep(&frf, 5, hold, delay))?
             .into_iter()
             .next()
             .ok_or_else(|| {
@@ -99,5 +103,8 @@ pub(crate) fn fit_transfer_function(
             ));
         }
     };
-    Ok(PyTransferFit { fit })
+    Ok(PyTransferFit {
+        fit,
+        ends: ends.map(|notice| notice.to_string()),
+    })
 }

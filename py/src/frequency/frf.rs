@@ -3,14 +3,15 @@
 use super::transfer_fit::PyTransferFit;
 use crate::error;
 use crate::file;
-use crate::matrix::Vector;
+use crate::matrix::{Vector, vector};
 use furuta_ident::diagnose::result::significant;
 use furuta_ident::frequency::Frf;
 use furuta_ident::frequency::bode::Bode;
 use furuta_ident::frequency::words::{fit_text, response_text};
 use nalgebra::Complex;
-use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArrayLike1};
+use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 use std::path::PathBuf;
 
 type Array<'py, T> = Bound<'py, PyArray1<T>>;
@@ -50,6 +51,8 @@ pub(crate) struct PyFrf {
     pub(super) notices: Vec<String>,
     /// What it is of: `alpha / u`.
     pub(super) what: String,
+    /// Whether its band was chosen: then a fit takes all of it.
+    pub(super) chosen: bool,
 }
 
 #[pymethods]
@@ -58,14 +61,18 @@ impl PyFrf {
     #[pyo3(signature = (frequency, response, std=None, *, sample_period=0.0))]
     fn new(
         frequency: Vector<'_>,
-        response: PyArrayLike1<'_, Complex<f64>, AllowTypeChange>,
+        response: Vector<'_>,
         std: Option<Vector<'_>>,
         sample_period: f64,
     ) -> PyResult<Self> {
-        let frequency = frequency.as_array().to_vec();
-        let response = response.as_array().to_vec();
+        let refuse = |text| error::identification(text);
+        let frequency: Vec<f64> = vector("frequency", &frequency, refuse)?;
+        let response: Vec<Complex<f64>> = vector("response", &response, refuse)?;
         let n = frequency.len();
-        let std = std.map_or_else(|| vec![0.0; n], |s| s.as_array().to_vec());
+        let std = match std {
+            Some(std) => vector("std", &std, refuse)?,
+            None => vec![0.0; n],
+        };
         if response.len() != n || std.len() != n {
             return Err(error::identification(format!(
                 "frequency, response and std have {n}, {} and {} values: they must be of one length",
@@ -95,6 +102,7 @@ impl PyFrf {
             frf,
             notices: Vec::new(),
             what: "response".to_owned(),
+            chosen: false,
         })
     }
 
@@ -151,6 +159,7 @@ impl PyFrf {
             frf: self.frf.band(low, high).map_err(error::identification)?,
             notices: self.notices.clone(),
             what: self.what.clone(),
+            chosen: true,
         })
     }
 
@@ -220,21 +229,24 @@ impl PyFrf {
     ///
     /// Parameters
     /// ----------
+    /// ax : matplotlib.axes.Axes or up to three of them, optional
+    ///     Magnitude, phase, coherence; a figure of their own if not given.
     /// **models : TransferFit, or array_like of shape (N,), complex
     ///     Curves to lay over, by name.
     ///
     /// Returns
     /// -------
     /// matplotlib.figure.Figure
-    #[pyo3(signature = (**models))]
+    #[pyo3(signature = (*, ax=None, **models))]
     fn plot<'py>(
         slf: Bound<'py, Self>,
+        ax: Option<Bound<'py, PyAny>>,
         models: Option<Bound<'py, pyo3::types::PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
         let models = models.unwrap_or_else(|| pyo3::types::PyDict::new(py));
         py.import("furuta._bode")?
-            .call_method1("plot", (slf, models))
+            .call_method1("plot", (slf, models, ax))
     }
 
     fn __repr__(&self) -> String {
@@ -243,5 +255,55 @@ impl PyFrf {
 
     fn __str__(&self) -> String {
         self.summary()
+    }
+
+    /// The result itself: it cannot be changed.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    /// The result as a table, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        crate::card::card(slf.as_any(), "frf")
+    }
+
+    /// The response as python-control's frequency response data; python-control must be installed.
+    ///
+    /// Returns
+    /// -------
+    /// control.FrequencyResponseData
+    ///     Frequencies in rad/s.
+    fn to_control<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py()
+            .import("furuta._control")?
+            .call_method1("response_data", (slf,))
+    }
+
+    /// The response of a python-control system at these frequencies (Hz).
+    ///
+    /// Parameters
+    /// ----------
+    /// system : control.StateSpace, control.TransferFunction or control.FrequencyResponseData
+    ///     One input, one output. A sampled one gives its sample period.
+    /// frequency : array_like, shape (N,), optional
+    ///     Hz; of response data, its own if not given.
+    ///
+    /// Returns
+    /// -------
+    /// Frf
+    #[classmethod]
+    #[pyo3(signature = (system, frequency=None), text_signature = "(system, frequency=None)")]
+    fn from_control<'py>(
+        cls: &Bound<'py, PyType>,
+        system: Bound<'py, PyAny>,
+        frequency: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        cls.py()
+            .import("furuta._control")?
+            .call_method1("response", (system, frequency))
     }
 }

@@ -1,6 +1,7 @@
 //! Frequency responses of recordings.
 
 use super::frf::PyFrf;
+use crate::background::awaited;
 use crate::error;
 use crate::recording::read;
 use furuta_ident::frequency::record::{Columns, Taken};
@@ -79,8 +80,8 @@ pub(crate) fn frf(
     let (recordings, mut notices) = read(recordings, accept_suspicious)?;
     let estimator = match (reference, estimator) {
         (Some(_), _) => Estimator::Joint,
-        (None, "H1") => Estimator::H1,
-        (None, "H2") => Estimator::H2,
+        (None, "H1" | "h1") => Estimator::H1,
+        (None, "H2" | "h2") => Estimator::H2,
         (None, other) => {
             return Err(error::identification(format!(
                 "estimator = {other:?} is none of \"H1\", \"H2\""
@@ -93,12 +94,15 @@ pub(crate) fn frf(
             "overlap = {overlap} is outside the allowed range [0, 0.95]"
         )));
     }
-    let columns = Columns {
-        input,
-        output,
-        external: reference,
-    };
-    let measured = py.detach(|| {
+    let [output, input] = [output, input].map(str::to_owned);
+    let reference = reference.map(str::to_owned);
+    let what = format!("{output} / {input}");
+    let measured = awaited(py, move || {
+        let columns = Columns {
+            input: &input,
+            output: &output,
+            external: reference.as_deref(),
+        };
         let taken = Taken::from_recordings(&recordings, columns)?;
         let mut said = taken.notices.clone();
         let mut frf = match period {
@@ -126,13 +130,14 @@ pub(crate) fn frf(
         }
         said.extend(frf.low_coherence());
         Ok((frf, said))
-    });
+    })?;
     let (frf, said) =
         measured.map_err(|e: furuta_ident::frequency::FrequencyError| error::identification(e))?;
     notices.extend(said.iter().map(ToString::to_string));
     Ok(PyFrf {
         frf,
         notices,
-        what: format!("{output} / {input}"),
+        what,
+        chosen: band.is_some(),
     })
 }

@@ -1,7 +1,7 @@
 //! Averaged spectra of arrays.
 
 use crate::error;
-use crate::matrix::Vector;
+use crate::matrix::{Vector, vector};
 use furuta_ident::frequency::{Settings, Spectra, Stretch, Window};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
@@ -57,7 +57,8 @@ pub(crate) fn spectra<'py>(
         overlap: overlap.unwrap_or(segment / 2),
         window,
     };
-    let [u, y] = [u, y].map(|v| v.as_array().to_vec());
+    let read = |name, v: &Vector<'_>| vector::<f64>(name, v, |text| error::identification(text));
+    let (u, y) = (read("u", &u)?, read("y", &y)?);
     let found = py
         .detach(|| {
             let stretch = Stretch {

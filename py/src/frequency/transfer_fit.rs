@@ -1,6 +1,7 @@
 //! A transfer function fitted to a response.
 
-use crate::matrix::Vector;
+use crate::error;
+use crate::matrix::{Vector, vector};
 use furuta_ident::frequency::Fit;
 use furuta_ident::frequency::fit::Uncertain;
 use furuta_ident::frequency::words::fit_text;
@@ -28,6 +29,8 @@ type Array<'py, T> = Bound<'py, PyArray1<T>>;
 #[pyclass(name = "TransferFit", module = "furuta", frozen)]
 pub(crate) struct PyTransferFit {
     pub(crate) fit: Fit,
+    /// Where the fit stops, if that is before the band's end.
+    pub(super) ends: Option<String>,
 }
 
 #[pymethods]
@@ -109,17 +112,21 @@ impl PyTransferFit {
 
     #[getter]
     fn notices(&self) -> Vec<String> {
-        self.fit.notices().iter().map(ToString::to_string).collect()
+        let of_fit = self.fit.notices();
+        let of_fit = of_fit.iter().map(ToString::to_string);
+        self.ends.iter().cloned().chain(of_fit).collect()
     }
 
     /// The response that the fit predicts at these frequencies (Hz), hold included.
-    fn response<'py>(&self, py: Python<'py>, frequency: Vector<'py>) -> Array<'py, Complex<f64>> {
-        let response: Vec<_> = frequency
-            .as_array()
-            .iter()
-            .map(|f| self.fit.response(*f))
-            .collect();
-        response.into_pyarray(py)
+    fn response<'py>(
+        &self,
+        py: Python<'py>,
+        frequency: Vector<'py>,
+    ) -> PyResult<Array<'py, Complex<f64>>> {
+        let frequency: Vec<f64> =
+            vector("frequency", &frequency, |text| error::identification(text))?;
+        let response: Vec<_> = frequency.iter().map(|f| self.fit.response(*f)).collect();
+        Ok(response.into_pyarray(py))
     }
 
     /// The function as python-control's TransferFunction, its delay left out.
@@ -145,6 +152,20 @@ impl PyTransferFit {
 
     fn __str__(&self) -> String {
         self.summary()
+    }
+
+    /// The result itself: it cannot be changed.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    /// The result as a table, for notebooks.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        crate::card::card(slf.as_any(), "transfer_fit")
     }
 }
 

@@ -89,6 +89,21 @@ pub(crate) struct Built {
 }
 
 impl SignalArgs {
+    /// Refuses what shapes a test signal where there is none.
+    pub(crate) fn not_without_signal(&self) -> Result<(), Failure> {
+        let given = [
+            ("--amplitude", self.amplitude.is_some()),
+            ("--hold", self.hold.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((name, _)) => Err(Failure::new(format!(
+                "{name} shapes a test signal, and none is asked for: give one (--input chirp, steps, multisine, ...), \
+                 or leave {name} out"
+            ))),
+        }
+    }
+
     /// Noise of this RMS in the band asked for, whatever its unit is.
     pub(crate) fn noise(&self, rms: f64) -> Result<Noise, Failure> {
         let [low, high] = self.band.unwrap_or([0.2, 6.0]);

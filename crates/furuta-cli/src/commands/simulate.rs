@@ -181,17 +181,72 @@ const MOST_SAMPLES: f64 = 2e7;
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    if args.controller.is_some() || matches!(args.input, Input::Test(Kind::Zero) | Input::Lqr) {
+        args.signal.not_without_signal()?;
+    }
+    let output = args.output.as_ref().map(Output::path);
+    if let Some(path) = output.filter(|path| is_another_kind(path)) {
+        return Err(Failure::new(format!(
+            "{}: a recording is written as CSV: name it .csv; --plot draws a picture (SVG), --json prints JSON, furuta \
+             convert makes a log (MCAP)",
+            path.display()
+        )));
+    }
     let known = Rig::load(&args.rig)?;
     let mut rig = known.clone();
     for text in &args.hide {
         rig.effects.push(hidden_effect(text, &rig.params)?);
     }
-    let (input, rows) = match &args.controller {
+    let Course {
+        input,
+        rows,
+        fallen,
+    } = match &args.controller {
         Some(path) => controlled(&known, &rig, path, args)?,
         None => simulate(&rig, args)?,
     };
+    hand_out(args, &rig, &input, &rows)?;
+    match fallen {
+        Some(t) => Err(Failure::new(format!(
+            "the pendulum fell {t:.3} s after the start: start nearer to upright, or leave out --ideal for the swing-up"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// A run.
+struct Course {
+    /// What the command was, in words.
+    input: String,
+    rows: Vec<Row>,
+    /// When an ideal controller lost the pendulum, s.
+    fallen: Option<f64>,
+}
+
+impl Course {
+    fn new(input: String, rows: Vec<Row>) -> Self {
+        Self {
+            input,
+            rows,
+            fallen: None,
+        }
+    }
+}
+
+/// Whether the name is that of a file that is no CSV file.
+fn is_another_kind(path: &Path) -> bool {
+    const OTHERS: [&str; 10] = [
+        "svg", "png", "jpg", "pdf", "html", "htm", "json", "toml", "mcap", "xlsx",
+    ];
+    path.extension()
+        .and_then(|ending| ending.to_str())
+        .is_some_and(|ending| OTHERS.contains(&ending.to_ascii_lowercase().as_str()))
+}
+
+/// Writes what was asked for.
+fn hand_out(args: &Args, rig: &Rig, input: &str, rows: &[Row]) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
-        path.write(chart(&rig, &input, &rows).svg());
+        path.write(chart(rig, input, rows).svg());
         if args.output.is_none() && !args.json {
             return Ok(());
         }
@@ -218,9 +273,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     }
     match &args.output {
-        None => write_csv(streams::output(), &rig, &input, &rows)?,
+        None => write_csv(streams::output(), rig, input, rows)?,
         Some(path) => {
-            path.write_by(|file| write_csv(file, &rig, &input, &rows))?;
+            path.write_by(|file| write_csv(file, rig, input, rows))?;
             note!("{path}: {} samples, {:.3} s", rows.len(), args.duration);
         }
     }
@@ -260,12 +315,7 @@ fn samples(args: &Args) -> Result<u64, Failure> {
 }
 
 /// The rig under a controller file's control system, which knows of the rig what `known` says.
-fn controlled(
-    known: &Rig,
-    rig: &Rig,
-    path: &Path,
-    args: &Args,
-) -> Result<(String, Vec<Row>), Failure> {
+fn controlled(known: &Rig, rig: &Rig, path: &Path, args: &Args) -> Result<Course, Failure> {
     let h = 1.0 / args.rate;
     let file = load_controller(Some(path))?;
     warn_of_another(&file, known, args.rate);
@@ -274,7 +324,12 @@ fn controlled(
     let samples = samples(args)?;
     let input = format!("controller {}; {reference}", supervisor.balance.spec().id);
     if args.ideal {
-        return Ok((input, ideal(rig, &supervisor, reference, args)?));
+        let (rows, fallen) = ideal(rig, &supervisor, reference, args)?;
+        return Ok(Course {
+            input,
+            rows,
+            fallen,
+        });
     }
     let bench = Supervised::new(&supervisor, rig, h)?;
     let mut run = bench.start(args.start.map_or(State::hanging(), State::from));
@@ -297,16 +352,16 @@ fn controlled(
             break;
         }
     }
-    Ok((input, rows))
+    Ok(Course::new(input, rows))
 }
 
-/// The controller alone, on the true state and without delay.
+/// The controller alone, on the true state and without delay; and when the pendulum fell, s.
 fn ideal(
     rig: &Rig,
     supervisor: &Supervisor<f64>,
     reference: Reference,
     args: &Args,
-) -> Result<Vec<Row>, Failure> {
+) -> Result<(Vec<Row>, Option<f64>), Failure> {
     let h = 1.0 / args.rate;
     let plant = rig.try_plant::<f64>()?;
     plant.check_period(h)?;
@@ -322,18 +377,17 @@ fn ideal(
     };
     let arm = |t| State::new(reference.at(t), 0.0, 0.0, 0.0);
     let samples = experiment.run(&supervisor.balance, arm);
-    if samples.last().is_some_and(|s| s.t < args.duration - h) {
-        note!("the pendulum fell");
-    }
+    let end = samples.last().map(|s| s.t);
+    let fallen = end.filter(|t| *t < args.duration - 1.5 * h);
     let row = |s: &closed_loop::Sample| Row {
         numbers: [s.t, s.u, s.x.theta, s.x.alpha, s.x.theta_dot, s.x.alpha_dot],
         asked: Some((s.reference.theta, Mode::Balance.name())),
     };
-    Ok(samples.iter().map(row).collect())
+    Ok((samples.iter().map(row).collect(), fallen))
 }
 
-/// What the command was, in words, and the rows.
-fn simulate(rig: &Rig, args: &Args) -> Result<(String, Vec<Row>), Failure> {
+/// The rig under a test signal or the LQR.
+fn simulate(rig: &Rig, args: &Args) -> Result<Course, Failure> {
     let h = 1.0 / args.rate;
     let plant = rig.try_plant::<f64>()?;
     plant.check_period(h)?;
@@ -379,7 +433,7 @@ fn simulate(rig: &Rig, args: &Args) -> Result<(String, Vec<Row>), Failure> {
             )));
         }
     }
-    Ok((source.to_string(), rows))
+    Ok(Course::new(source.to_string(), rows))
 }
 
 fn write_csv(out: impl Write, rig: &Rig, input: &str, rows: &[Row]) -> std::io::Result<()> {

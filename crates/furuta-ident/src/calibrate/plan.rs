@@ -16,7 +16,7 @@ use super::fit::{CalibrationProblem, windows};
 use super::parameters::Space;
 use super::{CalibrateError, Options, identifiable, question, relative};
 use crate::answer::{null_if_not_finite, significant};
-use crate::experiment::{FAMILY, HALVED, LEVELS, SECONDS, Shape, record, two_digits};
+use crate::experiment::{FAMILY, HALVED, LEVELS, SECONDS, Shape, record, rms, two_digits};
 use crate::shooting::Data;
 
 /// Version of the JSON contract, the field `schema`.
@@ -35,6 +35,9 @@ pub struct Experiment {
     pub seconds: f64,
     /// The largest voltage, V.
     pub volts: f64,
+    /// Its root mean square, V.
+    #[serde(default)]
+    pub volts_rms: f64,
     /// The largest arm angle, rad.
     pub arm: f64,
     /// `log det (F + 1)` of the parameters.
@@ -214,6 +217,7 @@ fn try_signal(
             arguments: shape.arguments(amplitude),
             seconds: SECONDS,
             volts: largest(&mut run.u.iter().copied()),
+            volts_rms: rms(&run.u),
             arm: largest(&mut run.y.iter().map(|y| y[0])),
             log_det: f64::NEG_INFINITY,
             efficiency: 0.0,
@@ -245,8 +249,8 @@ impl Plan {
     #[must_use]
     pub fn summary(&self, rig: &str) -> String {
         let mut out = format!(
-            "Predicted standard deviations after one experiment of {SECONDS} s at {} Hz, in per cent of each parameter\n  {:<56} {:>5} {:>5} {:>6}",
-            self.rate, "", "V", "rad", "D-eff."
+            "Predicted standard deviations after one experiment of {SECONDS} s at {} Hz, in per cent of each parameter\n  {:<56} {:>6} {:>6} {:>5} {:>6}",
+            self.rate, "", "V peak", "V RMS", "rad", "D-eff."
         );
         for key in &self.parameters {
             out += &format!(" {:>12}", short(key));
@@ -254,9 +258,10 @@ impl Plan {
         out.push('\n');
         for e in &self.experiments {
             out += &format!(
-                "  {:<56} {:>5} {:>5} {:>6.3}",
+                "  {:<56} {:>6} {:>6} {:>5} {:>6.3}",
                 e.excitation,
                 significant(e.volts, 2),
+                significant(e.volts_rms, 2),
                 significant(e.arm, 2),
                 e.efficiency
             );
@@ -271,7 +276,7 @@ impl Plan {
                 continue;
             };
             out += &format!(
-                "  {:<56} {:>18}",
+                "  {:<56} {:>26}",
                 format!("{}. {}", i + 1, e.excitation),
                 ""
             );

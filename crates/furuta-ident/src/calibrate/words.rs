@@ -91,7 +91,7 @@ impl Calibration {
             self.fitted.len(),
             significant(i.condition, 3)
         );
-        out += "  known to      combination (exponents of the singular vector)\n";
+        out += "  known to      combination (exponents of the singular vector; ± one standard deviation)\n";
         for d in i.directions.iter().take(DIRECTIONS) {
             out += &format!("  {:<12}  {}\n", per_cent(d.std), d.words);
         }

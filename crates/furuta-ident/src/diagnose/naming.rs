@@ -72,9 +72,34 @@ pub(super) fn next_experiment(named: &[NamedEffect]) -> Option<String> {
     let effect = named.iter().find(|e| !e.confusable_with.is_empty())?;
     let spec = spec(&effect.id)?;
     Some(format!(
-        "{} would separate {} from {}",
-        spec.experiment,
+        "to tell {} from {}: {}",
         effect.id,
-        effect.confusable_with.join(", ")
+        effect.confusable_with.join(", "),
+        spec.experiment
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use furuta_model::CATALOGUE;
+
+    /// The catalogue's texts are of many forms ("..., an offset does not"): the sentence must read with each.
+    #[test]
+    fn the_next_experiment_is_a_sentence_of_every_effect() {
+        for spec in CATALOGUE {
+            let effect = NamedEffect {
+                id: spec.id.to_owned(),
+                name: spec.name.to_owned(),
+                parameters: Default::default(),
+                delta_bic: 20.0,
+                held_out_gain: 0.5,
+                confusable_with: vec!["arm.cable".to_owned(), "arm.tilt".to_owned()],
+            };
+            let text = next_experiment(&[effect]).expect("it can be another one");
+            let start = format!("to tell {} from arm.cable, arm.tilt: ", spec.id);
+            assert_eq!(text.strip_prefix(&start), Some(spec.experiment));
+            assert!(!spec.experiment.ends_with('.'), "{text}");
+        }
+    }
 }

@@ -16,7 +16,7 @@ use super::repair;
 use super::result::PlannedExperiment;
 use super::search::Rival;
 use super::{Fit, SEARCH};
-use crate::experiment::{FAMILY, HALVED, LEVELS, SECONDS, Shape, record, two_digits};
+use crate::experiment::{FAMILY, HALVED, LEVELS, SECONDS, Shape, record, rms, two_digits};
 use crate::shooting::{Data, Effort, Problem};
 use crate::stop::Stop;
 
@@ -111,6 +111,7 @@ fn row(
         arguments: shape.arguments(amplitude),
         seconds: SECONDS,
         volts,
+        volts_rms: rms(&of_a.runs[0].u),
         separates: separates.map(str::to_owned),
         expected_evidence: if_true[0].min(if_true[1]),
         if_true,

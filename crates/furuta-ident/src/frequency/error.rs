@@ -181,6 +181,15 @@ pub enum FrequencyNotice {
         /// Share of lines below one half.
         share: f64,
     },
+    /// The coherence ends before the band does; a fit stops there.
+    CoherenceEnds {
+        /// The last coherent line, Hz.
+        at: f64,
+        /// What two unrelated signals reach in one of twenty cases.
+        by_chance: f64,
+        /// Lines beyond it.
+        left_out: usize,
+    },
     /// Feedback is at work: H1 and H2 are wrong then.
     FeedbackSuspected {
         /// The mode in which the recording was made.
@@ -212,6 +221,14 @@ impl fmt::Display for FrequencyNotice {
                 f,
                 "{:.0} % of the lines have a coherence below 0.5: the output there comes from something else (noise, encoder steps, friction); excite more strongly or narrow the band",
                 100.0 * share
+            ),
+            Self::CoherenceEnds {
+                at,
+                by_chance,
+                left_out,
+            } => write!(
+                f,
+                "the coherence ends at {at:.3} Hz: the {left_out} lines beyond it, whose coherence is no higher than chance makes it ({by_chance:.2}), are left out of the fit; a band of your own puts them back"
             ),
             Self::FeedbackSuspected { mode } => write!(
                 f,

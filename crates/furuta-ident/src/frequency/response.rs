@@ -250,12 +250,61 @@ impl Frf {
         (share >= 0.2).then_some(FrequencyNotice::LowCoherence { share })
     }
 
+    /// The part up to where the coherence ends, and a notice where that leaves lines out: beyond it the coherence is no
+    /// higher than chance makes it, in the median of five lines, and a fit would follow noise. A response whose
+    /// coherence is not known, or that has fewer than ten lines before that place, is left as it is.
+    ///
+    /// ```
+    /// use furuta_ident::frequency::Frf;
+    /// use nalgebra::Complex;
+    /// let lines: Vec<f64> = (1..=100).map(|k| 0.1 * f64::from(k)).collect();
+    /// let mut frf = Frf::exact(&lines, |_| Complex::new(1.0, 0.0));
+    /// frf.averages = 20.0;
+    /// frf.coherence = lines.iter().map(|f| if *f < 5.05 { 0.9 } else { 0.05 }).collect();
+    /// let (kept, notice) = frf.coherent();
+    /// assert_eq!((kept.frequency.len(), notice.is_some()), (50, true));
+    /// ```
+    #[must_use]
+    pub fn coherent(&self) -> (Self, Option<FrequencyNotice>) {
+        let by_chance = self.coherence_by_chance();
+        let coherent = |k: &usize| {
+            let around = k.saturating_sub(2)..(k + 3).min(self.coherence.len());
+            let above = self.coherence[around.clone()].iter();
+            2 * above.filter(|c| **c > by_chance).count() > around.len()
+        };
+        let Some(last) = (0..self.coherence.len()).rev().find(coherent) else {
+            return (self.clone(), None);
+        };
+        // The median reaches beyond the last line that is coherent itself.
+        let last = (0..=last).rev().find(|k| self.coherence[*k] > by_chance);
+        let ends = last.and_then(|k| self.frequency.get(k).copied());
+        let first = self.frequency.first().copied();
+        match (first, ends, last) {
+            (Some(low), Some(high), Some(last))
+                if last + 1 >= LINES_TO_FIT && last + 1 < self.frequency.len() =>
+            {
+                let left_out = self.frequency.len() - last - 1;
+                let notice = FrequencyNotice::CoherenceEnds {
+                    at: high,
+                    by_chance,
+                    left_out,
+                };
+                self.band(low, high)
+                    .map_or_else(|_| (self.clone(), None), |kept| (kept, Some(notice)))
+            }
+            _ => (self.clone(), None),
+        }
+    }
+
     /// The coherence that two unrelated signals reach in one of twenty cases.
     #[must_use]
     pub fn coherence_by_chance(&self) -> f64 {
         1.0 - 0.05_f64.powf(1.0 / (self.averages - 1.0).max(0.1))
     }
 }
+
+/// Fewer lines than this are all needed for a fit.
+const LINES_TO_FIT: usize = 10;
 
 /// Fewer independent averages than this are said to be few.
 const FEW: f64 = 8.0;

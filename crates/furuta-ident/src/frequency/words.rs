@@ -83,6 +83,7 @@ pub fn fit_text(fit: &Fit) -> String {
             })
             .collect()
     };
+    text += "  (± one standard deviation)\n";
     text += &coefficient("b", &g.numerator, &fit.numerator_std);
     text += &coefficient("a", &g.denominator, &fit.denominator_std);
     if fit.delay.std > 0.0 {

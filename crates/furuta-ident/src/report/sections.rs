@@ -142,7 +142,10 @@ fn effect(effect: &NamedEffect, compared: bool) -> String {
                 None => number(estimate.value, digits(estimate.value, estimate.std)),
             },
             if estimate.std.is_finite() {
-                format!("± {}", significant(estimate.std, 2))
+                format!(
+                    "<span title=\"one standard deviation\">± {}</span>",
+                    significant(estimate.std, 2)
+                )
             } else {
                 String::new()
             },
@@ -516,10 +519,11 @@ fn plan(diagnosis: &Diagnosis) -> String {
         .iter()
         .map(|row| {
             format!(
-                "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td><code>{}</code> or <code>{}</code></td><td class=\"n\">{:.0}</td></tr>",
+                "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td><code>{}</code> or <code>{}</code></td><td class=\"n\">{:.0}</td></tr>",
                 escape(&row.excitation),
                 number(row.seconds, 2),
                 number(row.volts, 2),
+                number(row.volts_rms, 2),
                 escape(&row.separates[0]),
                 escape(&row.separates[1]),
                 row.expected_evidence
@@ -527,7 +531,7 @@ fn plan(diagnosis: &Diagnosis) -> String {
         })
         .collect();
     format!(
-        "<div class=\"scroll\"><table><thead><tr><th>experiment</th><th class=\"n\">s</th><th class=\"n\">V at most</th><th>tells apart</th>\
+        "<div class=\"scroll\"><table><thead><tr><th>experiment</th><th class=\"n\">s</th><th class=\"n\">V peak</th><th class=\"n\">V RMS</th><th>tells apart</th>\
          <th class=\"n\">expected ΔBIC</th></tr></thead><tbody>{rows}</tbody></table></div>\
          <p class=\"note\">Expected from simulations of both with these encoders, whichever is right; above 10 counts as very strong. To record the first:</p>\
          <div class=\"snippet\"><button data-copy>copy</button><pre>furuta run --port PORT --rig RIG.toml --task {} --log next.mcap</pre></div>",

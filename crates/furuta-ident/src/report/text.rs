@@ -20,8 +20,14 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
     for notice in &d.notices {
         out.push(format!("note: {notice}"));
     }
+    let mut explain = true;
     for e in &d.effects {
-        effect(e, d.unfinished.contains(&Part::Rivals), &mut out);
+        effect(
+            e,
+            d.unfinished.contains(&Part::Rivals),
+            &mut explain,
+            &mut out,
+        );
     }
     out.extend(d.zeros.iter().filter_map(Zero::sentence));
     for e in &d.suspected {
@@ -98,12 +104,19 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
     out.join("\n") + "\n"
 }
 
-/// An effect that was named; `uncompared` with others in its place.
-fn effect(e: &NamedEffect, uncompared: bool, out: &mut Vec<String>) {
+/// An effect that was named; `uncompared` with others in its place. What stands behind the first ± is explained.
+fn effect(e: &NamedEffect, uncompared: bool, explain: &mut bool, out: &mut Vec<String>) {
     out.push(String::new());
     out.push(format!("{}  {}", e.id, e.name));
     for (name, p) in &e.parameters {
-        out.push(format!("  {name} = {}", p.text(4)));
+        let value = p.text(4);
+        let explanation = if *explain && value.contains('±') {
+            *explain = false;
+            "  (± one standard deviation)"
+        } else {
+            ""
+        };
+        out.push(format!("  {name} = {value}{explanation}"));
     }
     out.push(format!("  evidence: BIC falls by {:.0}", e.delta_bic));
     if e.held_out_gain < 0.0 {
@@ -223,15 +236,16 @@ fn plan(d: &Diagnosis, rig: &str, out: &mut Vec<String>) {
     };
     out.push("\nExperiments that would tell what these data cannot, the clearest first:".into());
     out.push(format!(
-        "  {:<56} {:>5} {:>6}  {:<40} {:>12}",
-        "", "s", "V", "tells apart", "evidence"
+        "  {:<56} {:>5} {:>6} {:>6}  {:<40} {:>12}",
+        "", "s", "V peak", "V RMS", "tells apart", "evidence"
     ));
     for row in &d.plan {
         out.push(format!(
-            "  {:<56} {:>5} {:>6}  {:<40} {:>12.0}",
+            "  {:<56} {:>5} {:>6} {:>6}  {:<40} {:>12.0}",
             row.excitation,
             row.seconds,
             significant(row.volts, 2),
+            significant(row.volts_rms, 2),
             row.separates.join(" or "),
             row.expected_evidence
         ));

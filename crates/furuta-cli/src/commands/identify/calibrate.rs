@@ -21,7 +21,12 @@ pub(crate) struct Args {
     #[arg(long, value_name = "KEY,KEY,...", value_delimiter = ',')]
     free: Vec<String>,
     /// Hold these parameters although they show: those that a ruler or a balance knows better.
-    #[arg(long, value_name = "KEY,KEY,...", value_delimiter = ',')]
+    #[arg(
+        long = "fix",
+        alias = "hold",
+        value_name = "KEY,KEY,...",
+        value_delimiter = ','
+    )]
     hold: Vec<String>,
     /// Draw the profile likelihood of these parameters: the cost along each, all others fitted anew.
     #[arg(long, value_name = "KEY,KEY,...", value_delimiter = ',')]

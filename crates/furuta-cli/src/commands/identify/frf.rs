@@ -46,7 +46,12 @@ pub(crate) struct Args {
 #[derive(clap::Args, Debug)]
 pub(crate) struct Measure {
     /// The plant's output: alpha, theta, or another column.
-    #[arg(long, value_name = "COLUMN", default_value = "alpha")]
+    #[arg(
+        long = "column",
+        alias = "output",
+        value_name = "COLUMN",
+        default_value = "alpha"
+    )]
     output: String,
     /// Its input.
     #[arg(long, value_name = "COLUMN", default_value = "u")]
@@ -100,6 +105,11 @@ fn part(text: &str) -> Result<f64, String> {
 }
 
 impl Measure {
+    /// Whether a band was asked for.
+    pub(crate) fn has_band(&self) -> bool {
+        self.band.is_some()
+    }
+
     /// The response, and what should be known about it.
     pub(crate) fn response(&self, data: &[PathBuf]) -> Result<(Frf, Vec<String>), Failure> {
         let mut said = Vec::new();

@@ -18,7 +18,12 @@ pub(crate) struct Args {
     #[arg(long, value_name = "KEY,KEY,...", value_delimiter = ',')]
     free: Vec<String>,
     /// Parameters that a ruler or a balance knows better.
-    #[arg(long, value_name = "KEY,KEY,...", value_delimiter = ',')]
+    #[arg(
+        long = "fix",
+        alias = "hold",
+        value_name = "KEY,KEY,...",
+        value_delimiter = ','
+    )]
     hold: Vec<String>,
     /// Samples per second of the recordings.
     #[arg(long, value_name = "HZ", default_value_t = 500.0)]

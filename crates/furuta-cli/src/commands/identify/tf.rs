@@ -78,6 +78,12 @@ const HIGHEST: usize = 5;
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let (frf, mut notices) = args.measure.response(&args.data)?;
+    let (frf, ends) = if args.measure.has_band() {
+        (frf, None)
+    } else {
+        frf.coherent()
+    };
+    notices.extend(ends.map(|notice| notice.to_string()));
     let hold = if args.no_hold {
         Hold::None
     } else {

@@ -361,6 +361,9 @@ pub struct PlannedExperiment {
     pub seconds: f64,
     /// The largest voltage, V.
     pub volts: f64,
+    /// Its root mean square, V.
+    #[serde(default)]
+    pub volts_rms: f64,
     /// Ids of the effect named and of the one that could stand in its place.
     pub separates: [String; 2],
     /// By how much the Bayesian information criterion of the wrong one is expected to be above that of the right one,

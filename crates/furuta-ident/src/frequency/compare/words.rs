@@ -89,7 +89,7 @@ pub fn text(
 
 /// An explanation's numbers.
 fn details(e: &Explanation) -> String {
-    let mut text = format!("{}\n", e.name());
+    let mut text = format!("{} (± one standard deviation)\n", e.name());
     let std = |x: f64| {
         if x.is_finite() {
             format!(" ± {}", significant(x, 2))

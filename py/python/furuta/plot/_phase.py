@@ -1,0 +1,53 @@
+"""Phase portraits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from furuta._axes import AFTER, BEFORE, FAINT, MEASURED, axes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def phase_portrait(*runs: Any, of: str = "alpha", ax: Any = None) -> Figure:
+    """Draws the speed of one axis over its angle.
+
+    Parameters
+    ----------
+    *runs : Trajectory, Recording, DataFrame or mapping of arrays
+        Where the speed was not recorded it is the angle's central difference.
+    of : {"alpha", "theta"}, optional
+        The pendulum or the arm.
+    ax : matplotlib.axes.Axes, optional
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import numpy as np, furuta
+    >>> run = furuta.Trajectory.simulate("qube-servo-2", [0, 2, 0, 0], np.zeros(500), 0.002)
+    >>> furuta.plot.phase_portrait(run).axes[0].get_xlabel()
+    'alpha [rad]'
+    """
+    if of not in ("alpha", "theta"):
+        raise ValueError(f'of = {of!r} is none of "alpha", "theta"')
+    if not runs:
+        raise TypeError("phase_portrait needs something to draw: a Trajectory, a Recording or columns")
+    figure, (one,) = axes(ax, 1, (6, 5), "furuta.plot.phase_portrait")
+    colours = [AFTER, BEFORE, MEASURED, FAINT]
+    for run, colour in zip(runs, colours * (1 + len(runs) // len(colours))):
+        angle = np.asarray(run[of], dtype=float)
+        try:
+            speed = np.asarray(run[f"{of}_dot"], dtype=float)
+        except KeyError:
+            speed = np.gradient(angle, np.asarray(run["t"], dtype=float))
+        one.plot(angle, speed, color=colour, lw=1.0)
+        one.plot(angle[:1], speed[:1], "o", color=colour, ms=5)
+    one.set_xlabel(f"{of} [rad]")
+    one.set_ylabel(f"{of}_dot [rad/s]")
+    return figure

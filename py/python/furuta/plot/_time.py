@@ -1,0 +1,55 @@
+"""Angles and command over time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from furuta._axes import AFTER, BEFORE, FAINT, MEASURED, axes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+ROWS = [("theta", "arm, theta [rad]"), ("alpha", "pendulum, alpha [rad]"), ("u", "command, u [V]")]
+
+
+def trajectory(*runs: Any, ax: Any = None) -> Figure:
+    """Draws both angles and the command over time.
+
+    Parameters
+    ----------
+    *runs : Trajectory, Recording, DataFrame or mapping of arrays
+        With t, and theta, alpha, u as far as there are axes. Several are laid over each other.
+    ax : matplotlib.axes.Axes or up to three of them, optional
+        One: the pendulum. Two: arm and pendulum. Three: the command as well. A figure of its own if not given.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import numpy as np, furuta
+    >>> run = furuta.Trajectory.simulate("qube-servo-2", [0, 3, 0, 0], np.zeros(100), 0.002)
+    >>> [a.get_ylabel() for a in furuta.plot.trajectory(run).axes]
+    ['arm, theta [rad]', 'pendulum, alpha [rad]', 'command, u [V]']
+    """
+    if not runs:
+        raise TypeError("trajectory needs something to draw: a Trajectory, a Recording or columns")
+    figure, drawn = axes(ax, 3, (9, 7), "furuta.plot.trajectory", at_least=1)
+    rows = ROWS[1:2] if len(drawn) == 1 else ROWS[: len(drawn)]
+    colours = [MEASURED, AFTER, BEFORE, FAINT]
+    for run, colour in zip(runs, colours * (1 + len(runs) // len(colours))):
+        name = getattr(run, "name", None)
+        label = name if isinstance(name, str) else None
+        for one, (column, _) in zip(drawn, rows):
+            # The command is held from one sample to the next.
+            style = "steps-post" if column == "u" else "default"
+            one.plot(np.asarray(run["t"]), np.asarray(run[column]), color=colour, lw=1.2, drawstyle=style, label=label)
+    for one, (_, label) in zip(drawn, rows):
+        one.set_ylabel(label)
+    drawn[-1].set_xlabel("time [s]")
+    if len(runs) > 1:
+        drawn[0].legend(frameon=False, fontsize=9)
+    return figure

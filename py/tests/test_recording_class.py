@@ -1,0 +1,135 @@
+"""Recordings from DataFrames, arrays, dicts and files, and trajectories with a time and names."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+
+import furuta
+import numpy as np
+import pytest
+
+RIG = furuta.Rig.load("qube-servo-2")
+DT = 0.002
+
+
+def columns(n=3000):
+    t = DT * np.arange(n)
+    u = 3 * np.sin(2 * t * (1 + t))
+    x = furuta.simulate(RIG, [0, np.pi, 0, 0], u[:-1], DT)
+    theta, alpha = furuta.measure(RIG, x).T
+    return {"t": t, "u": u, "theta": theta, "alpha": alpha}
+
+
+def test_every_way_gives_the_same_recording(tmp_path):
+    pandas = pytest.importorskip("pandas")
+    data = columns()
+    frame = pandas.DataFrame(data)
+    recording = furuta.Recording(data)
+    recording.save(tmp_path / "run.csv")
+    fields = np.array(list(zip(*data.values())), dtype=[(name, float) for name in data])
+    ways = {
+        "DataFrame": frame,
+        "index": frame.set_index("t"),
+        "array": np.column_stack(list(data.values())),
+        "fields": fields,
+        "file": str(tmp_path / "run.csv"),
+        "path": tmp_path / "run.csv",
+        "recording": recording,
+        "other order": dict(reversed(data.items())),
+    }
+    for way, given in ways.items():
+        assert furuta.Recording(given) == recording, way
+    assert furuta.Recording(**data) == recording
+    assert recording.to_pandas().equals(frame)
+    assert np.array_equal(recording.to_array(), ways["array"])
+    expected = furuta.validate(data, RIG).to_dict()["channels"]
+    for way, given in ways.items():
+        # A file is called by its path.
+        found = furuta.validate(given, RIG).to_dict()["channels"]
+        assert [{**c, "run": ""} for c in found] == [{**c, "run": ""} for c in expected], way
+
+
+def test_several_at_once_and_names():
+    pandas = pytest.importorskip("pandas")
+    data = columns()
+    named = furuta.Recording(data, name="bench 2")
+    found = furuta.validate([named, pandas.DataFrame(data)], RIG)
+    assert [c["run"] for c in found.channels if c["channel"] == "theta"] == ["bench 2", "recording-1"]
+    response = furuta.frf(named, band=(0.5, 5))
+    assert np.array_equal(response.response, furuta.frf(data, band=(0.5, 5)).response)
+
+
+def test_a_frames_other_columns(tmp_path):
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame(columns()).assign(current=0.25, mode="excite", note=None)
+    recording = furuta.Recording(frame)
+    assert set(recording) == {"t", "u", "theta", "alpha", "current"}  # numbers are kept
+    assert np.array_equal(recording["current"], frame["current"])
+    recording.save(tmp_path / "run.csv")
+    assert furuta.Recording(tmp_path / "run.csv") == recording
+
+
+def test_what_a_recording_says_of_itself():
+    recording = furuta.Recording(columns(), name="swing")
+    assert (recording.samples, recording.dt) == (3000, pytest.approx(DT)) and recording.duration == pytest.approx(5.998)
+    assert repr(recording) == "<furuta.Recording 'swing': 3000 samples, 5.998 s at 500 Hz; t, u, theta, alpha>"
+    for again in (copy.copy(recording), copy.deepcopy(recording), pickle.loads(pickle.dumps(recording))):
+        assert again == recording and again.name == "swing"
+    other = columns()
+    other["u"] = other["u"] + 1e-9
+    assert furuta.Recording(other) != recording
+    told = recording.to_dict()
+    told["u"][:] = 0
+    assert recording.u.any()
+
+
+@pytest.mark.parametrize(
+    "make, error, says",
+    [
+        (lambda: furuta.Recording({"t": [0, 1], "u": [0, 0], "theta": [0, 0]}), furuta.RecordingError, "no column `alpha`; found t, u, theta"),
+        (lambda: furuta.Recording(columns() | {"u": np.zeros(7)}), furuta.RecordingError, "has .* values, column"),
+        (lambda: furuta.Recording(columns() | {"u": ["a"] * 3000}), furuta.RecordingError, "column `u` must be an array of numbers"),
+        (lambda: furuta.Recording(np.zeros((10, 3))), ValueError, r"has shape \(10, 3\); it must be \(n, 4\)"),
+        (lambda: furuta.Recording("no/such/file.csv"), furuta.RecordingError, "no/such/file.csv"),
+        (lambda: furuta.Recording("run.csv", u=[1]), furuta.RecordingError, "a file has its columns"),
+        (lambda: furuta.diagnose(3, RIG), TypeError, "a recording is a path, a furuta.Recording, a pandas DataFrame or a dict .* got int"),
+        (lambda: furuta.diagnose([3], RIG), TypeError, "got int"),
+    ],
+)
+def test_what_is_no_recording(make, error, says):
+    with pytest.raises(error, match=says):
+        make()
+
+
+def test_saving_replaces_nothing_unasked(tmp_path):
+    recording = furuta.Recording(columns())
+    recording.save(tmp_path / "run.csv")
+    with pytest.raises(FileExistsError):
+        recording.save(tmp_path / "run.csv")
+    recording.save(tmp_path / "run.csv", force=True)
+
+
+def test_a_trajectory_has_time_and_names():
+    pandas = pytest.importorskip("pandas")
+    u = furuta.signal("chirp", 2, DT)
+    run = furuta.Trajectory.simulate(RIG, [0, np.pi, 0, 0], u, DT)
+    x, y = furuta.simulate(RIG, [0, np.pi, 0, 0], u, DT, encoders=True)
+    assert np.array_equal(run.x, x) and np.array_equal(run.y, y) and np.array_equal(run.u[:-1], u)
+    assert np.allclose(run.t, DT * np.arange(1001), rtol=0, atol=1e-12)
+    for i, name in enumerate(("theta", "alpha", "theta_dot", "alpha_dot")):
+        assert np.array_equal(run[name], x[:, i]) and np.array_equal(getattr(run, name), x[:, i])
+    assert isinstance(run.to_pandas(), pandas.DataFrame) and list(run.to_pandas()) == list(run.columns())
+    assert run.name == "qube-servo-2" and run.rig == RIG and run.modes is None
+    recording = run.to_recording()
+    assert np.array_equal(recording.theta, y[:, 0]) and recording.name == "qube-servo-2"
+    found = furuta.validate(recording, RIG)
+    assert all(c["fit_percent"] > 99 for c in found.channels)
+    assert pickle.loads(pickle.dumps(run)) == run == copy.deepcopy(run)
+
+
+def test_a_trajectory_under_control():
+    standard = furuta.Controller.from_toml("", "shahzad2022-srv02", DT)
+    run = furuta.Trajectory.simulate("shahzad2022-srv02", [0, np.pi, 0, 0], np.zeros(2500), DT, controller=standard)
+    x, u, modes = furuta.simulate("shahzad2022-srv02", [0, np.pi, 0, 0], np.zeros(2500), DT, controller=standard)
+    assert np.array_equal(run.x, x) and np.array_equal(run.u[:-1], u) and run.modes == modes
