@@ -62,11 +62,13 @@ rest = -0.526
 """
 # Recordings and span, s: the slower the chirp, the further the arm moves.
 PARTS = [*(("chirps, all four", span) for span in ("0..2.5", "2.5..5", "5..7", "7..9", "8..10")), ("both swing-ups", "0..5")]
-NUMBERS = {
-    "arm.cable": ("stiffness", "asymmetry", "cubic", "rest"),
-    "arm.spring": ("stiffness", "rest"),
-    "arm.presliding": ("torque", "stiffness"),
-    "arm.coulomb": ("torque",),
+UNITS = {
+    "arm.cable.stiffness": "mN m/rad",
+    "arm.cable.asymmetry": "mN m/rad2",
+    "arm.cable.cubic": "mN m/rad3",
+    "arm.cable.rest": "rad",
+    "arm.presliding.torque": "mN m",
+    "arm.presliding.stiffness": "mN m/rad",
 }
 
 
@@ -96,27 +98,48 @@ def motion(files: list[pathlib.Path], span: str = "0..1e9") -> tuple[float, floa
     return min(theta), max(theta)
 
 
-def interval(value: float, half: float) -> str:
-    return f"{value:.3g} [{value - half:.3g}, {value + half:.3g}]"
+Interval = tuple[float, float, float]  # value, least, greatest
+
+
+def cell(own: Interval | None, first: Interval | None) -> str:
+    """A value in thousandths (N m: mN m) but for angles, its interval, and whether that shares nothing with the first one's."""
+    if own is None:
+        return "-"
+    value, low, high = own
+    apart = first is not None and (low > first[2] or high < first[1])
+    return f"{value:.3g} [{low:.3g}, {high:.3g}]{' other' if apart else ''}"
+
+
+def numbers(answer: dict) -> dict[str, Interval]:
+    """What a diagnosis names, `effect.parameter`: mN m, rad, with 95 % intervals."""
+    found = {}
+    for effect in answer["effects"]:
+        for name, estimate in effect["parameters"].items():
+            if estimate["std"] is not None:
+                scale = 1.0 if name == "rest" else 1e3
+                value, half = scale * estimate["value"], scale * 1.96 * estimate["std"]
+                found[f"{effect['id']}.{name}"] = (value, value - half, value + half)
+    return found
+
+
+def table(keys: list[str]) -> None:
+    print("| experiment | arm [rad] | " + " | ".join(f"{key.removeprefix('arm.')} [{UNITS[key]}]" for key in keys) + " | |")
+    print("|---" * (len(keys) + 3) + "|")
 
 
 def named(program: Program) -> dict[str, dict]:
     """Table 1: what `furuta diagnose` names in each experiment, cable and friction with 95 % intervals."""
-    print("1. What is named (furuta diagnose), N m, rad; 95 % intervals in brackets\n")
-    print("| experiment | arm [rad] | verdict | named | cable, friction |\n|---|---|---|---|---|")
+    print("1. Named (furuta diagnose); 95 % intervals; `other`: shares no value with that of the first chirps\n")
+    table(list(UNITS))
     answers = {}
     for name, files in EXPERIMENTS.items():
-        key = "diagnose " + name
-        answer = program.ask(key, "diagnose", *files, "--rig", files[0].parent / "rig.toml", "--time-limit", 1800)
+        answer = program.ask("diagnose " + name, "diagnose", *files, "--rig", files[0].parent / "rig.toml", "--time-limit", 1800)
         answers[name] = answer
-        values = []
-        for effect in answer["effects"]:
-            for number in NUMBERS.get(effect["id"], ()):
-                estimate = effect["parameters"][number]
-                values.append(f"{effect['id'].split('.')[1]} {number} {interval(estimate['value'], 1.96 * estimate['std'])}")
+        own, first = numbers(answer), numbers(next(iter(answers.values())))
         low, high = motion(files)
         ids = ", ".join(f"`{effect['id']}`" for effect in answer["effects"]) or "nothing"
-        print(f"| {name} | {low:.2f} to {high:.2f} | `{answer['verdict']}` | {ids} | {'; '.join(values) or '-'} |", flush=True)
+        cells = [cell(own.get(key), first.get(key)) for key in UNITS]
+        print(f"| {name} | {low:.2f} to {high:.2f} | " + " | ".join(cells) + f" | {ids} |", flush=True)
     return answers
 
 
@@ -129,10 +152,10 @@ def fitted(program: Program, name: str, files: list[pathlib.Path], rig: str, *op
 
 def one_law(program: Program) -> dict[str, dict]:
     """Table 2: the law that the chirps show, fitted to each experiment with everything else."""
-    print("\n2. One law, fitted to each (furuta identify calibrate); `other`: its interval shares no value with that of the first chirps\n")
-    keys = [f"arm.cable.{number}" for number in NUMBERS["arm.cable"][:3]] + [f"arm.presliding.{number}" for number in NUMBERS["arm.presliding"]]
-    print("| experiment | " + " | ".join(keys) + " | error/noise |\n" + "|---" * (len(keys) + 2) + "|")
-    answers = {}
+    print("\n2. One law, fitted to each (furuta identify calibrate); the last column: the error left, over the encoders' noise\n")
+    keys = [key for key in UNITS if not key.endswith("rest")]
+    table(keys)
+    answers: dict[str, dict] = {}
     for name, files in EXPERIMENTS.items():
         if files[0].parent != QUBE:
             continue
@@ -140,20 +163,19 @@ def one_law(program: Program) -> dict[str, dict]:
         answers[name] = answer
         cells = []
         for key in keys:
-            own, first = answer["parameters"][key], answers["chirps, first"]["parameters"][key]
-            if own["interval"] is None:
-                cells.append("not shown")
-                continue
-            low, high = own["interval"]
-            apart = first["interval"] is None or low > first["interval"][1] or high < first["interval"][0]
-            cells.append(f"{own['fitted']:.3g} [{low:.3g}, {high:.3g}]{' other' if apart else ''}")
-        print(f"| {name} | " + " | ".join(cells) + f" | {answer['chi']:.1f} |", flush=True)
+            own, first = (
+                (1e3 * p["fitted"], *(1e3 * end for end in p["interval"])) if p["interval"] else None
+                for p in (of["parameters"][key] for of in (answer, next(iter(answers.values()))))
+            )
+            cells.append(cell(own, first))
+        low, high = motion(files)
+        print(f"| {name} | {low:.2f} to {high:.2f} | " + " | ".join(cells) + f" | {answer['chi']:.1f} |", flush=True)
     return answers
 
 
 def chord(law: dict, low: float, high: float) -> float:
     """Mean stiffness of the law's cable between two angles of the arm, N m/rad: of a chord of its torque."""
-    value = {name: law["parameters"][f"arm.cable.{name}"]["fitted"] for name in NUMBERS["arm.cable"]}
+    value = {name: law["parameters"][f"arm.cable.{name}"]["fitted"] for name in ("stiffness", "asymmetry", "cubic", "rest")}
     a, b = low - value["rest"], high - value["rest"]
     return value["stiffness"] + value["asymmetry"] * (a + b) + value["cubic"] * (a * a + a * b + b * b)
 
@@ -174,7 +196,7 @@ def by_amplitude(program: Program, law: dict, parts: list[tuple[str, str]]) -> l
         sheet = head + f"[{table}]" + "\n".join(lines) + "\n"
     rig = sheet + SPRING.format(lag=law["parameters"]["motor.lag.time_constant"]["fitted"])
     print("\n3. A plain spring in the place of cable and friction, by how far the arm moves\n")
-    print("| recordings | span [s] | arm [rad] | spring [N m/rad] | error/noise | cable of table 2 [N m/rad] |\n|---|---|---|---|---|---|")
+    print("| recordings | span [s] | arm [rad] | spring [mN m/rad] | cable of the first chirps [mN m/rad] | |\n|---|---|---|---|---|---|")
     rows = []
     for name, span in parts:
         files = EXPERIMENTS[name]
@@ -185,8 +207,8 @@ def by_amplitude(program: Program, law: dict, parts: list[tuple[str, str]]) -> l
         expected = chord(law, least, greatest)
         low, high = stiffness["interval"] or (math.nan, math.nan)
         rows.append((name, greatest - least, stiffness["fitted"], low, high, expected))
-        value = f"{stiffness['fitted']:.3g} [{low:.3g}, {high:.3g}]"
-        print(f"| {name} | {span} | {least:.2f} to {greatest:.2f} | {value} | {answer['chi']:.1f} | {expected:.3g} |", flush=True)
+        value = cell((1e3 * stiffness["fitted"], 1e3 * low, 1e3 * high), None)
+        print(f"| {name} | {span} | {least:.2f} to {greatest:.2f} | {value} | {1e3 * expected:.3g} | {answer['chi']:.1f} |", flush=True)
     return rows
 
 
@@ -225,6 +247,8 @@ def plot(file: pathlib.Path, answers: dict[str, dict], springs: list[tuple[str, 
         right.errorbar([row[1] for row in of], [1e3 * row[2] for row in of], errors, fmt="o", capsize=4, color=colours[name], label=name)
     right.plot([row[1] for row in springs], [1e3 * row[5] for row in springs], "k_", markersize=14, label="cable of the first chirps, same angles")
     right.set(xscale="log", xlabel="range of the arm [rad]", ylabel="stiffness of a plain spring [mN m/rad]", title="A spring in its place, by amplitude")
+    right.set_xticks([0.1, 0.3, 1, 3], ["0.1", "0.3", "1", "3"])
+    right.set_xticks([], minor=True)
     right.set_ylim(bottom=0)
     right.legend(frameon=False, fontsize=9)
     for axes in (left, right):
