@@ -1,6 +1,6 @@
 """furuta diagnose beside two others on the same recordings: discrepancy SINDy and a ladder of friction models.
 
-    python py/tests/peers.py --cli target/release/furuta --dev ../shared/blind/dev --real ../shared/real/qube-servo-2 [--only 001,023] [--markdown FILE]
+    python py/tests/peers.py --cli target/release/furuta --cases out/peers --real examples/qube-servo-2 [--seed 1] [--only arm.coulomb,nothing] [--markdown FILE]
 
 All three see the same recordings and the same data sheet, and predict a recording that none has seen: open loop over its whole length, from rest.
 
@@ -12,7 +12,9 @@ All three see the same recordings and the same data sheet, and predict a recordi
    load-dependent, both, quadratic on the arm, each fitted together with the parameters, the one kept that predicts three seconds best.
 4. furuta diagnose --verify.
 
-Not part of the tests: it needs Python 3.11, `pip install pysindy numba scipy`, and minutes.
+The cases are those of `benchmark.py`, one for each effect that is asked for; they are made in `--cases` where they are not there.
+
+Not part of the tests: it needs Python 3.11, `pip install mujoco pysindy numba scipy`, and minutes.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ from collections.abc import Callable
 
 import numba
 import numpy as np
+from benchmark_cases import plan
 from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
 
@@ -38,6 +41,7 @@ try:
 except ImportError:  # the table says so
     pysindy = None
 
+HIDDEN = ("arm.coulomb", "arm.spring", "motor.delay", "motor.deadzone", "drive.backlash", "arm.cogging", "nothing", "x.memory")
 WINDOW = 0.5  # s, of the fits
 CHOICE = 3.0  # s, of the predictions by which a peer's model is chosen
 SMOOTH = 25  # samples of the local quartic that gives speeds and accelerations
@@ -355,6 +359,15 @@ class Row:
     seconds: float
 
 
+def made(hidden: str, seed: int, folder: pathlib.Path) -> pathlib.Path:
+    """The benchmark's first case in which this alone is hidden, at its usual size; written where it is not there."""
+    effects = () if hidden == "nothing" else (hidden,)
+    case = next(case for case in plan(seed) if case.effects == effects)
+    if not (folder / case.name / "truth.json").exists():
+        case.write(folder)
+    return folder / case.name
+
+
 def mean_square(rows: list[tuple[float, float]]) -> tuple[float, float]:
     return tuple(np.sqrt((np.array(rows) ** 2).mean(axis=0)))  # type: ignore[return-value]
 
@@ -402,19 +415,19 @@ def compare(cli: list[str], case: str, truth: str, rig: pathlib.Path, train: lis
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cli", default="target/release/furuta")
-    parser.add_argument("--dev", type=pathlib.Path, help="folder of cases with run-*.csv, rig.toml, truth.json")
+    parser.add_argument("--cases", type=pathlib.Path, help="folder of cases with run-*.csv, rig.toml, truth.json")
+    parser.add_argument("--seed", type=int, default=1, help="of the cases")
     parser.add_argument("--real", type=pathlib.Path, help="folder of the QUBE's chirps and rig.toml")
-    parser.add_argument("--only", default="028,023,022,000,018,015,013,006", help="endings of the cases' names")
+    parser.add_argument("--only", default=",".join(HIDDEN), help="what is hidden")
     parser.add_argument("--markdown", type=pathlib.Path, help="write the table here as well")
     a = parser.parse_args()
     if pysindy is None:
         print("pysindy is not installed: no rows of discrepancy SINDy (pip install pysindy)")
     cases = []
-    for ending in filter(None, a.only.split(",")) if a.dev else ():
-        for folder in sorted(a.dev.glob(f"*{ending}")):
-            truth = ", ".join(json.loads((folder / "truth.json").read_text())["effects"]) or "nothing"
-            train = [folder / "run-0-multisine.csv", folder / "run-2-balance.csv"]
-            cases.append((folder.name, truth, folder / "rig.toml", train, [folder / "run-1-steps.csv"]))
+    for hidden in filter(None, a.only.split(",")) if a.cases else ():
+        folder = made(hidden, a.seed, a.cases)
+        train = [folder / "run-0-multisine.csv", folder / "run-2-balance.csv"]
+        cases.append((folder.name, hidden, folder / "rig.toml", train, [folder / "run-1-steps.csv"]))
     if a.real:
         chirps = [[a.real / f"chirp-{way}-{n}.csv" for way in ("plus", "minus")] for n in (1, 5)]
         cases.append(("QUBE", "unknown", a.real / "rig.toml", *chirps))

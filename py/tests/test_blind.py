@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import pathlib
 import re
 import subprocess
@@ -25,3 +26,38 @@ def test_score():
     assert "outside the catalogue 1/1" in printed
     exact = int(re.search(r"^(\d+) passed, \d+ failed$", printed, re.MULTILINE).group(1))
     assert exact >= LEAST_EXACT
+
+
+CASES = sorted((SHARED / "dev").glob("dev-*"))
+
+
+@pytest.mark.skipif(not CASES, reason="no ../shared/blind/dev beside the project")
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_recordings_made_by_others(case):
+    """Another's MuJoCo rig with the same truth shows the same counts under the same commands: the conventions are the same, signs and sides included.
+
+    Three seconds, past a kick where there is one; rounding alone is up to one count, differences of the engines' set-up may grow to a few.
+    """
+    pytest.importorskip("mujoco")
+    import numpy as np
+    from mujoco_effects import FOREIGN
+    from mujoco_plant import Plant
+    from mujoco_rig import TrueRig
+
+    truth = json.loads((case / "truth.json").read_text())
+    effects, wanted = truth["effects"], truth["true_rig"]
+    if set(effects) & set(FOREIGN):
+        pytest.skip("what is in no catalogue need not be the same")
+    rig = TrueRig(name=case.name, **{key: value for key, value in wanted.items() if key != "dt"})
+    run = next((round(p["run"]) for p in effects.values() if "run" in p), 0)
+    seconds = 3 + max((p["time"] for p in effects.values() if "time" in p), default=0.0)
+    (file,) = case.glob(f"run-{run}-*.csv")
+    rows = np.genfromtxt(file, delimiter=",", names=True)[: round(seconds * rig.rate)]
+    plant, shown = Plant(rig, effects, alpha=np.pi, run=run), []
+    for u in rows["u"]:
+        shown.append(plant.measure())
+        plant.advance(u)
+    counts = (np.array(shown) - np.c_[rows["theta"], rows["alpha"]]) * [rig.arm_counts, rig.pend_counts] / (2 * np.pi)
+    print(case.name, list(effects), np.abs(counts).max(axis=0).round(), "counts")
+    assert np.abs(counts).max() < 8.5
+    assert np.sqrt(np.mean(counts**2)) < 1.5

@@ -2,7 +2,6 @@
 //! registry and says what a new one lacks.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use furuta_hw::emulate::hidden_effect;
 use furuta_ident::diagnose::candidates;
@@ -54,33 +53,6 @@ fn no_name_is_lost_and_none_is_double() {
     }
     let ids: BTreeSet<_> = CATALOGUE.iter().map(|s| s.id).collect();
     assert_eq!(ids.len(), CATALOGUE.len());
-}
-
-/// The list that the project was asked for names nothing that is not here, and no parameter.
-#[test]
-fn the_catalogue_beside_the_project_is_covered() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/design/effects.md");
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        eprintln!("skipped: {} is not there", path.display());
-        return;
-    };
-    let mut found = 0;
-    for row in text.lines().filter(|l| l.starts_with("| `")) {
-        let cells: Vec<_> = row.split('|').map(str::trim).collect();
-        let spec = spec(cells[1].trim_matches('`'));
-        for name in cells[2].split(',') {
-            // `rest = pi` states a default.
-            let name = name.split('=').next().unwrap_or_default().trim();
-            assert!(
-                spec.parameters.iter().any(|p| p.name == name),
-                "{} has no {name}",
-                spec.id
-            );
-        }
-        found += 1;
-    }
-    // The ripple of the motor was added for a real rig.
-    assert!(found >= IDS.len() - 1, "only {found} rows are effects");
 }
 
 /// Readings of two seconds under a command that swings to either side, as the encoders' angles before they are rounded.
