@@ -1,7 +1,7 @@
 //! A rig with its effects under a linear law.
 
 use crate::error;
-use crate::matrix::Vector;
+use crate::matrix::{Vector, vector};
 use crate::rig::PyRig;
 use furuta_ctrl::estimators::AnyEstimator;
 use furuta_ctrl::{Config, Site, controllers};
@@ -119,8 +119,7 @@ pub(crate) fn closed_loop<'py>(
         out.set_item("with_estimator", with_estimator)?;
     }
     if let Some(omega) = omega {
-        let response: Vec<_> = omega
-            .as_array()
+        let response: Vec<_> = vector::<f64>("omega", &omega, error::design)?
             .iter()
             .map(|w| closed.response(*w))
             .collect();
@@ -212,7 +211,7 @@ fn margins<'py>(py: Python<'py>, found: &Margins) -> PyResult<Bound<'py, PyDict>
 }
 
 fn law(k: &Vector<'_>) -> PyResult<Law> {
-    let k: Vec<f64> = k.as_array().iter().copied().collect();
+    let k: Vec<f64> = vector("K", k, error::design)?;
     if !k.iter().all(|k| k.is_finite()) {
         return Err(error::design(format!(
             "K = {k:?} holds a number that is not finite"

@@ -253,7 +253,9 @@ fn coefficients(given: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<f64>)> {
     };
     let read = |name, c: &Vector<'_>| vector::<f64>(name, c, |text| error::identification(text));
     if let (Ok(num), Ok(den)) = (given.getattr("num"), given.getattr("den")) {
-        let first = |of: &Bound<'_, PyAny>| of.get_item(0)?.get_item(0);
+        fn first<'py>(of: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+            of.get_item(0)?.get_item(0)
+        }
         return Ok((
             read("numerator", &first(&num)?)?,
             read("denominator", &first(&den)?)?,
