@@ -4,6 +4,7 @@ use furuta_model::Spec;
 use furuta_model::effects::{Acts, Kind};
 
 use super::screen;
+use crate::shooting::WHITE;
 
 /// What decides whether an effect is named. Gains are falls of the cost (chi²) in units of what the better model leaves
 /// per sample.
@@ -48,9 +49,7 @@ pub(super) struct Criteria {
 
 /// The criteria of every diagnosis.
 pub(super) const CRITERIA: Criteria = Criteria {
-    // The noise floor is estimated to 3 % (its square to 6), and models at the truth leave 1.00 to 1.06
-    // (docs/diagnosis.md).
-    explained: 1.12,
+    explained: WHITE,
     explained_with_blows: 1.4,
     // White noise gains 25 from the best of some hundred entries and starts, of two numbers each, once in 2,700 data
     // sets: `100 exp(-25/2)`.

@@ -1,7 +1,7 @@
 //! How large each effect that was not named could still be.
 //!
 //! A score test gives the strength at which an effect would explain most of what the fit leaves, and how sharply the
-//! data say so. Its shape (a rest angle, a frequency) is taken from the starts of a search: of those the largest bound
+//! data say so, errors being as correlated as they are for the fitted numbers. Its shape (a rest angle, a frequency) is taken from the starts of a search: of those the largest bound
 //! counts.
 
 use furuta_model::Spec;
@@ -87,7 +87,7 @@ fn upper_bound(
         let score = score(strength)?;
         let (best, deviation) = (
             strength * score.product / score.square,
-            strength * (per_sample / score.square).sqrt(),
+            named.widened * strength * (per_sample / score.square).sqrt(),
         );
         let limit = if one_way {
             best.max(0.0) + ONE_SIDED * deviation

@@ -5,6 +5,8 @@
 //! complement), so that an unstable plant can be fitted and an early error does not spoil what follows. Sensitivities
 //! are exact: the same plant is run on dual numbers.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::data::{Data, Window};
@@ -36,7 +38,11 @@ pub(crate) struct Fit<M> {
     pub(crate) priors: Vec<f64>,
     /// Sum of both.
     pub(crate) cost: f64,
-    /// Standard deviations of `z`, robust against errors that are correlated within a window.
+    /// By how much errors that are correlated widen standard deviations: root mean square over the free numbers, at
+    /// least 1.
+    pub(crate) widened: f64,
+    /// Standard deviations of `z`, robust against errors that are correlated within a window, and over longer blocks
+    /// where more than the noise is left.
     pub(crate) std: Vec<f64>,
 }
 
@@ -60,6 +66,12 @@ impl<M: Model> Fit<M> {
         (shared.iter().sum(), zeros.collect())
     }
 }
+
+/// Up to this mean square of the residuals over the noise's a fit leaves noise alone: the floor is estimated to 3 % (its
+/// square to 6), and models at the truth leave 1.00 to 1.06 (docs/diagnosis.md).
+pub(crate) const WHITE: f64 = 1.12;
+/// Of fewer blocks a variance says little.
+const BLOCKS: usize = 8;
 
 /// How much what is known beforehand counts where the windows leave this much.
 fn prior_weight(left: f64, floor: f64) -> f64 {
@@ -195,6 +207,7 @@ impl<'a> Problem<'a> {
             costs: Vec::new(),
             priors: Vec::new(),
             cost: 0.0,
+            widened: 1.0,
             std: vec![f64::NAN; z.len()],
             z,
         };
@@ -213,8 +226,68 @@ impl<'a> Problem<'a> {
         };
         let (mut here, linear) = minimise(&search, here, &rules);
         let r = linear.unwrap_or_else(|| self.linearise(&here));
-        here.std = deviations(&r, &bounds);
+        (here.std, here.widened) = self.deviations(&here, &r, &bounds);
         here
+    }
+
+    /// Standard deviations, and by how much correlated errors widened them: `H⁻¹ (sum of score scoreᵀ) H⁻¹` over
+    /// blocks, and not below what white noise would give.
+    ///
+    /// A block is a window. Where more than the noise is left, the model is wrong in the same way for long, and blocks
+    /// of twice, four times and so on as many windows are tried as long as there are [`BLOCKS`] of them: the widest
+    /// deviation counts.
+    fn deviations<M>(&self, here: &Fit<M>, r: &Reduced, bounds: &[(f64, f64)]) -> (Vec<f64>, f64) {
+        let p = bounds.len();
+        let mut m = r.matrix.clone();
+        for i in 0..p {
+            m[(i, i)] += 1e-9;
+        }
+        let held = |i: usize| bounds[i].0 == bounds[i].1;
+        for i in (0..p).filter(|i| held(*i)) {
+            m.row_mut(i).fill(0.0);
+            m.column_mut(i).fill(0.0);
+            m[(i, i)] = 1e12;
+        }
+        let Some(inverse) = m.cholesky().map(|c| c.inverse()) else {
+            return (vec![f64::NAN; p], 1.0);
+        };
+        let variances = |windows: usize| {
+            let mut scores: BTreeMap<(usize, usize), DVector<f64>> = BTreeMap::new();
+            for (w, response) in self.windows.iter().zip(&r.windows) {
+                let score = scores
+                    .entry((w.run, w.start / (windows * w.len.max(1))))
+                    .or_insert_with(|| DVector::zeros(p));
+                *score += &response.score;
+            }
+            let mut meat = DMatrix::zeros(p, p);
+            for score in scores.values() {
+                meat += score * score.transpose();
+            }
+            ((&inverse * meat * &inverse).diagonal(), scores.len())
+        };
+        let mut variance: Vec<f64> = variances(1).0.iter().copied().collect();
+        let left = here.cost / self.floor();
+        let mut windows = 2;
+        while left > WHITE {
+            let (wider, blocks) = variances(windows);
+            if blocks < BLOCKS {
+                break;
+            }
+            for (v, w) in variance.iter_mut().zip(wider.iter()) {
+                *v = v.max(*w);
+            }
+            windows *= 2;
+        }
+        let white = |i: usize| inverse[(i, i)] * left.max(1.0);
+        let free: Vec<f64> = (0..p)
+            .filter(|i| !held(*i) && white(*i) > 0.0)
+            .map(|i| variance[i] / white(i))
+            .collect();
+        let mean = free.iter().sum::<f64>() / free.len().max(1) as f64;
+        let std = (0..p)
+            .map(|i| variance[i].max(inverse[(i, i)]).sqrt())
+            .collect();
+        (std, mean.sqrt().max(1.0))
     }
 
     /// All windows linearised about a fit.
@@ -284,33 +357,6 @@ impl<M: Model> LeastSquares<Fit<M>> for Fitting<'_, '_> {
             && missing > Self::ratio(iteration) * (before - place.cost);
         !small && !abandoned
     }
-}
-
-/// Standard deviations: `H⁻¹ (sum of score scoreᵀ) H⁻¹` over windows, and not below what white noise would give.
-fn deviations(r: &Reduced, bounds: &[(f64, f64)]) -> Vec<f64> {
-    let p = bounds.len();
-    let mut m = r.matrix.clone();
-    for i in 0..p {
-        m[(i, i)] += 1e-9;
-    }
-    for i in 0..p {
-        if bounds[i].0 == bounds[i].1 {
-            m.row_mut(i).fill(0.0);
-            m.column_mut(i).fill(0.0);
-            m[(i, i)] = 1e12;
-        }
-    }
-    let Some(inverse) = m.cholesky().map(|c| c.inverse()) else {
-        return vec![f64::NAN; p];
-    };
-    let mut meat = DMatrix::zeros(p, p);
-    for w in &r.windows {
-        meat += &w.score * w.score.transpose();
-    }
-    let sandwich = &inverse * meat * &inverse;
-    (0..p)
-        .map(|i| sandwich[(i, i)].max(inverse[(i, i)]).sqrt())
-        .collect()
 }
 
 /// A step of the parameters that stays within their bounds: components at a bound that would leave it rest.

@@ -15,7 +15,7 @@ mod zeros;
 
 pub(crate) use data::{Data, Run, Window};
 pub(crate) use eliminate::{MAX_FREE, Reduced, reduced};
-pub(crate) use fit::{Effort, Fit, Problem, bounded_step};
+pub(crate) use fit::{Effort, Fit, Problem, WHITE, bounded_step};
 pub(crate) use impulse::{Block, ImpulseResponse, impulse_responses};
 pub(crate) use model::{Layout, Model, Observed, Prior};
 pub(crate) use rig::AsGiven;

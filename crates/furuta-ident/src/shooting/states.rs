@@ -43,6 +43,7 @@ impl Problem<'_> {
             costs,
             priors: Vec::new(),
             cost: 0.0,
+            widened: 1.0,
             std: vec![f64::NAN; z.len()],
         };
         if windows.plain().plant.has_drive() {
