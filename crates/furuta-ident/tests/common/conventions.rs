@@ -215,7 +215,7 @@ pub(crate) fn sound_recordings_are_not_accused(cases: &[Case]) {
     }
 }
 
-/// A recording of each of two rigs: where their pendulums differ by a quarter or more, it is said. Returns of how many
+/// A recording of each of two rigs whose pendulums swing: where their pendulums differ by a quarter or more, it is said. Returns of how many
 /// pairs of neighbours.
 pub(crate) fn rigs_are_told_apart(cases: &[Case]) -> usize {
     let frequency = |rig: &Rig| {
@@ -223,6 +223,7 @@ pub(crate) fn rigs_are_told_apart(cases: &[Case]) -> usize {
         (c.weight / c.pendulum).sqrt()
     };
     let (mut apart, mut told) = (0, 0);
+    let cases: Vec<&Case> = cases.iter().filter(swings).collect();
     for pair in cases.windows(2) {
         let ratio = frequency(&pair[0].rig) / frequency(&pair[1].rig);
         if (0.75..1.34).contains(&ratio) {

@@ -17,7 +17,7 @@ type Run = (&'static str, f64);
 /// A diagnosis of `seen`, verified on `unseen`, recordings of the rig in this folder of `examples`.
 fn answer(rig: &str, seen: &[Run], unseen: &[Run]) -> Diagnosis {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../examples")
+        .join("../../examples")
         .join(rig);
     let rig = Rig::load(&folder.join("rig.toml").to_string_lossy()).expect("a valid rig file");
     let load = |runs: &[Run]| -> Vec<Recording> {
