@@ -2,7 +2,7 @@
 
 use super::criteria::CRITERIA;
 use super::predict::{self, Predictor, rms};
-use super::result::HeldOut;
+use super::result::{Best, HeldOut};
 use super::{Fit, LONG, REPORT, SEARCH};
 use crate::shooting::{Data, Effort, Problem, Run, Window, with_zeros_found};
 use crate::stop::Stop;
@@ -95,6 +95,22 @@ pub(super) struct Unseen {
     pub(super) horizons: [f64; 4],
 }
 
+/// Mean squared errors over short windows of data kept apart are known to some per cent.
+const ALIKE: f64 = 1.02;
+
+/// The largest of three models that predicts no worse than the smaller ones: a window of a quarter of a second does not
+/// see what half a second shows upright, so that no horizon stands for another.
+pub(super) fn best(given: &Unseen, refitted: &Unseen, repaired: &Unseen) -> Best {
+    let refit = refitted.is_no_worse_than(given);
+    if repaired.is_no_worse_than(given) && (!refit || repaired.is_no_worse_than(refitted)) {
+        Best::Repaired
+    } else if refit {
+        Best::Refitted
+    } else {
+        Best::Given
+    }
+}
+
 /// The least mean square that counts, in units of the noise: a window at rest leaves less than any model can take
 /// credit for.
 const LEAST: f64 = 1e-2;
@@ -106,6 +122,15 @@ impl Unseen {
             std::array::from_fn(|i| self.horizons[i] / other.horizons[i]);
         let no_worse = |ratio: f64| ratio.is_nan() || ratio < CRITERIA.no_worse;
         search < 1.0 && report < 1.0 && no_worse(long) && no_worse(whole)
+    }
+
+    /// Whether this model predicts no worse at any horizon, as far as errors on data kept apart are known.
+    fn is_no_worse_than(&self, other: &Self) -> bool {
+        let most = [ALIKE, ALIKE, CRITERIA.no_worse, CRITERIA.no_worse];
+        (0..most.len()).all(|i| {
+            let ratio = self.horizons[i] / other.horizons[i];
+            ratio.is_nan() || ratio < most[i]
+        })
     }
 
     /// Mean of the logarithms of the horizons that there are: the lower, the better the model predicts all in all.
@@ -228,4 +253,33 @@ pub(super) fn removed(data: &Data, smaller: &[[f64; 2]], larger: &[[f64; 2]]) ->
             .sum()
     };
     1.0 - sum(larger) / sum(smaller)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(horizons: [f64; 4]) -> Unseen {
+        Unseen {
+            errors: Vec::new(),
+            horizons,
+        }
+    }
+
+    /// A refit that wins over a quarter of a second and loses over half a second, as upright in closed loop, is not
+    /// written; nor is a repair that loses over whole runs alone.
+    #[test]
+    fn the_best_model_is_no_worse_at_any_horizon() {
+        let none = f64::NAN;
+        let given = at([9.0, 64.0, none, none]);
+        let refitted = at([1.0, 130.0, none, none]);
+        assert_eq!(best(&given, &refitted, &refitted), Best::Given);
+        let given = at([9.0, 64.0, 400.0, 900.0]);
+        let refitted = at([3.0, 20.0, 100.0, 300.0]);
+        let repaired = at([1.5, 5.0, 50.0, 280.0]);
+        assert_eq!(best(&given, &refitted, &repaired), Best::Repaired);
+        let worse = at([1.5, 5.0, 50.0, 600.0]);
+        assert_eq!(best(&given, &refitted, &worse), Best::Refitted);
+        assert_eq!(best(&given, &given, &given), Best::Repaired);
+    }
 }

@@ -81,7 +81,7 @@ pub(super) fn transients_to_drop(problem: &Problem<'_>, named: &Fit) -> Vec<&'st
 
 /// The parameters to be used: from half-second windows for a model that explains the data. For one that does not, what
 /// it lacks pulls the parameters of each horizon elsewhere: of those led to longer and longer windows, those that
-/// predict whole runs best. In a hurry, those at hand.
+/// predict whole runs best, and deviations that hold how far they were pulled. In a hurry, those at hand.
 pub(super) fn finish(data: &Data, fit: &Fit, explained: bool, stop: Stop<'_>) -> Fit {
     if stop.wanted() {
         return fit.clone();
@@ -96,15 +96,32 @@ pub(super) fn finish(data: &Data, fit: &Fit, explained: bool, stop: Stop<'_>) ->
         return last;
     }
     let mut best = (predict::open_loop(data, &last), last.clone());
+    let mut values = vec![last.z.clone()];
     for seconds in LADDER {
         if stop.wanted() {
             break;
         }
         last = refit(&last, seconds);
+        values.push(last.z.clone());
         let error = predict::open_loop(data, &last);
         if error < best.0 {
             best = (error, last.clone());
         }
     }
-    best.1
+    let mut best = best.1;
+    for (std, moved) in best.std.iter_mut().zip(scatter(&values)) {
+        *std = std.hypot(moved);
+    }
+    best
+}
+
+/// Standard deviation of each number over fits.
+fn scatter(fits: &[Vec<f64>]) -> Vec<f64> {
+    let count = fits.len() as f64;
+    let of = |i: usize| {
+        let mean = fits.iter().map(|z| z[i]).sum::<f64>() / count;
+        let squares = fits.iter().map(|z| (z[i] - mean).powi(2)).sum::<f64>();
+        (squares / (count - 1.0).max(1.0)).sqrt()
+    };
+    (0..fits.first().map_or(0, Vec::len)).map(of).collect()
 }

@@ -321,11 +321,9 @@ fn search(
             held_out::removed(&data, &without.errors, &after.errors)
         };
         let gains: Vec<f64> = rivals.iter().map(|r| gain(&r.without)).collect();
-        let repaired = custom
-            .as_ref()
-            .map_or(after.level(), |c| unseen(&c.fit).level());
+        let repaired = custom.as_ref().map(|c| unseen(&c.fit));
         let given = held_out::unseen(&data, &folds, &as_given, false, out_of_time);
-        let best = Best::of([given.level(), before.level(), repaired]);
+        let best = held_out::best(&given, &before, repaired.as_ref().unwrap_or(&after));
         (held_out, gains, best)
     });
     // What ran out of time says nothing.

@@ -15,24 +15,7 @@ pub enum Best {
     Repaired,
 }
 
-/// A larger model is taken where its error is no more than this share above the least: errors on data kept apart are
-/// known to some per cent.
-const ALIKE: f64 = 0.02;
-
 impl Best {
-    /// From the logarithms of the mean squared errors on data kept apart: as given, refitted, repaired.
-    pub(crate) fn of([given, refitted, repaired]: [f64; 3]) -> Self {
-        let least = given.min(refitted).min(repaired);
-        let alike = |level: f64| level.is_nan() || level <= least + ALIKE;
-        if alike(repaired) {
-            Self::Repaired
-        } else if alike(refitted) {
-            Self::Refitted
-        } else {
-            Self::Given
-        }
-    }
-
     /// What is to be said where it is not the repaired model.
     #[must_use]
     pub const fn sentence(self) -> Option<&'static str> {
