@@ -58,7 +58,8 @@ def response(system: Any, frequency: Any = None) -> Frf:
         frequency = np.asarray(omega) / (2 * np.pi)
     frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
     answer = system.frequency_response(2 * np.pi * frequency, squeeze=False)
-    values = np.asarray(answer.fresp if hasattr(answer, "fresp") else answer.complex)
+    # Its name before python-control 0.10.1.
+    values = np.asarray(answer.frdata if hasattr(answer, "frdata") else answer.fresp)
     values = values.reshape(-1, len(frequency))
     if len(values) != 1:
         raise IdentificationError(f"the system has {len(values)} pairs of output and input; one is needed: choose with system[output, input]")

@@ -65,7 +65,7 @@ impl PyFrf {
         std: Option<Vector<'_>>,
         sample_period: f64,
     ) -> PyResult<Self> {
-        let refuse = |text| error::identification(text);
+        let refuse = |text: String| error::identification(text);
         let frequency: Vec<f64> = vector("frequency", &frequency, refuse)?;
         let response: Vec<Complex<f64>> = vector("response", &response, refuse)?;
         let n = frequency.len();

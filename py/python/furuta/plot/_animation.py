@@ -83,6 +83,10 @@ def animation(
         ax.spines[["top", "right"]].set_visible(False)
     beside[-1].set_xlabel("time [s]")
 
+    # Laid out once, not again for every picture.
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+
     def draw(k: int) -> list[Any]:
         hinge, tip = joints[0][k], joints[1][k]
         arm_line.set_data_3d([0, hinge[0]], [0, hinge[1]], [0, hinge[2]])
@@ -111,7 +115,7 @@ def _frame(scene: Any, arm: float, rod: float) -> None:
     scene.set_xlim(-reach, reach)
     scene.set_ylim(-reach, reach)
     scene.set_zlim(-rod, rod)
-    scene.set_box_aspect((2 * reach, 2 * reach, 2 * rod))
+    scene.set_box_aspect((2 * reach, 2 * reach, 2 * rod), zoom=1.6)
     scene.plot([0, 0], [0, 0], [-rod, 0], color=FAINT, lw=6)
     scene.set_axis_off()
 

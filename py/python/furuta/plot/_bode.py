@@ -50,11 +50,16 @@ def bode(*systems: Any, frequency: ArrayLike | None = None, output: str = "alpha
     f = np.asarray(frequency, dtype=float)
     figure, drawn = axes(ax, 2, (9, 6), "furuta.plot.bode", at_least=1)
     colours = [MEASURED, AFTER, BEFORE, FLOOR]
+    first = None
     for (name, system), colour in zip(shown, colours * (1 + len(shown) // len(colours))):
         at, response = (system.frequency, system.response) if isinstance(system, Frf) else (f, _response(system, f, output))
         drawn[0].semilogx(at, 20 * np.log10(np.abs(response)), color=colour, lw=1.3, label=name)
         if len(drawn) > 1:
-            drawn[1].semilogx(at, np.degrees(np.unwrap(np.angle(response))), color=colour, lw=1.3)
+            phase = np.degrees(np.unwrap(np.angle(response)))
+            # Whole turns are added so that the curves lie together.
+            first = phase[len(phase) // 2] if first is None else first
+            phase += 360 * np.round((first - phase[len(phase) // 2]) / 360)
+            drawn[1].semilogx(at, phase, color=colour, lw=1.3)
     drawn[0].set_ylabel("magnitude [dB]")
     if len(drawn) > 1:
         drawn[1].set_ylabel("phase [deg]")

@@ -18,7 +18,7 @@ def phase_portrait(*runs: Any, of: str = "alpha", ax: Any = None) -> Figure:
     Parameters
     ----------
     *runs : Trajectory, Recording, DataFrame or mapping of arrays
-        Where the speed was not recorded it is the angle's central difference.
+        Where the speed was not recorded it is the angle's central difference over 20 ms.
     of : {"alpha", "theta"}, optional
         The pendulum or the arm.
     ax : matplotlib.axes.Axes, optional
@@ -45,9 +45,16 @@ def phase_portrait(*runs: Any, of: str = "alpha", ax: Any = None) -> Figure:
         try:
             speed = np.asarray(run[f"{of}_dot"], dtype=float)
         except KeyError:
-            speed = np.gradient(angle, np.asarray(run["t"], dtype=float))
+            speed = _difference(angle, np.asarray(run["t"], dtype=float))
         one.plot(angle, speed, color=colour, lw=1.0)
         one.plot(angle[:1], speed[:1], "o", color=colour, ms=5)
     one.set_xlabel(f"{of} [rad]")
     one.set_ylabel(f"{of}_dot [rad/s]")
     return figure
+
+
+def _difference(angle: Any, t: Any) -> Any:
+    """Central difference over 20 ms: over one sample it would show the encoder's steps."""
+    n = max(1, round(0.01 / float(np.median(np.diff(t)))))
+    before, after = np.maximum(np.arange(len(t)) - n, 0), np.minimum(np.arange(len(t)) + n, len(t) - 1)
+    return (angle[after] - angle[before]) / (t[after] - t[before])
