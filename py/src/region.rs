@@ -95,9 +95,11 @@ pub(crate) fn region_of_attraction<'py>(
     let period = controller.period();
     let arm = control.thresholds.arm_angle_limit;
     let work = move |send: &Sender<usize>| {
-        // There is no reader any more where the call has ended early.
+        // Where the call has ended early there is no reader any more: unwinding ends the work, too.
         let tell = |done| {
-            let _ = send.send(done);
+            if send.send(done).is_err() {
+                std::panic::resume_unwind(Box::new("the call has ended"));
+            }
         };
         Region::of(&rig, On::Rig, &control.balance, &grid, period, arm, &tell)
     };

@@ -101,7 +101,7 @@ pub(super) fn friction(
 
 /// The gain of the voltage maps about `command` for an amplitude (V) of it; 1 where none is asked for.
 fn gain(kinked: &Plant<f64>, command: f64, amplitude: f64) -> f64 {
-    if !(amplitude > 0.0) || kinked.effects().is_empty() {
+    if amplitude <= 0.0 || kinked.effects().is_empty() {
         return 1.0;
     }
     const POINTS: u32 = 4096;

@@ -99,17 +99,18 @@ pub fn equilibrium(plant: &Plant<f64>, hold: Hold) -> Result<Equilibrium, NoEqui
         let Some(step) = slope.lu().solve(&off) else {
             return Err(failed(&unknown, &off));
         };
+        let is_better = |there: &SVector<Number, 3>| size(there) < size(&value);
         // Half steps until it gets better.
         let mut share = 1.0;
         let mut next = unknown - step;
         let mut there = residual(&dual, hold, &next);
-        while !(size(&there) < size(&value)) && share > 1e-6 {
+        while !is_better(&there) && share > 1e-6 {
             share *= 0.5;
             next = unknown - step * share;
             there = residual(&dual, hold, &next);
         }
         let done = step.amax() < SMALL;
-        if done && !(size(&there) < size(&value)) {
+        if done && !is_better(&there) {
             break;
         }
         (unknown, value) = (next, there);

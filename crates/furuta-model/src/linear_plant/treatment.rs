@@ -35,9 +35,8 @@ impl core::fmt::Display for Remark {
         match self.treatment {
             Treatment::Described { value, unit } => write!(
                 f,
-                "{}: by its describing function, {} {unit}",
-                self.effect,
-                furuta_input::number(value)
+                "{}: by its describing function, {value:.3e} {unit}",
+                self.effect
             ),
             Treatment::Local(why) => write!(f, "{}: its slope at rest, {why}", self.effect),
             Treatment::LeftOut(why) => write!(f, "{}: left out, {why}", self.effect),

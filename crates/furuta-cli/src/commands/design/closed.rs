@@ -107,7 +107,7 @@ impl Judged {
             Some((growth, _)) => *growth,
             None => self.closed.growth(),
         };
-        if !(growth < 0.0) {
+        if growth.is_nan() || growth >= 0.0 {
             note!(
                 "warning: rig {}: the closed loop has a pole at {growth:+.3} 1/s with the effects of the rig file",
                 rig.name
