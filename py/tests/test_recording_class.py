@@ -62,7 +62,7 @@ def test_several_at_once_and_names():
 
 def test_a_frames_other_columns(tmp_path):
     pandas = pytest.importorskip("pandas")
-    frame = pandas.DataFrame(columns()).assign(current=0.25, mode="excite", note=None)
+    frame = pandas.DataFrame(columns()).assign(current=0.25, mode="excite")
     recording = furuta.Recording(frame)
     assert set(recording) == {"t", "u", "theta", "alpha", "current"}  # numbers are kept
     assert np.array_equal(recording["current"], frame["current"])
@@ -112,7 +112,7 @@ def test_saving_replaces_nothing_unasked(tmp_path):
 
 def test_a_trajectory_has_time_and_names():
     pandas = pytest.importorskip("pandas")
-    u = furuta.signal("chirp", 2, DT)
+    u = furuta.signal("multisine", 2, DT, amplitude=2)
     run = furuta.Trajectory.simulate(RIG, [0, np.pi, 0, 0], u, DT)
     x, y = furuta.simulate(RIG, [0, np.pi, 0, 0], u, DT, encoders=True)
     assert np.array_equal(run.x, x) and np.array_equal(run.y, y) and np.array_equal(run.u[:-1], u)

@@ -55,7 +55,7 @@ def test_copies_go_their_own_way():
 
 def test_what_a_simulator_refuses():
     simulator = furuta.Simulator(RIG, HANGING, DT)
-    with pytest.raises(furuta.SimulationError, match=r"u\[0\] = nan is not a finite number"):
+    with pytest.raises(furuta.SimulationError, match=r"u\[0\] = NaN is not a finite number"):
         simulator.step(float("nan"))
     assert simulator.t == 0.0
     for wrong in ({"dt": 0.0}, {"dt": 2.0}, {"dt": DT, "substeps": 0}):
@@ -103,7 +103,7 @@ def test_requests_faults_and_time():
 
 def test_lost_samples_are_told_by_the_time():
     def sees(lost):
-        supervisor = furuta.Supervisor("qube-servo-2")
+        supervisor = furuta.Supervisor("qube-servo-2", start=False)
         plant = furuta.Simulator("qube-servo-2", [0.0, np.pi - 0.8, 0.0, 0.0], DT)
         for k in range(200):
             if k not in lost:
@@ -119,11 +119,11 @@ def test_swing_up_pumps_and_says_what_is_missing():
     rig = furuta.Rig.load("shahzad2022-srv02")
     p = rig.parameters
     swing_up = furuta.SwingUp(rig, DT)
-    weight = 2 * p["pendulum.mass"] * p["gravity"] * p["pendulum.com"]
+    weight = 2 * p["pendulum.mass"] * 9.81 * p["pendulum.com"]
     assert swing_up.missing_energy(HANGING) == pytest.approx(weight, rel=0.2)
     u = swing_up.update([0, np.pi - 0.2, 0, 0.5])
     assert abs(u) <= p["motor.command_limit"]
-    with pytest.raises(furuta.ControllerError, match="nonsense"):
+    with pytest.raises(furuta.ControllerError, match="no such parameter; it has arm_range"):
         furuta.SwingUp(rig, DT, nonsense=1)
 
 
@@ -140,7 +140,7 @@ def test_a_callable_is_a_controller_on_the_true_state():
     ad, bd = furuta.zero_order_hold(a, b, 1e-3)
     expected = np.array([np.linalg.matrix_power(ad - bd @ K, k) @ x0 for k in (100, 200, 300)])
     assert np.abs(x[[100, 200, 300]] - expected).max() < 1e-6
-    assert modes == ["callable"] * 300 and np.allclose(u, (-x[:-1] @ K.T)[:, 0], rtol=1e-12, atol=0)
+    assert modes == ["callable"] * 300 and np.allclose(u, (-x[:-1] @ K.T)[:, 0], rtol=1e-9, atol=1e-12)
 
 
 def test_a_callable_sees_encoders_and_acts_a_sample_late():
@@ -164,7 +164,7 @@ def test_estimators_of_ours_with_controllers_of_theirs():
         x, _, _ = furuta.simulate(rig, [0, 0.1, 0, 0], np.zeros(1500), DT, controller=lambda t, x: -K @ x, estimator=estimator)
         assert np.abs(x[-1, :2]).max() < 0.05
     x, u, modes = furuta.simulate(
-        rig, [0, 0.1, 0, 0], np.zeros(1500), DT, controller=furuta.Controller.lqr(K, rig, DT), estimator="kalman", reference=0.3
+        rig, [0, 0.1, 0, 0], np.zeros(4000), DT, controller=furuta.Controller.lqr(K, rig, DT), estimator="kalman", reference=0.3
     )
     assert abs(x[-1, 0] - 0.3) < 0.05 and set(modes) == {"balance"} and np.abs(u).max() <= rig["motor.command_limit"]
 

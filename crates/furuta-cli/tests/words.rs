@@ -23,9 +23,18 @@ fn negative_numbers_reach_the_range_checks() {
         assert!(!stderr.contains("unexpected argument"), "{stderr}");
         assert!(stderr.contains("invalid value '-"), "{stderr}");
     }
-    let output = furuta(&["design", "lqr", "--rig", "qube-servo-2", "--q", "1,1,1,1", "--r", "-1"])
-        .output()
-        .expect("the binary runs");
+    let output = furuta(&[
+        "design",
+        "lqr",
+        "--rig",
+        "qube-servo-2",
+        "--q",
+        "1,1,1,1",
+        "--r",
+        "-1",
+    ])
+    .output()
+    .expect("the binary runs");
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(!stderr.contains("unexpected argument"), "{stderr}");
     assert!(!output.status.success() && stderr.contains('R'), "{stderr}");
@@ -41,7 +50,10 @@ fn what_shapes_a_signal_needs_one() {
         &["--input", "lqr", "--amplitude", "2"],
     ] {
         let line = failure(&furuta(&[&simulate, more].concat()).output().expect("runs"));
-        assert!(line.contains("shapes a test signal, and none is asked for"), "{line}");
+        assert!(
+            line.contains("shapes a test signal, and none is asked for"),
+            "{line}"
+        );
     }
     let done = furuta(&[&simulate[..], &["--input", "step", "--amplitude", "2"]].concat());
     assert!({ done }.output().expect("runs").status.success());
@@ -73,7 +85,10 @@ fn a_fall_is_a_failure_and_its_recording_is_written() {
     };
     let line = last_line(&args("0,1.5,0,0"));
     assert!(line.contains("the pendulum fell 0."), "{line}");
-    let rows = std::fs::read_to_string(&out).expect("written").lines().count();
+    let rows = std::fs::read_to_string(&out)
+        .expect("written")
+        .lines()
+        .count();
     assert!(rows > 10 && rows < 1002, "{rows}");
     assert!(args("0,0.05,0,0").status.success());
 }
@@ -89,11 +104,20 @@ fn one_flag_has_one_meaning() {
         &["identify", "plan", "--help"],
     ] {
         let text = help(args);
-        assert!(text.contains("--fix <KEY,KEY,...>") && !text.contains("--hold"), "{text}");
+        assert!(
+            text.contains("--fix <KEY,KEY,...>") && !text.contains("--hold"),
+            "{text}"
+        );
     }
-    for args in [&["identify", "frf", "--help"][..], &["identify", "tf", "--help"]] {
+    for args in [
+        &["identify", "frf", "--help"][..],
+        &["identify", "tf", "--help"],
+    ] {
         let text = help(args);
-        assert!(text.contains("--column <COLUMN>") && !text.contains("--output"), "{text}");
+        assert!(
+            text.contains("--column <COLUMN>") && !text.contains("--output"),
+            "{text}"
+        );
     }
     for args in [&["simulate", "--help"][..], &["run", "--help"]] {
         assert!(help(args).contains("--hold <SECONDS>"));

@@ -253,9 +253,6 @@ fn coefficients(given: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<f64>)> {
     };
     let read = |name, c: &Vector<'_>| vector::<f64>(name, c, |text| error::identification(text));
     if let (Ok(num), Ok(den)) = (given.getattr("num"), given.getattr("den")) {
-        fn first<'py>(of: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-            of.get_item(0)?.get_item(0)
-        }
         return Ok((
             read("numerator", &first(&num)?)?,
             read("denominator", &first(&den)?)?,
@@ -267,4 +264,9 @@ fn coefficients(given: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<f64>)> {
     }
     let (num, den): (Vector<'_>, Vector<'_>) = given.extract().map_err(|_| wrong())?;
     Ok((read("numerator", &num)?, read("denominator", &den)?))
+}
+
+/// Entry [0][0] of nested lists: of the first output and input.
+fn first<'py>(of: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    of.get_item(0)?.get_item(0)
 }
