@@ -466,7 +466,7 @@ mod tests {
                     .expect("known");
                 p[index] *= 1.0 + u.share * s;
             }
-            Fraction::of(&Params::from_array(p)).determinant
+            Fraction::of(&Params::from_array(p), &Slopes::NONE).determinant
         };
         (0..count)
             .map(|i| {
