@@ -138,7 +138,7 @@ impl PyController {
     #[pyo3(signature = (K, rig, dt=0.002), text_signature = "(K, rig, dt=0.002)")]
     #[allow(non_snake_case)] // a keyword in Python
     fn lqr(_cls: &Bound<'_, PyType>, K: Vector<'_>, rig: RigLike, dt: f64) -> PyResult<Self> {
-        let gain: Vec<f64> = vector("K", &K, |text| error::controller(text))?;
+        let gain: Vec<f64> = vector("K", &K, error::controller)?;
         if gain.len() != 4 {
             return Err(error::controller(format!(
                 "K has {} numbers; it must have shape (4,) or (1, 4)",

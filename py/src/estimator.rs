@@ -78,7 +78,7 @@ impl PyEstimator {
                 "no estimator is called {kind:?}; there are {kinds}"
             ))
         })?;
-        let given = with_settings(given, settings, |text| error::design(text))?;
+        let given = with_settings(given, settings, error::design)?;
         // Written so that a NaN fails.
         if !(dt > 0.0 && dt <= 0.1) {
             return Err(error::design(format!(
@@ -170,7 +170,7 @@ impl PyEstimator {
         alpha: Vector<'py>,
         u: Vector<'py>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let read = |name, v: &Vector<'_>| vector::<f64>(name, v, |text| error::design(text));
+        let read = |name, v: &Vector<'_>| vector::<f64>(name, v, error::design);
         let theta = read("theta", &theta)?;
         let (alpha, u) = (read("alpha", &alpha)?, read("u", &u)?);
         let n = theta.len();

@@ -148,7 +148,7 @@ impl Small {
     /// The argument, where it is not larger than that. A number is a matrix of one entry, and an array of one dimension
     /// is a row or a column as it `lies`, as in python-control.
     pub(crate) fn read(name: &str, m: &Matrix<'_>, lies: Lies) -> PyResult<Self> {
-        let array = numbers::<f64>(name, m, |text| error::design(text))?;
+        let array = numbers::<f64>(name, m, error::design)?;
         let view = array.as_array();
         let (rows, cols) = match (view.shape(), lies) {
             ([], _) | ([1], _) => (1, 1),

@@ -114,10 +114,9 @@ pub(crate) fn simulate<'py>(
     ideal: bool,
     estimator: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let own = match &controller {
-        Some(controller) => Some(controller.cast::<PyController>()),
-        None => None,
-    };
+    let own = controller
+        .as_ref()
+        .map(|controller| controller.cast::<PyController>());
     if matches!(own, Some(Err(_))) || estimator.is_some() {
         let keywords = PyDict::new(py);
         keywords.set_item("substeps", substeps)?;

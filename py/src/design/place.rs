@@ -46,7 +46,7 @@ pub(crate) fn place<'py>(
         Small::read("A", &A, Lies::Square)?,
         Small::read("B", &B, Lies::Column)?,
     );
-    let poles: Vec<Complex64> = vector("poles", &poles, |text| error::design(text))?;
+    let poles: Vec<Complex64> = vector("poles", &poles, error::design)?;
     let n = a.rows();
     a.expect("A", (n, n))?;
     b.expect("B", (n, 1))?;

@@ -251,7 +251,7 @@ fn coefficients(given: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<f64>)> {
             kind(given)
         ))
     };
-    let read = |name, c: &Vector<'_>| vector::<f64>(name, c, |text| error::identification(text));
+    let read = |name, c: &Vector<'_>| vector::<f64>(name, c, error::identification);
     if let (Ok(num), Ok(den)) = (given.getattr("num"), given.getattr("den")) {
         return Ok((
             read("numerator", &first(&num)?)?,

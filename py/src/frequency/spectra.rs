@@ -57,7 +57,7 @@ pub(crate) fn spectra<'py>(
         overlap: overlap.unwrap_or(segment / 2),
         window,
     };
-    let read = |name, v: &Vector<'_>| vector::<f64>(name, v, |text| error::identification(text));
+    let read = |name, v: &Vector<'_>| vector::<f64>(name, v, error::identification);
     let (u, y) = (read("u", &u)?, read("y", &y)?);
     let found = py
         .detach(|| {

@@ -123,8 +123,7 @@ impl PyTransferFit {
         py: Python<'py>,
         frequency: Vector<'py>,
     ) -> PyResult<Array<'py, Complex<f64>>> {
-        let frequency: Vec<f64> =
-            vector("frequency", &frequency, |text| error::identification(text))?;
+        let frequency: Vec<f64> = vector("frequency", &frequency, error::identification)?;
         let response: Vec<_> = frequency.iter().map(|f| self.fit.response(*f)).collect();
         Ok(response.into_pyarray(py))
     }

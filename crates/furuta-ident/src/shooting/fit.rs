@@ -267,8 +267,8 @@ impl<'a> Problem<'a> {
         };
         let mut variance: Vec<f64> = variances(1).0.iter().copied().collect();
         let left = here.cost / self.floor();
-        let mut windows = 2;
-        while left > WHITE {
+        let longer = std::iter::successors(Some(2), |windows| Some(2 * windows));
+        for windows in longer.take_while(|_| left > WHITE) {
             let (wider, blocks) = variances(windows);
             if blocks < BLOCKS {
                 break;
@@ -276,7 +276,6 @@ impl<'a> Problem<'a> {
             for (v, w) in variance.iter_mut().zip(wider.iter()) {
                 *v = v.max(*w);
             }
-            windows *= 2;
         }
         let white = |i: usize| inverse[(i, i)] * left.max(1.0);
         let free: Vec<f64> = (0..p)
