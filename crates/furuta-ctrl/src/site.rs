@@ -71,7 +71,7 @@ impl<'a> Site<'a> {
 
     /// The linear model upright with the arm at its middle: springs, cables, tilt and what else has a slope at rest as
     /// the rig file has them, about where they let the rig rest; without delay, lag and the drive's compliance, which
-    /// are no states of a state feedback. See [`furuta_model::linear_plant`].
+    /// are no states of a state feedback. See [`furuta_model::linear_plant()`].
     ///
     /// # Errors
     /// Parameters or effects that are not possible; effects that let nothing rest upright.
