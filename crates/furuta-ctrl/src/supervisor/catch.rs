@@ -3,6 +3,7 @@
 use crate::compensation::holding_voltage;
 use crate::controllers::{Controller, StateFeedback};
 use crate::real::{Real, c, wrap};
+use furuta_model::params::Coefficients;
 use furuta_model::{Params, Plant, State};
 
 /// Length of the prediction and of its steps, in units of `1/omega` of the pendulum.
@@ -85,13 +86,6 @@ impl<T: Real> Catch<T> {
         speed
     }
 
-    /// The same with a pendulum of `times` the weight and of the same inertia.
-    pub(crate) fn weighing(&self, times: T) -> Self {
-        let mut other = self.clone();
-        other.plant.coefficients.weight = times * self.plant.coefficients.weight;
-        other
-    }
-
     /// Whether the feedback, asked to hold the arm where it is now, brings the pendulum from `x` to upright.
     pub fn succeeds(&self, x: &State<T>) -> bool {
         self.travel(x).is_some()
@@ -100,26 +94,35 @@ impl<T: Real> Catch<T> {
     /// How far the arm moves (rad) while the feedback, asked to hold it where it is now, brings the pendulum from `x`
     /// to upright; `None` where it does not.
     pub fn travel(&self, x: &State<T>) -> Option<T> {
+        self.travel_weighing(x, T::ONE)
+    }
+
+    /// The same with a pendulum of `times` the weight and of the same inertia.
+    pub(crate) fn travel_weighing(&self, x: &State<T>, times: T) -> Option<T> {
         let alpha = wrap(x.alpha);
         // Falling away from upright: only from very near is that worth a prediction.
         let falling = alpha * x.alpha_dot > c::<T>(0.1);
         if falling || !(alpha.abs() <= self.furthest) {
             return None;
         }
-        let travel = self.prediction(x, x.theta)?;
-        let sure = self.error == T::ZERO
-            || self.weighing(T::ONE + self.error).holds(x, x.theta)
-                && self.weighing(T::ONE - self.error).holds(x, x.theta);
+        let travel = self.prediction(x, x.theta, times)?;
+        let with = |share: T| self.holds_weighing(x, x.theta, share * times);
+        let sure = self.error == T::ZERO || with(T::ONE + self.error) && with(T::ONE - self.error);
         sure.then_some(travel)
     }
 
     /// Whether the feedback, asked to hold the arm at `theta`, brings the pendulum from `x` to upright, falling or not.
     pub fn holds(&self, x: &State<T>, theta: T) -> bool {
-        self.prediction(x, theta).is_some()
+        self.holds_weighing(x, theta, T::ONE)
     }
 
-    /// How far the arm goes from where it is, rad; `None` where the pendulum does not come up.
-    fn prediction(&self, x: &State<T>, theta: T) -> Option<T> {
+    /// The same with a pendulum of `times` the weight and of the same inertia.
+    pub(crate) fn holds_weighing(&self, x: &State<T>, theta: T, times: T) -> bool {
+        self.prediction(x, theta, times).is_some()
+    }
+
+    /// How far the arm goes from where it is, rad, the pendulum of `times` the weight; `None` where it does not come up.
+    fn prediction(&self, x: &State<T>, theta: T, times: T) -> Option<T> {
         if !x.is_finite() {
             return None;
         }
@@ -136,14 +139,20 @@ impl<T: Real> Catch<T> {
             T::ZERO
         };
         let limit = self.feedback.command_limit;
+        let coefficients = Coefficients {
+            weight: times * self.plant.coefficients.weight,
+            ..self.plant.coefficients
+        };
+        // There is nothing that could stick.
+        let rate = |x: &State<T>, u: T| self.plant.rate_with(&coefficients, T::ZERO, x, u, T::ONE);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         for _ in 0..(HORIZON / STEP) as u32 {
             let mut u = self.feedback.update(&mut (), &x, &reference, step);
             if self.holds {
                 u = (u + holding).clamp(-limit, limit);
             }
-            let middle = x + self.rate(&x, u) * half;
-            x = x + self.rate(&middle, u) * step;
+            let middle = x + rate(&x, u) * half;
+            x = x + rate(&middle, u) * step;
             // Written so that a NaN counts as failure.
             let inside = x.theta.abs() < self.arm_angle && x.alpha.abs() < c(1.6);
             if !inside {
@@ -155,10 +164,5 @@ impl<T: Real> Catch<T> {
         let near = x.alpha.abs() < c(NEAR_ANGLE)
             && x.alpha_dot.abs() < c::<T>(NEAR_SPEED) * self.frequency;
         near.then_some(travel)
-    }
-
-    fn rate(&self, x: &State<T>, u: T) -> State<T> {
-        // There is nothing that could stick.
-        self.plant.rate(T::ZERO, x, u, T::ONE)
     }
 }

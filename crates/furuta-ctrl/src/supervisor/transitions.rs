@@ -38,9 +38,8 @@ impl<T: Real> Supervisor<T> {
                 let ratio = self.swing_up.weight_ratio(&state.swing_up);
                 let jump = self
                     .catch
-                    .weighing(ratio)
-                    .succeeds(ahead)
-                    .then(|| self.jump(state, ahead));
+                    .travel_weighing(ahead, ratio)
+                    .map(|_| self.jump(state, ahead));
                 let before = core::mem::replace(&mut state.catch_jump, jump);
                 let small = c::<T>(SMALL_JUMP) * self.thresholds.command_limit;
                 match (before, jump) {
@@ -95,10 +94,11 @@ impl<T: Real> Supervisor<T> {
         self.runs_away(x, LAST_BRAKE)
             || alpha.abs() > self.thresholds.release_angle
             || doubtful
-                && !self
-                    .catch
-                    .weighing(self.swing_up.weight_ratio(&state.swing_up))
-                    .holds(x, state.arm_reference)
+                && !self.catch.holds_weighing(
+                    x,
+                    state.arm_reference,
+                    self.swing_up.weight_ratio(&state.swing_up),
+                )
     }
 
     /// A limit passed while the motor drives: it brakes first. Where the motor is off already, or nothing is known, it

@@ -368,14 +368,21 @@ impl<S: Scalar> Plant<S> {
     #[inline(always)]
     #[must_use]
     pub fn rate(&self, t: S, x: &State<S>, volts: S, stick_rate: S::Real) -> State<S> {
-        let balance = self.balance(
-            &self.coefficients,
-            Clock::at(t),
-            x,
-            volts,
-            S::ZERO,
-            Bodies::Whole,
-        );
+        self.rate_with(&self.coefficients, t, x, volts, stick_rate)
+    }
+
+    /// As [`Plant::rate`], of a plant with the same effects and other coefficients.
+    #[inline(always)]
+    #[must_use]
+    pub fn rate_with(
+        &self,
+        coefficients: &Coefficients<S>,
+        t: S,
+        x: &State<S>,
+        volts: S,
+        stick_rate: S::Real,
+    ) -> State<S> {
+        let balance = self.balance(coefficients, Clock::at(t), x, volts, S::ZERO, Bodies::Whole);
         let acceleration = if self.acts.includes(Acts::DRY_FRICTION) {
             let stop = [
                 -x.theta_dot.scale(stick_rate),
