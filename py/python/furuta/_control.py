@@ -13,7 +13,7 @@ STATES = ["theta", "alpha", "theta_dot", "alpha_dot"]
 
 def _control() -> Any:
     try:
-        import control
+        import control  # type: ignore
     except ImportError as e:
         raise ImportError("this needs python-control, which is not installed: pip install control") from e
     return control

@@ -128,7 +128,7 @@ class Recording(Mapping[str, Any]):
     def to_pandas(self) -> Any:
         """The columns as a pandas.DataFrame, one row a sample; pandas must be installed."""
         try:
-            import pandas
+            import pandas  # type: ignore
         except ImportError as e:
             raise ImportError("to_pandas needs pandas, which is not installed: pip install pandas") from e
         return pandas.DataFrame(self.to_dict())

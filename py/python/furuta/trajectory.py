@@ -30,7 +30,7 @@ class Trajectory:
     >>> run.t[-1].round(9).item(), run.alpha.shape, bool(run.theta[-1] > 0.1)
     (1.0, (501,), True)
     >>> run["u"].shape, sorted(run.columns())[:3]
-    ((501,), ['alpha', 'alpha_dot', 't'])
+    ((501,), ['alpha', 'alpha_dot', 'alpha_measured'])
     """
 
     t: NDArray[np.float64]
@@ -110,7 +110,7 @@ class Trajectory:
     def to_pandas(self) -> Any:
         """The columns as a pandas.DataFrame, one row a sample; pandas must be installed."""
         try:
-            import pandas
+            import pandas  # type: ignore
         except ImportError as e:
             raise ImportError("to_pandas needs pandas, which is not installed: pip install pandas") from e
         return pandas.DataFrame(self.columns())

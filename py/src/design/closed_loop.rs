@@ -52,9 +52,9 @@ use pyo3::types::PyDict;
 ///
 /// Examples
 /// --------
-/// >>> import furuta
+/// >>> import furuta, numpy as np
 /// >>> rig = furuta.Rig.load("shahzad2022-srv02")
-/// >>> K, _, _ = furuta.lqr(*furuta.linearize(rig), [1, 10, 0, 0], 0.01)
+/// >>> K, _, _ = furuta.lqr(*furuta.linearize(rig), np.diag([1, 10, 0, 0]), 0.01)
 /// >>> loop = furuta.closed_loop(rig, K[0])
 /// >>> loop["margins"]["gain"][1], loop["margins"]["phase"] > 1.04  # an LQR's: no upper limit, 60 degrees
 /// (inf, True)
