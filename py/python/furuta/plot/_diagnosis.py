@@ -32,6 +32,12 @@ def before_after(result: Diagnosis | Calibration, *, run: str | None = None, sec
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import furuta
+    >>> diagnosis = furuta.diagnose(["run-1.csv", "run-2.csv"], "rig.toml")  # doctest: +SKIP
+    >>> furuta.plot.before_after(diagnosis).savefig("before_after.png")  # doctest: +SKIP
     """
     figure, drawn = axes(ax, 2, (10, 5), "furuta.plot.before_after", at_least=1)
     curves = result.curves()
@@ -69,6 +75,12 @@ def gap_map(diagnosis: Diagnosis, *, ax: Any = None) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import furuta
+    >>> diagnosis = furuta.diagnose(["run-1.csv", "run-2.csv"], "rig.toml")  # doctest: +SKIP
+    >>> furuta.plot.gap_map(diagnosis).savefig("gap_map.png")  # doctest: +SKIP
     """
     figure, (one,) = axes(ax, 1, (7, 5), "furuta.plot.gap_map")
     _plot.gap(one, diagnosis.curves()["bars"])
@@ -86,6 +98,12 @@ def evidence(diagnosis: Diagnosis, *, ax: Any = None) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
+
+    Examples
+    --------
+    >>> import furuta
+    >>> diagnosis = furuta.diagnose(["run-1.csv", "run-2.csv"], "rig.toml")  # doctest: +SKIP
+    >>> furuta.plot.evidence(diagnosis).savefig("evidence.png")  # doctest: +SKIP
     """
     figure, (one,) = axes(ax, 1, (7, 4), "furuta.plot.evidence")
     _plot.evidence(one, diagnosis.curves()["evidence"])
@@ -111,6 +129,12 @@ def missing_torque(diagnosis: Diagnosis, *, axis: str | None = None, state: str 
     ------
     ValueError
         The diagnosis has no such torque: it names those that it has.
+
+    Examples
+    --------
+    >>> import furuta
+    >>> diagnosis = furuta.diagnose(["run-1.csv", "run-2.csv"], "rig.toml")  # doctest: +SKIP
+    >>> furuta.plot.missing_torque(diagnosis).savefig("missing_torque.png")  # doctest: +SKIP
     """
     figure, (one,) = axes(ax, 1, (7, 4.5), "furuta.plot.missing_torque")
     curves = diagnosis.curves()["torque_by_state"]
