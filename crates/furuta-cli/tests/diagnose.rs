@@ -245,8 +245,12 @@ fn ctrl_c_gives_what_is_known_so_far() {
     // Before the search begins there is nothing to tell, and Ctrl-C ends the program as it ends any other. When the
     // recording is read depends on the machine: the process itself says when it listens.
     let listens = || {
-        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).expect("a process");
-        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).expect("a mask");
+        let status =
+            std::fs::read_to_string(format!("/proc/{}/status", child.id())).expect("a process");
+        let caught = status
+            .lines()
+            .find_map(|line| line.strip_prefix("SigCgt:"))
+            .expect("a mask");
         u64::from_str_radix(caught.trim(), 16).expect("a mask") & 0b10 != 0
     };
     while !listens() {

@@ -1,5 +1,7 @@
 //! Whether an encoder stopped counting while the axis still turned.
 
+use super::convention::{DIFFERENCE, differences};
+use super::regression::Regression;
 use super::{NoticeKind, Recording};
 
 /// A plateau at an extreme lasts at least this many samples.
@@ -16,6 +18,8 @@ const TIMES: usize = 2;
 
 /// Suspects an encoder (or a column of fixed range) that ends at a value: motion that stops dead at the largest or
 /// smallest value, stays there and leaves it as suddenly, more than once.
+///
+/// An arm that friction holds at each reversal does that as well; then the pendulum is jerked at each stop.
 pub(super) fn clipped(
     recording: &Recording,
     column: &'static str,
@@ -34,13 +38,19 @@ pub(super) fn clipped(
         values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         values.iter().copied().fold(f64::INFINITY, f64::min),
     ] {
-        let times = recording
+        let stops: Vec<Stop> = recording
             .segments
             .iter()
-            .filter_map(|segment| values.get(segment.clone()))
-            .map(|values| dead_stops(values, extreme, count))
-            .sum();
-        if times >= TIMES {
+            .filter_map(|segment| Some((segment.start, values.get(segment.clone())?)))
+            .flat_map(|(start, values)| {
+                let stops = dead_stops(values, extreme, count);
+                stops
+                    .into_iter()
+                    .map(move |[first, last]| [start + first, start + last])
+            })
+            .collect();
+        let times = stops.len();
+        if times >= TIMES && !(column == "theta" && felt(recording, &stops)) {
             return Some(NoticeKind::ClippedSuspected {
                 column,
                 at: extreme,
@@ -51,10 +61,43 @@ pub(super) fn clipped(
     None
 }
 
-/// How often the motion stops dead at a value and leaves it as suddenly.
-fn dead_stops(values: &[f64], extreme: f64, count: f64) -> usize {
+/// First and last sample of a plateau.
+type Stop = [usize; 2];
+
+/// Whether the pendulum feels that the arm stops and starts: whether its equation holds better with the arm's recorded
+/// acceleration at these moments than without. Within a plateau nothing is known of an arm whose encoder ended.
+fn felt(recording: &Recording, stops: &[Stop]) -> bool {
+    let (mut stopped, mut went_on) = (Regression::<3>::default(), Regression::<3>::default());
+    let columns = [recording.theta.as_slice(), recording.alpha.as_slice()];
+    let lag = (DIFFERENCE / recording.sample_period).round().max(1.0) as usize;
+    let mut ahead = stops;
+    differences(recording, columns, DIFFERENCE, |[arm, pendulum]| {
+        let k = arm.index;
+        while let Some(([_, last], rest)) = ahead.split_first()
+            && last + lag < k
+        {
+            ahead = rest;
+        }
+        let (near, within) = ahead.first().map_or((false, false), |&[first, last]| {
+            (first <= k + lag, first + lag < k && k + lag < last)
+        });
+        if within {
+            return;
+        }
+        let (sin, cos) = pendulum.angle.sin_cos();
+        let pull = cos * arm.acceleration;
+        let known = if near { 0.0 } else { pull };
+        stopped.add([sin, pendulum.speed, pull], pendulum.acceleration);
+        went_on.add([sin, pendulum.speed, known], pendulum.acceleration);
+    });
+    let left = |r: Regression<3>| r.solve((2 * lag + 1) as f64).map_or(1.0, |s| s.left);
+    left(stopped) < left(went_on)
+}
+
+/// Where the motion stops dead at a value and leaves it as suddenly.
+fn dead_stops(values: &[f64], extreme: f64, count: f64) -> Vec<Stop> {
     let at = |v: &f64| (v - extreme).abs() < 0.5 * count;
-    let (mut k, mut times) = (0, 0);
+    let (mut k, mut stops) = (0, Vec::new());
     while let Some(first) = values[k..].iter().position(at).map(|i| k + i) {
         // Noise may lead off the plateau by a count or two.
         let near = values[first..]
@@ -71,11 +114,13 @@ fn dead_stops(values: &[f64], extreme: f64, count: f64) -> usize {
         if let (true, Some(arrival), Some(departure)) = (length >= PLATEAU, arrival, departure) {
             // The way beyond of an axis that turns back evenly within the plateau.
             let beyond = 0.25 * length as f64 * arrival.min(departure);
-            times += usize::from(beyond > BEYOND * count);
+            if beyond > BEYOND * count {
+                stops.push([first, last]);
+            }
         }
         k = first + near.max(1);
     }
-    times
+    stops
 }
 
 /// The speed next to a plateau, per sample, where the motion does not slow down towards it; `away` leads away from it.

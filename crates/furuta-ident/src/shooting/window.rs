@@ -56,19 +56,25 @@ pub(super) fn normal<const N: usize>(
         x0: variable(start.x),
         before: start.before.as_ref(),
     };
-    // In the widest vectors that the processor has; the arithmetic, and so every bit, is the same in all. Builds for
-    // development spare the compiler two of three versions of the whole model.
-    #[cfg(not(debug_assertions))]
-    let mut out = pulp::Arch::new().dispatch(linearised);
-    #[cfg(debug_assertions)]
-    let mut out = linearised.call();
+    let mut out = in_vectors(linearised);
     if !out.cost.is_finite() {
         out.cost = f64::INFINITY;
     }
     out
 }
 
-/// What [`normal`] does, for [`pulp::Arch::dispatch`].
+/// In vectors of four numbers where the processor has them; the arithmetic, and so every bit, is the same in all.
+/// Builds for development spare the compiler a second version of the whole model, and all builds a third, for vectors
+/// of eight, which few dual numbers fill.
+fn in_vectors<F: NullaryFnOnce>(f: F) -> F::Output {
+    #[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
+    if let Some(wide) = pulp::x86::V3::try_new() {
+        return wide.vectorize(f);
+    }
+    f.call()
+}
+
+/// What [`normal`] does, for [`in_vectors`].
 struct Linearised<'a, const N: usize> {
     seen: &'a Observed<Jet<f64, N>>,
     s: &'a mut PlantState<Jet<f64, N>>,

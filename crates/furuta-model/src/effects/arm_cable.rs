@@ -1,6 +1,6 @@
 //! A real cable on the arm: `-(stiffness e + asymmetry e² + cubic e³)`, `e = theta - rest`.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -76,6 +76,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 3,
     footprint: Footprint::Like("arm.spring", "about its rest a cable is a spring"),
     acts: Acts::TORQUE.and(Acts::ANGLE),
+    at_rest: AtRest::Slope,
 };
 
 impl<S: Scalar> Law<S> for ArmCable<S> {

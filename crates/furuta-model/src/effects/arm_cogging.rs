@@ -1,6 +1,6 @@
 //! Cogging of the motor: `amplitude sin(order theta + phase)`.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -63,6 +63,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Like("arm.spring", "about one of its rests it pulls the arm back, order times \
         amplitude per radian"),
     acts: Acts::TORQUE.and(Acts::ANGLE).and(Acts::SHAFT),
+    at_rest: AtRest::WITHIN_A_TOOTH,
 };
 
 impl<S: Scalar> Law<S> for ArmCogging<S> {

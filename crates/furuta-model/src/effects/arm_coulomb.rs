@@ -1,6 +1,6 @@
 //! Coulomb friction on the arm: `-torque * sign(theta_dot); at rest it holds up to torque`.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::ARM_DAMPING,
     acts: Acts::DRY_FRICTION.and(Acts::SHAFT),
+    at_rest: AtRest::Friction("dry friction has no slope at rest"),
 };
 
 impl<S: Scalar> Law<S> for ArmCoulomb<S> {

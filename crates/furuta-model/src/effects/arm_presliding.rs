@@ -1,6 +1,6 @@
 //! Dahl friction on the arm: `-stiffness z`, `dz/dt = theta_dot (1 - stiffness z sign(theta_dot)/torque)`.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -53,6 +53,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Like("arm.spring", "before it slides, friction is a spring; when it slides, a damping"),
     acts: Acts::TORQUE.and(Acts::MEMORY).and(Acts::SHAFT),
+    at_rest: AtRest::Friction("a spring before it slides, dry friction when it does"),
 };
 
 impl<S: Scalar> Law<S> for ArmPresliding<S> {

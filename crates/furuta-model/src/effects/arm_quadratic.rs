@@ -1,6 +1,6 @@
 //! Quadratic drag on the arm: `-coefficient * |theta_dot| * theta_dot`.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -36,6 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::ARM_DAMPING,
     acts: Acts::TORQUE.and(Acts::SHAFT),
+    at_rest: AtRest::Friction("at rest its slope is 0"),
 };
 
 impl<S: Scalar> Law<S> for ArmQuadratic<S> {

@@ -1,6 +1,6 @@
 //! Spring (cable) on the arm: `-stiffness * (theta - rest)`.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -49,6 +49,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Own(&["stiffness"]),
     acts: Acts::TORQUE.and(Acts::ANGLE),
+    at_rest: AtRest::Slope,
 };
 
 impl<S: Scalar> Law<S> for ArmSpring<S> {

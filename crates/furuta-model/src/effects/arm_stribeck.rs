@@ -1,6 +1,6 @@
 //! Stribeck friction on the arm: `-(coulomb + (static - coulomb) exp(-(theta_dot/velocity)²)) sign(theta_dot)`.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -61,6 +61,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 2,
     footprint: Footprint::ARM_DAMPING,
     acts: Acts::DRY_FRICTION.and(Acts::SHAFT),
+    at_rest: AtRest::Friction("dry friction has no slope at rest"),
 };
 
 impl<S: Scalar> Law<S> for ArmStribeck<S> {

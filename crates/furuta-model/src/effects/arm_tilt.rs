@@ -1,6 +1,6 @@
 //! Tilted base: gravity leans by `angle` towards the arm direction `theta = direction`.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -67,6 +67,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Own(&["angle"]),
     acts: Acts::TORQUE.and(Acts::ANGLE),
+    at_rest: AtRest::Slope,
 };
 
 impl<S: Scalar> Law<S> for ArmTilt<S> {

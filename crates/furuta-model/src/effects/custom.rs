@@ -4,7 +4,7 @@
 //! `custom.1`, `custom.2`, … of one rig add up to an expression. They are no part of [`super::CATALOGUE`]: nothing is
 //! hidden behind them, and a search for causes does not name them.
 
-use super::{Acts, Footprint, Instant, Kind, Law, MAX_PARAMETERS, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, MAX_PARAMETERS, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 use arrayvec::ArrayVec;
 
@@ -192,6 +192,7 @@ macro_rules! specs {
             strengths: 1,
             footprint: Footprint::Nothing("no law, so none is looked for"),
             acts: Acts::TORQUE.and(Acts::ANGLE),
+            at_rest: AtRest::Slope,
         }),+];
     };
 }

@@ -1,6 +1,6 @@
 //! A kick: `torque` on the arm for `duration` from `time` on, in one run.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -74,6 +74,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::UNCOMMANDED,
     acts: Acts::TORQUE.and(Acts::JUMPS),
+    at_rest: AtRest::UNCOMMANDED,
 };
 
 impl<S: Scalar> Law<S> for DisturbanceArmKick<S> {

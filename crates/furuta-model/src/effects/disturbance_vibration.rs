@@ -1,6 +1,6 @@
 //! Vibration: `amplitude sin(2π frequency t + phase)` on the arm.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -62,6 +62,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::UNCOMMANDED,
     acts: Acts::TORQUE,
+    at_rest: AtRest::UNCOMMANDED,
 };
 
 impl<S: Scalar> Law<S> for DisturbanceVibration<S> {

@@ -1,6 +1,6 @@
 //! Backlash between rotor and arm (also called play): free of each other for `|rotor - arm| < gap/2`.
 
-use super::{Acts, Drive, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Drive, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -68,6 +68,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Like("drive.compliance", "by its describing function, backlash is a coupling that is \
         softer the smaller the motion"),
     acts: Acts::DRIVE.and(Acts::BLOWS),
+    at_rest: AtRest::LeftOut("rotor and arm are taken to touch: its gain depends on the motion's size"),
 };
 
 impl<S: Scalar> Law<S> for DriveBacklash<S> {

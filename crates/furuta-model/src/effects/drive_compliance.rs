@@ -1,7 +1,7 @@
 //! A flexible coupling between rotor and arm: `stiffness (rotor - arm) + damping (rotor_dot - arm_dot)`.
 
 use super::drive_backlash::{ENCODER, MOTOR_SHARE};
-use super::{Acts, Drive, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Drive, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -55,6 +55,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Own(&["stiffness", "damping", "motor_share"]),
     acts: Acts::DRIVE,
+    at_rest: AtRest::Slope,
 };
 
 impl<S: Scalar> Law<S> for DriveCompliance<S> {

@@ -5,11 +5,13 @@
 //!
 //! Parameters that are all "off" (zero strength) leave the plant exactly as it was.
 
+mod at_rest;
 mod custom;
 mod footprint;
 mod pulse;
 mod spec;
 
+pub use at_rest::AtRest;
 pub use custom::{Custom, EMPIRICAL, TERMS, Term};
 pub use footprint::{BaseParameter, Footprint};
 pub use spec::{Acts, Clock, Drive, EffectError, Instant, Kind, Law, ParameterSpec, Spec};

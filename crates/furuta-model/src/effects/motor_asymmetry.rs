@@ -1,6 +1,6 @@
 //! Gain of the motor that depends on direction: `u -> negative_gain * u for u < 0`.
 
-use super::{Acts, BaseParameter, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, BaseParameter, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -35,6 +35,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Refitted(BaseParameter::MotorGain, "the mean of both directions' gains is seen"),
     acts: Acts::VOLTAGE,
+    at_rest: AtRest::KINKED,
 };
 
 impl<S: Scalar> Law<S> for MotorAsymmetry<S> {

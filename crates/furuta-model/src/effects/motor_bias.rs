@@ -1,6 +1,6 @@
 //! Offset of the motor voltage: `u -> u + voltage`.
 
-use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -35,6 +35,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::REST,
     acts: Acts::VOLTAGE,
+    at_rest: AtRest::Slope,
 };
 
 impl<S: Scalar> Law<S> for MotorBias<S> {

@@ -1,6 +1,6 @@
 //! Dead zone of the motor: `u -> sign(u) * max(|u| - width, 0)`.
 
-use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -35,6 +35,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::GAIN_BY_LEVEL,
     acts: Acts::VOLTAGE,
+    at_rest: AtRest::KINKED,
 };
 
 impl<S: Scalar> Law<S> for MotorDeadzone<S> {

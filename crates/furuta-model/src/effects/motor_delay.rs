@@ -1,6 +1,6 @@
 //! Delay of the command: `u(t) -> u(t - delay)`.
 
-use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -35,6 +35,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Own(&["delay"]),
     acts: Acts::DELAY,
+    at_rest: AtRest::Slope,
 };
 
 impl<S: Scalar> Law<S> for MotorDelay<S> {

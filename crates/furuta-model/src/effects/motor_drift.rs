@@ -1,6 +1,6 @@
 //! Drift of the motor's gain: `u -> (1 + rate * t) u`.
 
-use super::{Acts, BaseParameter, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, BaseParameter, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -35,6 +35,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Refitted(BaseParameter::MotorGain, "the mean over the recording is seen"),
     acts: Acts::VOLTAGE,
+    at_rest: AtRest::Local("at the run's start"),
 };
 
 impl<S: Scalar> Law<S> for MotorDrift<S> {

@@ -1,6 +1,6 @@
 //! First-order lag of the motor voltage: `time_constant * dv/dt = u - v`.
 
-use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -35,6 +35,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Own(&["time_constant"]),
     acts: Acts::LAG,
+    at_rest: AtRest::Slope,
 };
 
 impl<S: Scalar> Law<S> for MotorLag<S> {

@@ -1,6 +1,6 @@
 //! Ripple of the motor's torque constant: `motor torque -> (1 + amplitude sin(order theta + phase)) * motor torque`.
 
-use super::{Acts, BaseParameter, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, BaseParameter, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -75,6 +75,7 @@ pub(super) const SPEC: Spec = Spec {
         "about one angle of the arm the gain is another: measure about two",
     ),
     acts: Acts::TORQUE.and(Acts::ANGLE).and(Acts::SHAFT),
+    at_rest: AtRest::WITHIN_A_TOOTH,
 };
 
 impl<S: Scalar> Law<S> for MotorRipple<S> {

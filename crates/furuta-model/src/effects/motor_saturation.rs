@@ -1,6 +1,6 @@
 //! Saturation of the motor voltage: `|u| <= limit`.
 
-use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -35,6 +35,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::GAIN_BY_LEVEL,
     acts: Acts::VOLTAGE,
+    at_rest: AtRest::KINKED,
 };
 
 impl<S: Scalar> Law<S> for MotorSaturation<S> {

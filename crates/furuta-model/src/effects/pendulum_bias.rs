@@ -1,6 +1,6 @@
 //! Constant torque on the pendulum: `torque`.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -36,6 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::REST,
     acts: Acts::TORQUE,
+    at_rest: AtRest::Slope,
 };
 
 impl<S: Scalar> Law<S> for PendulumBias<S> {

@@ -1,6 +1,6 @@
 //! Coulomb friction of the pendulum: `-torque * sign(alpha_dot); at rest it holds up to torque`.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -35,6 +35,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::PENDULUM_DAMPING,
     acts: Acts::DRY_FRICTION,
+    at_rest: AtRest::Friction("dry friction has no slope at rest"),
 };
 
 impl<S: Scalar> Law<S> for PendulumCoulomb<S> {

@@ -1,6 +1,6 @@
 //! Transverse inertia of the pendulum: `inertia * sin²(alpha) more on the arm's axis`.
 
-use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::params::Coefficients;
 use crate::scalar::Scalar;
 
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Nothing("it acts with the square of the pendulum's angle from hanging"),
     acts: Acts::SHAPE,
+    at_rest: AtRest::Slope,
 };
 
 impl<S: Scalar> Law<S> for PendulumInertiaTransverse<S> {

@@ -1,6 +1,6 @@
 //! Air drag of the pendulum: `-coefficient * |alpha_dot| * alpha_dot`.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -35,6 +35,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::PENDULUM_DAMPING,
     acts: Acts::TORQUE,
+    at_rest: AtRest::Friction("at rest its slope is 0"),
 };
 
 impl<S: Scalar> Law<S> for PendulumQuadratic<S> {

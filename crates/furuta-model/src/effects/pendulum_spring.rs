@@ -1,6 +1,6 @@
 //! Spring (encoder cable) on the pendulum: `-stiffness * (alpha - rest)`.
 
-use super::{Acts, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -49,6 +49,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Own(&["stiffness"]),
     acts: Acts::TORQUE,
+    at_rest: AtRest::Slope,
 };
 
 impl<S: Scalar> Law<S> for PendulumSpring<S> {

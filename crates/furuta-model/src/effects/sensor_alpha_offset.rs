@@ -1,6 +1,6 @@
 //! Offset of the pendulum's encoder: `measured alpha = alpha + angle`.
 
-use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -36,6 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Nothing("a response is of changes"),
     acts: Acts::READING,
+    at_rest: AtRest::READING,
 };
 
 impl<S: Scalar> Law<S> for SensorAlphaOffset<S> {

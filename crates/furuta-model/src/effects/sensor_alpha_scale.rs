@@ -1,6 +1,6 @@
 //! Scale of the pendulum's encoder: `measured alpha = zero + scale * (alpha - zero)`.
 
-use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::transfer::Output;
 use crate::scalar::Scalar;
 
@@ -52,6 +52,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Scale(Output::Alpha),
     acts: Acts::READING,
+    at_rest: AtRest::READING,
 };
 
 impl<S: Scalar> Law<S> for SensorAlphaScale<S> {

@@ -1,6 +1,6 @@
 //! Delay of the encoders: both angles are read `delay` late.
 
-use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -36,6 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Like("motor.delay", "late is late, before the rig or behind it"),
     acts: Acts::SENSOR_DELAY,
+    at_rest: AtRest::Slope,
 };
 
 impl<S: Scalar> Law<S> for SensorDelay<S> {

@@ -1,6 +1,6 @@
 //! Scale of the arm's encoder: `measured theta = scale * theta`.
 
-use super::{Acts, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
 use crate::transfer::Output;
 use crate::scalar::Scalar;
 
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Scale(Output::Theta),
     acts: Acts::READING,
+    at_rest: AtRest::READING,
 };
 
 impl<S: Scalar> Law<S> for SensorThetaScale<S> {

@@ -1,5 +1,6 @@
 //! What an effect is: where it acts, its parameters, and what to tell a student about it.
 
+use super::at_rest::AtRest;
 use super::footprint::Footprint;
 use crate::dynamics::Angle;
 use crate::params::{Coefficients, Params};
@@ -171,6 +172,8 @@ pub struct Spec {
     pub footprint: Footprint,
     /// Which hooks it implements.
     pub acts: Acts,
+    /// What becomes of it in a linear model about a place of rest.
+    pub at_rest: AtRest,
 }
 
 /// What an effect may depend on at one moment.

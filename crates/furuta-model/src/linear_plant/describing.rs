@@ -5,9 +5,8 @@
 //! For a command `u + A sin(phi)` a voltage map `f` is the gain `1/(pi A) integral_0^2pi f(u + A sin phi) sin(phi) dphi`.
 
 use super::hold::Equilibrium;
-use super::treatment;
 use crate::dynamics::Angle;
-use crate::effects::{Clock, Effect, Instant, Law};
+use crate::effects::{AtRest, Clock, Effect, Instant, Law};
 use crate::plant::Plant;
 
 /// For which sines friction and voltage maps are described; 0: not at all.
@@ -41,6 +40,26 @@ pub(super) struct Described {
     pub(super) gain: f64,
 }
 
+impl Described {
+    /// What an effect's friction comes to, with all others on its axis; `None` where no speed of that axis is given.
+    pub(super) fn damping_by(
+        &self,
+        plant: &Plant<f64>,
+        effect: &Effect<f64>,
+        at: &Equilibrium,
+        amplitudes: &Amplitudes,
+    ) -> Option<f64> {
+        let axes = [
+            (amplitudes.arm_speed, self.arm_damping),
+            (amplitudes.pendulum_speed, self.pendulum_damping),
+        ];
+        axes.into_iter()
+            .enumerate()
+            .find(|(axis, (amplitude, _))| friction(plant, effect, at, *axis, *amplitude) != 0.0)
+            .map(|(_, (_, value))| value)
+    }
+}
+
 /// Of all effects of a plant about `at`.
 pub(super) fn described(
     plant: &Plant<f64>,
@@ -53,7 +72,7 @@ pub(super) fn described(
             .map(|e| friction(plant, e, at, axis, amplitude))
             .sum()
     };
-    let kinked = plant.retaining(treatment::is_kinked_map);
+    let kinked = plant.retaining(|e| matches!(e.spec().at_rest, AtRest::Kinked(_)));
     Described {
         arm_damping: damping(0, amplitudes.arm_speed),
         pendulum_damping: damping(1, amplitudes.pendulum_speed),
@@ -70,9 +89,11 @@ pub(super) fn friction(
     axis: usize,
     amplitude: f64,
 ) -> f64 {
-    if !(treatment::is_friction(effect) && amplitude > 0.0) {
+    if !(matches!(effect.spec().at_rest, AtRest::Friction(_)) && amplitude > 0.0) {
         return 0.0;
     }
+    // A way after which any bristle slides.
+    const FAR: f64 = 1e6;
     let torque = |speed: f64| {
         let mut x = at.x;
         if axis == 0 {
@@ -85,14 +106,10 @@ pub(super) fn friction(
             x: &x,
             angle: Angle::of(x.alpha),
             coefficients: &plant.coefficients,
-            memory: 0.0,
+            memory: effect.travelled(0.0, FAR),
             volts: at.volts,
         };
-        let sliding = match (effect, axis) {
-            (Effect::ArmPresliding(bristles), 0) => bristles.torque,
-            _ => 0.0,
-        };
-        sliding + effect.dry_friction(&at)[axis] - effect.torque(&at)[axis]
+        effect.dry_friction(&at)[axis] - effect.torque(&at)[axis]
     };
     // With c = cos(phi): 2/(pi A) times the integral of F(A sqrt(1 - c^2)) over c from -1 to 1; even in c.
     let speed = |c: f64| amplitude * libm::sqrt(1.0 - c * c);

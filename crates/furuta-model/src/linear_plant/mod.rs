@@ -106,7 +106,7 @@ pub fn linear_plant(
         },
         delay: plant.delay(),
         sensor_delay: plant.sensor_delay(),
-        remarks: treatment::remarks(plant, amplitudes, &described),
+        remarks: treatment::remarks(plant, &at, amplitudes, &described),
     };
     // Per volt at the motor.
     let mut drive = SVector::<f64, MAX_STATES>::zeros();

@@ -1,6 +1,7 @@
 //! One sample period: the stretches between times at which something is known to jump, and RK4 over a smooth one.
 
 use super::drive::Bodies;
+use super::friction::Balance;
 use super::{EVENTS, MAX_DELAY_SAMPLES, Plant, PlantState};
 use crate::effects::{Acts, Clock, Law};
 use crate::integrate::{Field, Fixed, Length, Stage, Variable, rk4};
@@ -16,6 +17,12 @@ const UNLIKE_SLIDING: Acts = Acts::DELAY
     .and(Acts::MEMORY)
     .and(Acts::DRIVE);
 
+/// Whether the equations of motion are compiled into each stage of the integrator, as the usual step has them, so that
+/// a caller compiled for vectors compiles them so.
+const INLINED: bool = true;
+/// Or called: one copy of them, where events are looked for.
+const CALLED: bool = false;
+
 impl<S: Scalar> Plant<S> {
     /// Advances by `h` seconds under the command `u` (V), held meanwhile: one step of the classical Runge-Kutta method,
     /// cut where the equations jump.
@@ -23,12 +30,13 @@ impl<S: Scalar> Plant<S> {
     pub fn step(&self, s: &mut PlantState<S>, u: S, h: S::Real) {
         // In lanes there are none: `Plant::new` sees to it.
         if S::LANES == 1 && self.acts.touches(EVENTS) {
-            let slides = !self.acts.touches(UNLIKE_SLIDING) && self.slide(s, u, Fixed(h));
+            let slides =
+                !self.acts.touches(UNLIKE_SLIDING) && self.slide::<_, INLINED>(s, u, Fixed(h));
             if !slides {
                 self.step_through_events(s, u, h);
             }
         } else {
-            self.smooth(s, u, Fixed(h));
+            self.smooth::<_, INLINED>(s, u, Fixed(h));
         }
         if S::LANES == 1 && self.acts.includes(Acts::SENSOR_DELAY) {
             self.remember_reading(s, h);
@@ -87,16 +95,17 @@ impl<S: Scalar> Plant<S> {
             .reduce(|a, b| if b.real() < a.real() { b } else { a })
     }
 
-    #[inline(always)]
+    /// A call, for `stretch` has three of them.
+    #[inline(never)]
     fn flow_or_smooth<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) {
         if !self.acts.touches(FLOWS) {
-            self.smooth(s, u, h);
+            self.smooth::<_, CALLED>(s, u, h);
             return;
         }
         // Without others `step` has tried that.
         if !self.acts.touches(Acts::MEMORY.and(Acts::DRIVE))
             && self.acts.touches(UNLIKE_SLIDING)
-            && self.slide(s, u, h)
+            && self.slide::<_, CALLED>(s, u, h)
         {
             return;
         }
@@ -110,14 +119,14 @@ impl<S: Scalar> Plant<S> {
     /// One step in which what dry friction acts on slides on as it does: the usual case, at little more than the cost
     /// of a smooth step. Where an axis rests or turns nothing is done, and the answer is `false`.
     #[inline(always)]
-    fn slide<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) -> bool {
+    fn slide<H: Length<S>, const HOW: bool>(&self, s: &mut PlantState<S>, u: S, h: H) -> bool {
         let zero = S::Real::ZERO;
         let before = [s.x.theta_dot.real(), s.x.alpha_dot.real()];
         if before[0] == zero || before[1] == zero {
             return false;
         }
         let volts = self.voltages(s, u, h);
-        let field = Sliding {
+        let field = Sliding::<S, HOW> {
             plant: self,
             volts,
             clocks: clocks(s, h),
@@ -162,12 +171,27 @@ impl<S: Scalar> Plant<S> {
         .limit
     }
 
+    #[inline(always)]
+    fn balance_of_whole<const HOW: bool>(
+        &self,
+        clock: Clock<S>,
+        x: &State<S>,
+        volts: S,
+    ) -> Balance<S> {
+        let (c, of) = (&self.coefficients, Bodies::Whole);
+        if HOW == INLINED {
+            self.balance(c, clock, x, volts, S::ZERO, of)
+        } else {
+            self.balance_outside(c, clock, x, volts, S::ZERO, of)
+        }
+    }
+
     /// One step without events.
     #[inline(always)]
-    fn smooth<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) {
+    fn smooth<H: Length<S>, const HOW: bool>(&self, s: &mut PlantState<S>, u: S, h: H) {
         let volts = self.voltages(s, u, h);
         let clocks = clocks(s, h);
-        let field = Smooth {
+        let field = Smooth::<S, HOW> {
             plant: self,
             volts,
             clocks,
@@ -229,43 +253,36 @@ impl<S: Scalar> Plant<S> {
 }
 
 /// The equations of motion without events.
-struct Smooth<'a, S> {
+struct Smooth<'a, S, const HOW: bool> {
     plant: &'a Plant<S>,
     volts: [S; 3],
     clocks: [Clock<S>; 3],
 }
 
-impl<S: Scalar> Field<State<S>> for Smooth<'_, S> {
+impl<S: Scalar, const HOW: bool> Field<State<S>> for Smooth<'_, S, HOW> {
     #[inline(always)]
     fn slope(&self, stage: Stage, x: &State<S>) -> State<S> {
         let (i, p) = (stage as usize, self.plant);
-        let balance = p.balance(
-            &p.coefficients,
-            self.clocks[i],
-            x,
-            self.volts[i],
-            S::ZERO,
-            Bodies::Whole,
-        );
+        let balance = p.balance_of_whole::<HOW>(self.clocks[i], x, self.volts[i]);
         let a = balance.inverse.times(balance.free);
         State::new(x.theta_dot, x.alpha_dot, a[0], a[1])
     }
 }
 
 /// The equations of motion with both axes sliding.
-struct Sliding<'a, S> {
+struct Sliding<'a, S, const HOW: bool> {
     plant: &'a Plant<S>,
     volts: [S; 3],
     clocks: [Clock<S>; 3],
     backward: [bool; 2],
 }
 
-impl<S: Scalar> Field<State<S>> for Sliding<'_, S> {
+impl<S: Scalar, const HOW: bool> Field<State<S>> for Sliding<'_, S, HOW> {
     #[inline(always)]
     fn slope(&self, stage: Stage, x: &State<S>) -> State<S> {
         let (i, p) = (stage as usize, self.plant);
         let (clock, volts) = (self.clocks[i], self.volts[i]);
-        let b = p.balance(&p.coefficients, clock, x, volts, S::ZERO, Bodies::Whole);
+        let b = p.balance_of_whole::<HOW>(clock, x, volts);
         let torque = [0, 1].map(|i| {
             if self.backward[i] {
                 b.free[i] + b.limit[i]
