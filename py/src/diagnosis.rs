@@ -120,7 +120,7 @@ impl PyDiagnosis {
         ax: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
-        py.import("furuta._plot")?
+        py.import("furuta.plot._diagnosis")?
             .call_method1("plot", (slf, run, seconds, ax))
     }
 

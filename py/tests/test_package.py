@@ -12,7 +12,11 @@ import pytest
 from command_line import ROOT
 
 
-PUBLIC = [*furuta.__all__, *(f"papers.{name}" for name in furuta.papers.__all__), *(f"plot.{name}" for name in furuta.plot.__all__)]
+PUBLIC = [
+    *furuta.__all__,
+    *(f"papers.{name}" for name in furuta.papers.__all__),
+    *(f"plot.{name}" for name in furuta.plot.__all__),
+]
 
 
 def public(name):
@@ -20,7 +24,8 @@ def public(name):
 
 
 @pytest.mark.parametrize("name", ["furuta", *PUBLIC])
-def test_examples(name):
+def test_examples(name, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)  # for the files that examples write
     thing = furuta if name == "furuta" else public(name)
     # examples of a class are those of its methods, too
     found = doctest.DocTestFinder(exclude_empty=True).find(thing, name, globs={})

@@ -95,7 +95,7 @@ impl PyCalibration {
         ax: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         slf.py()
-            .import("furuta._plot_calibration")?
+            .import("furuta.plot._calibration")?
             .call_method1("plot", (&slf, run, ax))
     }
 
