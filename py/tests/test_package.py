@@ -51,10 +51,14 @@ def test_the_page_about_the_package_is_true():
 def test_types_are_right():
     """pyright, which editors use, where it is installed."""
     pytest.importorskip("pyright")
-    done = subprocess.run([sys.executable, "-m", "pyright", "--pythonpath", sys.executable], capture_output=True, text=True, cwd=ROOT)
+    done = subprocess.run(
+        [sys.executable, "-m", "pyright", "--pythonpath", sys.executable], capture_output=True, text=True, cwd=ROOT
+    )
     assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_stubs_are_true():
-    done = subprocess.run([sys.executable, "-m", "mypy.stubtest", "furuta", "--concise"], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy.stubtest", "furuta", "--concise"], capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stdout + done.stderr

@@ -87,13 +87,25 @@ def test_what_a_recording_says_of_itself():
 @pytest.mark.parametrize(
     "make, error, says",
     [
-        (lambda: furuta.Recording({"t": [0, 1], "u": [0, 0], "theta": [0, 0]}), furuta.RecordingError, "no column `alpha`; found t, u, theta"),
+        (
+            lambda: furuta.Recording({"t": [0, 1], "u": [0, 0], "theta": [0, 0]}),
+            furuta.RecordingError,
+            "no column `alpha`; found t, u, theta",
+        ),
         (lambda: furuta.Recording(columns() | {"u": np.zeros(7)}), furuta.RecordingError, "has .* values, column"),
-        (lambda: furuta.Recording(columns() | {"u": ["a"] * 3000}), furuta.RecordingError, "column `u` must be an array of numbers"),
+        (
+            lambda: furuta.Recording(columns() | {"u": ["a"] * 3000}),
+            furuta.RecordingError,
+            "column `u` must be an array of numbers",
+        ),
         (lambda: furuta.Recording(np.zeros((10, 3))), ValueError, r"has shape \(10, 3\); it must be \(n, 4\)"),
         (lambda: furuta.Recording("no/such/file.csv"), furuta.RecordingError, "no/such/file.csv"),
         (lambda: furuta.Recording("run.csv", u=[1]), furuta.RecordingError, "a file has its columns"),
-        (lambda: furuta.diagnose(3, RIG), TypeError, "a recording is a path, a furuta.Recording, a pandas DataFrame or a dict .* got int"),
+        (
+            lambda: furuta.diagnose(3, RIG),
+            TypeError,
+            "a recording is a path, a furuta.Recording, a pandas DataFrame or a dict .* got int",
+        ),
         (lambda: furuta.diagnose([3], RIG), TypeError, "got int"),
     ],
 )

@@ -74,7 +74,9 @@ class Trajectory:
         else:
             x, commands, modes, y = found
         held = np.append(commands, commands[-1:] if len(commands) else 0.0)
-        return cls(t=np.arange(len(x), dtype=np.float64) * dt, x=x, u=held, y=y, modes=modes, name=known.name, rig=known)
+        return cls(
+            t=np.arange(len(x), dtype=np.float64) * dt, x=x, u=held, y=y, modes=modes, name=known.name, rig=known
+        )
 
     @property
     def theta(self) -> NDArray[np.float64]:

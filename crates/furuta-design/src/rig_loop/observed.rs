@@ -19,7 +19,7 @@ pub struct ObservedLoop {
     sampled: Sampled,
     /// The delay of the encoders in whole periods and the rest as a share of one, where there is any.
     late: Option<(usize, f64)>,
-    /// The rig's commands are multiplied by this, and later by so many seconds, than the estimator knows.
+    /// What the rig does to its commands unknown to the estimator: a factor, and a delay in seconds.
     unknown: (f64, f64),
 }
 
