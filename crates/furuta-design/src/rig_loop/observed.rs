@@ -1,8 +1,8 @@
 //! The whole loop as it is run: the law is given what an estimator with the rig's model makes of the encoders, looking
 //! ahead to when a command begins to act.
 //!
-//! The estimator steps the same linear model, corrects it by what is read, and is one step and the command's delay ahead
-//! (between two samples by a line); a command decided at a sample is held from the next one on.
+//! The estimator steps the same linear model, corrects it by what is read, and is one step and the command's delay
+//! ahead (between two samples by a line); a command decided at a sample is held from the next one on.
 
 use super::RigLoop;
 use super::margins::{Broken, Margins, margins};
