@@ -5,7 +5,7 @@
 SciPy orders the generalised Schur form of an extended pencil (QZ), so it shares neither method nor code with the
 doubling iteration under test. Its answers are good to between 4e-9 and 1e-16 of their size, less than the doubling
 iteration reaches, so each is refined with Newton's method in 40 digits first. Every number is written with 17 digits:
-reading them back gives the same doubles. 
+reading them back gives the same doubles.
 """
 
 import mpmath as mp

@@ -1,7 +1,7 @@
 """The steady motion of a rotary pendulum that follows alpha = w2, by SymPy: the answers in steady_motion.rs.
 
 Undetermined coefficients on the equations of motion written out again, in rational arithmetic to the end; nothing is
-shared with the crate. Run: python steady_motion.py > steady_motion.rs 
+shared with the crate. Run: python steady_motion.py > steady_motion.rs
 """
 
 import sympy as sp
