@@ -4,8 +4,8 @@
     python examples/one_cable.py                          # the tables: ten minutes, most of them for the diagnoses
     python examples/one_cable.py --plot docs/one-cable.svg    # and the picture (needs matplotlib)
 
-Every figure is an answer of the program (`--cli`), kept as JSON in `--out`; an answer that is there is not asked for again.
-docs/one-cable.md says what the tables mean.
+Every figure is an answer of the program (`--cli`), kept as JSON in `--out`; an answer that is there is not asked for
+again. docs/one-cable.md says what the tables mean.
 """
 
 from __future__ import annotations
@@ -61,7 +61,10 @@ stiffness = 0.0012
 rest = -0.526
 """
 # Recordings and span, s: the slower the chirp, the further the arm moves.
-PARTS = [*(("chirps, all four", span) for span in ("0..2.5", "2.5..5", "5..7", "7..9", "8..10")), ("both swing-ups", "0..5")]
+PARTS = [
+    *(("chirps, all four", span) for span in ("0..2.5", "2.5..5", "5..7", "7..9", "8..10")),
+    ("both swing-ups", "0..5"),
+]
 UNITS = {
     "arm.cable.stiffness": "mN m/rad",
     "arm.cable.asymmetry": "mN m/rad2",
@@ -102,7 +105,8 @@ Interval = tuple[float, float, float]  # value, least, greatest
 
 
 def cell(own: Interval | None, first: Interval | None) -> str:
-    """A value in thousandths (N m: mN m) but for angles, its interval, and whether that shares nothing with the first one's."""
+    """A value in thousandths (N m: mN m) but for angles, its interval, and whether that shares nothing with the first
+    one's."""
     if own is None:
         return "-"
     value, low, high = own
@@ -123,7 +127,11 @@ def numbers(answer: dict) -> dict[str, Interval]:
 
 
 def table(keys: list[str]) -> None:
-    print("| experiment | arm [rad] | " + " | ".join(f"{key.removeprefix('arm.')} [{UNITS[key]}]" for key in keys) + " | |")
+    print(
+        "| experiment | arm [rad] | "
+        + " | ".join(f"{key.removeprefix('arm.')} [{UNITS[key]}]" for key in keys)
+        + " | |"
+    )
     print("|---" * (len(keys) + 3) + "|")
 
 
@@ -133,7 +141,9 @@ def named(program: Program) -> dict[str, dict]:
     table(list(UNITS))
     answers = {}
     for name, files in EXPERIMENTS.items():
-        answer = program.ask("diagnose " + name, "diagnose", *files, "--rig", files[0].parent / "rig.toml", "--time-limit", 1800)
+        answer = program.ask(
+            "diagnose " + name, "diagnose", *files, "--rig", files[0].parent / "rig.toml", "--time-limit", 1800
+        )
         answers[name] = answer
         own, first = numbers(answer), numbers(next(iter(answers.values())))
         low, high = motion(files)
@@ -152,7 +162,10 @@ def fitted(program: Program, name: str, files: list[pathlib.Path], rig: str, *op
 
 def one_law(program: Program) -> dict[str, dict]:
     """Table 2: the law that the chirps show, fitted to each experiment with everything else."""
-    print("\n2. One law, fitted to each (furuta identify calibrate); the last column: the error left, over the encoders' noise\n")
+    print(
+        "\n2. One law, fitted to each (furuta identify calibrate); "
+        "the last column: the error left, over the encoders' noise\n"
+    )
     keys = [key for key in UNITS if not key.endswith("rest")]
     table(keys)
     answers: dict[str, dict] = {}
@@ -175,13 +188,18 @@ def one_law(program: Program) -> dict[str, dict]:
 
 def chord(law: dict, low: float, high: float) -> float:
     """Mean stiffness of the law's cable between two angles of the arm, N m/rad: of a chord of its torque."""
-    value = {name: law["parameters"][f"arm.cable.{name}"]["fitted"] for name in ("stiffness", "asymmetry", "cubic", "rest")}
+    value = {
+        name: law["parameters"][f"arm.cable.{name}"]["fitted"] for name in ("stiffness", "asymmetry", "cubic", "rest")
+    }
     a, b = low - value["rest"], high - value["rest"]
     return value["stiffness"] + value["asymmetry"] * (a + b) + value["cubic"] * (a * a + a * b + b * b)
 
 
-def by_amplitude(program: Program, law: dict, parts: list[tuple[str, str]]) -> list[tuple[str, float, float, float, float, float]]:
-    """Table 3: a plain spring in the place of cable and friction, over parts of the recordings in which the arm moves more or less.
+def by_amplitude(
+    program: Program, law: dict, parts: list[tuple[str, str]]
+) -> list[tuple[str, float, float, float, float, float]]:
+    """Table 3: a plain spring in the place of cable and friction, over parts of the recordings in which the arm moves
+    more or less.
 
     The sheet's parameters and the lag are those of the law's fit to the first chirps; the spring and the arm's damping
     are free. Beside it what that law's cable alone would be on average over the same angles.
@@ -192,11 +210,17 @@ def by_amplitude(program: Program, law: dict, parts: list[tuple[str, str]]) -> l
         if not table.startswith(("arm", "pendulum", "motor")) or "." in table or key == "motor.lag.time_constant":
             continue
         head, tail = sheet.split(f"[{table}]", 1)
-        lines = [f"{name} = {value['fitted']!r}" if line.split("=")[0].strip() == name else line for line in tail.splitlines()]
+        lines = [
+            f"{name} = {value['fitted']!r}" if line.split("=")[0].strip() == name else line
+            for line in tail.splitlines()
+        ]
         sheet = head + f"[{table}]" + "\n".join(lines) + "\n"
     rig = sheet + SPRING.format(lag=law["parameters"]["motor.lag.time_constant"]["fitted"])
     print("\n3. A plain spring in the place of cable and friction, by how far the arm moves\n")
-    print("| recordings | span [s] | arm [rad] | spring [mN m/rad] | cable of the first chirps [mN m/rad] | |\n|---|---|---|---|---|---|")
+    print(
+        "| recordings | span [s] | arm [rad] | spring [mN m/rad] | cable of the first chirps [mN m/rad] | |\n"
+        "|---|---|---|---|---|---|"
+    )
     rows = []
     for name, span in parts:
         files = EXPERIMENTS[name]
@@ -208,7 +232,11 @@ def by_amplitude(program: Program, law: dict, parts: list[tuple[str, str]]) -> l
         low, high = stiffness["interval"] or (math.nan, math.nan)
         rows.append((name, greatest - least, stiffness["fitted"], low, high, expected))
         value = cell((1e3 * stiffness["fitted"], 1e3 * low, 1e3 * high), None)
-        print(f"| {name} | {span} | {least:.2f} to {greatest:.2f} | {value} | {1e3 * expected:.3g} | {answer['chi']:.1f} |", flush=True)
+        print(
+            f"| {name} | {span} | {least:.2f} to {greatest:.2f} | {value} | {1e3 * expected:.3g} "
+            f"| {answer['chi']:.1f} |",
+            flush=True,
+        )
     return rows
 
 
@@ -216,11 +244,15 @@ def law_of(answer: dict) -> dict[str, float] | None:
     """The cable's numbers as a diagnosis names them (a spring is a cable without the rest)."""
     for effect in answer["effects"]:
         if effect["id"] in ("arm.cable", "arm.spring"):
-            return {"asymmetry": 0.0, "cubic": 0.0} | {name: value["value"] for name, value in effect["parameters"].items()}
+            return {"asymmetry": 0.0, "cubic": 0.0} | {
+                name: value["value"] for name, value in effect["parameters"].items()
+            }
     return None
 
 
-def plot(file: pathlib.Path, answers: dict[str, dict], springs: list[tuple[str, float, float, float, float, float]]) -> None:
+def plot(
+    file: pathlib.Path, answers: dict[str, dict], springs: list[tuple[str, float, float, float, float, float]]
+) -> None:
     import matplotlib
 
     matplotlib.use("svg")
@@ -228,7 +260,13 @@ def plot(file: pathlib.Path, answers: dict[str, dict], springs: list[tuple[str, 
     import matplotlib.pyplot as plt
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.4), layout="constrained")
-    colours = dict(zip(EXPERIMENTS, ("tab:blue", "tab:cyan", "tab:purple", "tab:orange", "tab:red", "tab:brown", "tab:green"), strict=True))
+    colours = dict(
+        zip(
+            EXPERIMENTS,
+            ("tab:blue", "tab:cyan", "tab:purple", "tab:orange", "tab:red", "tab:brown", "tab:green"),
+            strict=True,
+        )
+    )
     for name, files in EXPERIMENTS.items():
         cable = law_of(answers[name])
         if cable is None:
@@ -239,14 +277,37 @@ def plot(file: pathlib.Path, answers: dict[str, dict], springs: list[tuple[str, 
         pull = [-1e3 * x * (cable["stiffness"] + x * (cable["asymmetry"] + x * cable["cubic"])) for x in e]
         left.plot(angles, pull, color=colours[name], label=name)
     left.axhline(0, color="0.7", linewidth=0.8)
-    left.set(xlabel="angle of the arm [rad]", ylabel="torque of the cable on the arm [mN m]", title="The cable as named, where the arm was")
+    left.set(
+        xlabel="angle of the arm [rad]",
+        ylabel="torque of the cable on the arm [mN m]",
+        title="The cable as named, where the arm was",
+    )
     left.legend(frameon=False, fontsize=9)
     for name in dict.fromkeys(row[0] for row in springs):
         of = [row for row in springs if row[0] == name]
         errors = [[1e3 * (row[2] - row[3]) for row in of], [1e3 * (row[4] - row[2]) for row in of]]
-        right.errorbar([row[1] for row in of], [1e3 * row[2] for row in of], errors, fmt="o", capsize=4, color=colours[name], label=name)
-    right.plot([row[1] for row in springs], [1e3 * row[5] for row in springs], "k_", markersize=14, label="cable of the first chirps, same angles")
-    right.set(xscale="log", xlabel="range of the arm [rad]", ylabel="stiffness of a plain spring [mN m/rad]", title="A spring in its place, by amplitude")
+        right.errorbar(
+            [row[1] for row in of],
+            [1e3 * row[2] for row in of],
+            errors,
+            fmt="o",
+            capsize=4,
+            color=colours[name],
+            label=name,
+        )
+    right.plot(
+        [row[1] for row in springs],
+        [1e3 * row[5] for row in springs],
+        "k_",
+        markersize=14,
+        label="cable of the first chirps, same angles",
+    )
+    right.set(
+        xscale="log",
+        xlabel="range of the arm [rad]",
+        ylabel="stiffness of a plain spring [mN m/rad]",
+        title="A spring in its place, by amplitude",
+    )
     right.set_xticks([0.1, 0.3, 1, 3], ["0.1", "0.3", "1", "3"])
     right.set_xticks([], minor=True)
     right.set_ylim(bottom=0)

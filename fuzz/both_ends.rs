@@ -1,5 +1,6 @@
-//! What must hold at both ends of the wire whatever comes over it: tried by the fuzzer, and on the corpus by `cargo test -p furuta-hw`. The bytes are a
-//! script: each step is a byte and its arguments; what is missing at the end is zeros.
+//! What must hold at both ends of the wire whatever comes over it: tried by the fuzzer, and on the corpus by `cargo
+//! test -p furuta-hw`. The bytes are a script: each step is a byte and its arguments; what is missing at the end is
+//! zeros.
 
 use std::time::{Duration, Instant};
 
@@ -53,8 +54,8 @@ fn qube() -> Rig {
     rig
 }
 
-/// Frames, noise, repeated and old commands, ticks and shoves into an emulated rig: its voltage is within the limit, and its motor is off when no news has
-/// come for the watchdog's time.
+/// Frames, noise, repeated and old commands, ticks and shoves into an emulated rig: its voltage is within the limit,
+/// and its motor is off when no news has come for the watchdog's time.
 pub(crate) fn rig(bytes: &[u8]) {
     let mut script = Script(bytes);
     let watchdog = u16::from(script.byte() % 20 + 1);
@@ -256,7 +257,8 @@ impl Pilot for OneVolt {
     }
 }
 
-/// Samples of any kind into a run: it ends in its time, each command answers a newer sample than the one before, and the last word is 0 V.
+/// Samples of any kind into a run: it ends in its time, each command answers a newer sample than the one before, and
+/// the last word is 0 V.
 pub(crate) fn host(bytes: &[u8]) {
     let model = qube();
     let Ok(emulated) = EmulatedRig::new(&model, &Emulation::default()) else {

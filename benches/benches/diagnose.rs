@@ -1,4 +1,5 @@
-//! A whole diagnosis and its parts: two recordings of four seconds at 250 Hz, a spring hidden, the whole catalogue tried.
+//! A whole diagnosis and its parts: two recordings of four seconds at 250 Hz, a spring hidden, the whole catalogue
+//! tried.
 
 use std::hint::black_box;
 

@@ -1,4 +1,5 @@
-//! Identification in the frequency domain: the response of three minutes at 1 kHz, a fit to it, a comparison with the rig.
+//! Identification in the frequency domain: the response of three minutes at 1 kHz, a fit to it, a comparison with the
+//! rig.
 
 use std::hint::black_box;
 

@@ -1,5 +1,5 @@
-//! One update of model predictive control: limits away, limits active from nothing (cold) and from the sample before (warm), in both precisions;
-//! the same problem by an interior-point method.
+//! One update of model predictive control: limits away, limits active from nothing (cold) and from the sample before
+//! (warm), in both precisions; the same problem by an interior-point method.
 
 use std::hint::black_box;
 

@@ -1,4 +1,5 @@
-//! What the loop does for its own books at each sample: a time into a histogram, a record into the ring of the log's writer.
+//! What the loop does for its own books at each sample: a time into a histogram, a record into the ring of the log's
+//! writer.
 
 use std::hint::black_box;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -52,7 +53,8 @@ fn books(c: &mut Criterion) {
     });
     let log = LogWriter::new(Nothing(0), &Metadata::default()).expect("takes anything");
     let (mut sender, _recorder) = Recorder::start(log).expect("a thread");
-    // In bursts that find room: a ring that is full refuses, which is another thing, and a loop fills it faster than any log is written.
+    // In bursts that find room: a ring that is full refuses, which is another thing, and a loop fills it faster than
+    // any log is written.
     let mut ring = c.benchmark_group("log");
     ring.sample_size(10); // long ones: nearly all of the time is spent waiting for the writer
     ring.bench_function("a record into the ring", |b| {

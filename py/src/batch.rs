@@ -85,7 +85,8 @@ const SIDE_BY_SIDE: usize = 16;
 /// True
 #[pyfunction]
 #[pyo3(
-    signature = (rig, x0, u, dt, *, parameters=None, effects=None, feedback=None, samples=None, every=None, progress=None),
+    signature = (rig, x0, u, dt, *, parameters=None, effects=None, feedback=None, samples=None, every=None,
+        progress=None),
     text_signature = "(rig, x0, u, dt, *, parameters=None, effects=None, feedback=None, samples=None, \
         every=None, progress=None)"
 )]

@@ -171,8 +171,8 @@ impl PyController {
         self.file.to_toml()
     }
 
-    /// Writes the controller file, which `furuta run`, `furuta simulate` and a microcontroller read. A file that is there
-    /// already is replaced only with `force`.
+    /// Writes the controller file, which `furuta run`, `furuta simulate` and a microcontroller read. A file that is
+    /// there already is replaced only with `force`.
     #[pyo3(signature = (path, *, force=false))]
     fn save(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<()> {
         crate::file::write_data(py, &path, force, &self.file.to_toml())

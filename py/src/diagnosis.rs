@@ -101,8 +101,8 @@ impl PyDiagnosis {
     /// seconds : float, optional
     ///     Length of the stretch to show, around the largest error; 4 if not given.
     /// ax : matplotlib.axes.Axes or several, optional
-    ///     One: measured against predicted of the angle that is wrong most. Two or three: arm, pendulum, error. A figure
-    ///     of everything if not given. `furuta.plot` draws each part alone.
+    ///     One: measured against predicted of the angle that is wrong most. Two or three: arm, pendulum, error. A
+    ///     figure of everything if not given. `furuta.plot` draws each part alone.
     ///
     /// Returns
     /// -------
@@ -120,7 +120,7 @@ impl PyDiagnosis {
         ax: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
-        py.import("furuta._plot")?
+        py.import("furuta.plot._diagnosis")?
             .call_method1("plot", (slf, run, seconds, ax))
     }
 

@@ -244,7 +244,8 @@ pub(crate) fn shahzad2022<'py>(
 /// >>> [round(study[name]["alpha_max"], 2) for name in ("lqr", "mpc_clarabel", "mpc_admm")]
 /// [0.21, 0.1, 0.1]
 #[pyfunction]
-#[pyo3(signature = (rig, step = 0.5, *, q = None, r = None, pendulum_angle = None, rate = 500.0, duration = 5.0, iterations = 30))]
+#[pyo3(signature = (rig, step = 0.5, *, q = None, r = None, pendulum_angle = None, rate = 500.0, duration = 5.0,
+    iterations = 30))]
 #[allow(clippy::too_many_arguments)] // keywords of a Python function
 pub(crate) fn arm_step<'py>(
     py: Python<'py>,
@@ -409,7 +410,8 @@ pub(crate) fn ramos_velasco<'py>(
 /// >>> bool(furuta.papers.ramos_velasco_draws("layer", draws=8)["bound"].max() < 0.05)
 /// True
 #[pyfunction]
-#[pyo3(signature = (controller = "normal_form", on = "planar", *, draws = 500, spread = 0.2, seed = 1, amplitude = None, order = None))]
+#[pyo3(signature = (controller = "normal_form", on = "planar", *, draws = 500, spread = 0.2, seed = 1, amplitude = None,
+    order = None))]
 #[allow(clippy::too_many_arguments)] // keywords of a Python function
 pub(crate) fn ramos_velasco_draws<'py>(
     py: Python<'py>,

@@ -146,7 +146,8 @@ impl PyRig {
             .call_method1("transfer_function", (slf, output, x))
     }
 
-    /// A parameter by its key, rig["arm.length"]; an effect by its id; one of its parameters, rig["arm.coulomb.torque"].
+    /// A parameter by its key, rig["arm.length"]; an effect by its id; one of its parameters,
+    /// rig["arm.coulomb.torque"].
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         if let Some(value) = self.parameters().get(key) {
             return Ok(value.into_pyobject(py)?.into_any());
@@ -302,8 +303,8 @@ impl PyRig {
     /// id : str
     ///     Its id in the catalogue, for example "arm.coulomb".
     /// **parameters : float or str
-    ///     Its parameters in SI units, a word where there is a choice; all that have no default. See `catalogue`. Without
-    ///     any the effect has its typical size on this rig, as with `--hide ID` on the command line.
+    ///     Its parameters in SI units, a word where there is a choice; all that have no default. See `catalogue`.
+    ///     Without any the effect has its typical size on this rig, as with `--hide ID` on the command line.
     ///
     /// Examples
     /// --------

@@ -38,17 +38,17 @@ const RESTARTS: u32 = 8;
 ///     - step: amplitude (1), start (0)
 ///     - steps: amplitude (1) of the largest, hold (0.7)
 ///     - ramp: begin (0), amplitude (1) at the end, over the whole duration
-///     - chirp: amplitude (1), band ((0, 8); (0.1, 8) if logarithmic) through which the frequency falls, sweep ("linear"
-///       or "logarithmic")
-///     - multisine: amplitude (1, the RMS), fundamental (1 / duration), band ((0.2, 6)), harmonics ("logarithmic", "all",
-///       "odd"), lines (12) of logarithmic harmonics, phases ("optimised" for a low peak, "schroeder", "random"), seed
-///       (0) of random phases
+///     - chirp: amplitude (1), band ((0, 8); (0.1, 8) if logarithmic) through which the frequency falls, sweep
+///       ("linear" or "logarithmic")
+///     - multisine: amplitude (1, the RMS), fundamental (1 / duration), band ((0.2, 6)), harmonics ("logarithmic",
+///       "all", "odd"), lines (12) of logarithmic harmonics, phases ("optimised" for a low peak, "schroeder",
+///       "random"), seed (0) of random phases
 ///     - prbs: amplitude (1), order (7) for 2^order - 1 bits, hold (0.05), seed (0)
 ///     - noise: amplitude (1, the RMS), band ((0.2, 6)), seed (0)
 ///
-///     Further names for the same: `rms` for the amplitude of multisine and noise, `low` and `high` for their band, `f0`
-///     and `f1` for the frequencies at the start and the end of a chirp (which rises where f1 is the higher one), `end`
-///     for the amplitude of a ramp, `clock` for the hold of a prbs.
+///     Further names for the same: `rms` for the amplitude of multisine and noise, `low` and `high` for their band,
+///     `f0` and `f1` for the frequencies at the start and the end of a chirp (which rises where f1 is the higher one),
+///     `end` for the amplitude of a ramp, `clock` for the hold of a prbs.
 ///
 /// Returns
 /// -------

@@ -15,8 +15,8 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// The whole control system, estimator, swing-up, catch, balance, limits and faults, one sample at a time: the very code
-/// that `furuta run` and the firmware run, in double precision.
+/// The whole control system, estimator, swing-up, catch, balance, limits and faults, one sample at a time: the very
+/// code that `furuta run` and the firmware run, in double precision.
 ///
 /// Parameters
 /// ----------

@@ -1,6 +1,6 @@
 """How far fixed-step RK4 (``furuta.simulate``) is off, by sample period: the table of ``docs/accuracy.md``.
 
-    python py/tests/accuracy.py > docs/accuracy.md
+python py/tests/accuracy.py > docs/accuracy.md
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ SECONDS, EVERY = 10.0, 1e-2  # looked at where all periods have a sample
 STATES = ("theta", "alpha", "theta_dot", "alpha_dot")
 STARTS = {"falling": (0.0, 0.1, 0.0, 0.0), "hanging": (0.3, 2.0, -1.0, 3.0)}
 
-# Differences of this size are rounding: of the reference (relative tolerance 1e-12 a step) and of up to 100,000 steps of RK4.
+# Differences of this size are rounding: of the reference (relative tolerance 1e-12 a step) and of up to 100,000 steps
+# of RK4.
 ROUNDING = 2e-11
 
 HEADER = """# Accuracy of fixed-step RK4
@@ -48,7 +49,9 @@ def derived(rig: furuta.Rig, x0: tuple[float, ...]) -> np.ndarray:
     p = rig.parameters
     (_, damping), viscous = lagrange.motor(p), p["pendulum.viscous"]
     times = EVERY * np.arange(round(SECONDS / EVERY) + 1)
-    return lagrange.integrate(lagrange.constants(p), lambda t, x: (-damping * x[2], -viscous * x[3]), x0, times, rtol=1e-12, atol=1e-14)
+    return lagrange.integrate(
+        lagrange.constants(p), lambda t, x: (-damping * x[2], -viscous * x[3]), x0, times, rtol=1e-12, atol=1e-14
+    )
 
 
 def error(name: str, start: str, period: float) -> np.ndarray:
@@ -72,7 +75,9 @@ def growth(name: str, start: str) -> float:
 
 def main() -> None:
     grown = ", ".join(f"{growth(name, 'falling'):.0f} ({name})" for name in furuta.Rig.BUILTIN)
-    print(HEADER.format(falling=list(STARTS["falling"]), hanging=list(STARTS["hanging"]), rounding=ROUNDING, growth=grown))
+    print(
+        HEADER.format(falling=list(STARTS["falling"]), hanging=list(STARTS["hanging"]), rounding=ROUNDING, growth=grown)
+    )
     print("| rig | start | period (ms) | " + " | ".join(STATES) + " | order |\n|---|---|---:|" + "---:|" * 5)
     for name in furuta.Rig.BUILTIN:
         for start in STARTS:

@@ -1,18 +1,22 @@
-"""Fresh hidden-effect cases and a table of how many `furuta diagnose` names: for judging a change without fitting to one set.
+"""Fresh hidden-effect cases and a table of how many `furuta diagnose` names.
 
-    python py/tests/benchmark.py --seed 1 --out out/bench-1          # makes the cases if they are not there, then scores
+For judging a change without fitting to one set. Makes the cases if they are not there, then scores:
+
+    python py/tests/benchmark.py --seed 1 --out out/bench-1
     python py/tests/benchmark.py --seed 1 --out out/bench-1 --only-generate
     python py/tests/benchmark.py --out out/bench-1 --groups usual,clean --jobs 2
     python py/tests/benchmark.py --seed 1 --out out/rough-1 --groups rough,foreign,lookalike   # as laboratories record
     python py/tests/benchmark.py --seed 1 --out out/limit-1 --near-the-limit --jobs 2
 
-`--near-the-limit` hides one effect so small that the data say little of it: 3 to 25 times the standard deviation with which the recordings determine its
-strength (the Cramer-Rao bound, which `furuta diagnose` of the same rig without the effect reports in `limits`).
+`--near-the-limit` hides one effect so small that the data say little of it: 3 to 25 times the standard deviation with
+which the recordings determine its strength (the Cramer-Rao bound, which `furuta diagnose` of the same rig without the
+effect reports in `limits`).
 
 A foreign case (what no catalogue has, alone or with a catalogue effect beside) counts as exact when the verdict is
 `unexplained`, nothing false is named, and the effect beside is; the table counts the three apart, too.
 
-Another seed is another set of rigs, sizes, pairs and data sheets. The program under test sees a copy without truth.json.
+Another seed is another set of rigs, sizes, pairs and data sheets. The program under test sees a copy without
+truth.json.
 """
 
 from __future__ import annotations
@@ -36,8 +40,10 @@ from mujoco_rig import FAMILIES, draw_rig
 
 # Effects with one strength, for which the tool reports how large they could still be.
 FAINT = (
-    "arm.coulomb", "arm.quadratic", "arm.spring", "arm.tilt", "motor.deadzone", "motor.bias", "motor.lag", "motor.asymmetry", "motor.drift",
-    "pendulum.coulomb", "pendulum.quadratic", "pendulum.spring", "pendulum.bias", "sensor.alpha.offset", "sensor.alpha.scale", "sensor.theta.scale",
+    "arm.coulomb", "arm.quadratic", "arm.spring", "arm.tilt", "motor.deadzone", "motor.bias", "motor.lag",
+    "motor.asymmetry", "motor.drift",
+    "pendulum.coulomb", "pendulum.quadratic", "pendulum.spring", "pendulum.bias", "sensor.alpha.offset",
+    "sensor.alpha.scale", "sensor.theta.scale",
 )  # fmt: skip
 SIGMAS = (3, 4, 6, 12, 25)
 
@@ -47,7 +53,14 @@ def diagnose(command: list[str], folder: pathlib.Path, limit: float | None = Non
 
     Raises ``ValueError`` with the last line it wrote where there is none.
     """
-    call = [*command, "diagnose", *map(str, sorted(folder.glob("run-*.csv"))), "--rig", str(folder / "rig.toml"), "--json"]
+    call = [
+        *command,
+        "diagnose",
+        *map(str, sorted(folder.glob("run-*.csv"))),
+        "--rig",
+        str(folder / "rig.toml"),
+        "--json",
+    ]
     done = subprocess.run(call, capture_output=True, text=True, timeout=limit)
     if done.returncode == 2:  # a version whose --json takes a file
         done = subprocess.run([*call, "-"], capture_output=True, text=True, timeout=limit)
@@ -62,7 +75,14 @@ def make_faint(seed: int, out: pathlib.Path, command: list[str], effects: list[s
     for i, effect in enumerate(FAINT):
         if effect not in effects:
             continue
-        case = Case(f"{i:03d}-clean", families[(i + seed) % len(families)], (), 1000 * seed + i, spread=(0.03, 0.1, 0.2)[i % 3], noise=(0.0, 0.3, 1.0)[i // 3 % 3])
+        case = Case(
+            f"{i:03d}-clean",
+            families[(i + seed) % len(families)],
+            (),
+            1000 * seed + i,
+            spread=(0.03, 0.1, 0.2)[i % 3],
+            noise=(0.0, 0.3, 1.0)[i // 3 % 3],
+        )
         if not (out / case.name / "truth.json").exists():
             case.write(out)
         answer = diagnose(command, out / case.name)
@@ -104,7 +124,14 @@ def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, obj
     known = wanted - set(FOREIGN)  # what can be named
     row |= {"foreign": known != wanted, "beside": sorted(known)}
     if answer is None:
-        return row | {"got": [error], "verdict": "error", "exact": False, "close": False, "false": [], "missed": sorted(known)}
+        return row | {
+            "got": [error],
+            "verdict": "error",
+            "exact": False,
+            "close": False,
+            "false": [],
+            "missed": sorted(known),
+        }
     got = named(e["id"] for e in answer["effects"])
     rivals = got | named(r for e in answer["effects"] for r in e.get("confusable_with", []))
     if row["foreign"]:
@@ -115,7 +142,14 @@ def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, obj
     else:
         exact = got == wanted
         close = exact or (wanted <= rivals and len(got) == len(wanted))
-    return row | {"got": sorted(got), "verdict": answer["verdict"], "exact": exact, "close": close, "false": sorted(got - wanted), "missed": sorted(known - got)}
+    return row | {
+        "got": sorted(got),
+        "verdict": answer["verdict"],
+        "exact": exact,
+        "close": close,
+        "false": sorted(got - wanted),
+        "missed": sorted(known - got),
+    }
 
 
 def table(rows: list[dict[str, object]], groups: list[str]) -> list[str]:
@@ -128,11 +162,18 @@ def table(rows: list[dict[str, object]], groups: list[str]) -> list[str]:
         of = [r for r in rows if group in ("all", r["case"].split("-", 1)[1])]
         if not of:
             continue
-        exact, near, false = sum(r["exact"] for r in of), sum(r["close"] and not r["exact"] for r in of), sum(bool(r["false"]) for r in of)
+        exact, near, false = (
+            sum(r["exact"] for r in of),
+            sum(r["close"] and not r["exact"] for r in of),
+            sum(bool(r["false"]) for r in of),
+        )
         alone = [r["verdict"] == "unexplained" for r in of if r["foreign"] and not r["beside"]]
         beside = [not r["missed"] for r in of if r["foreign"] and r["beside"]]
         shares = [f"{sum(hits)}/{len(hits)}" if hits else "-" for hits in (alone, beside)]
-        lines.append(f"{group:10} {f'{exact}/{len(of)}':>8} {near:6d} {false:6d} {shares[0]:>12} {shares[1]:>8} {np.median([r['seconds'] for r in of]):8.1f}")
+        lines.append(
+            f"{group:10} {f'{exact}/{len(of)}':>8} {near:6d} {false:6d} {shares[0]:>12} {shares[1]:>8} "
+            f"{np.median([r['seconds'] for r in of]):8.1f}"
+        )
     return lines
 
 
@@ -144,13 +185,21 @@ def main() -> None:
     a.add_argument("--jobs", type=int, default=1)
     a.add_argument("--limit", type=float, default=300, help="seconds for one case")
     a.add_argument("--groups", default="", help="only these, e.g. usual,clean")
-    a.add_argument("--near-the-limit", action="store_true", help="effects of 3 to 25 standard deviations in place of the usual groups")
+    a.add_argument(
+        "--near-the-limit",
+        action="store_true",
+        help="effects of 3 to 25 standard deviations in place of the usual groups",
+    )
     a.add_argument("--effects", default=",".join(FAINT), help="of --near-the-limit, only these")
     a.add_argument("--only-generate", action="store_true")
     a = a.parse_args()
     if a.near_the_limit:
         make_faint(a.seed, a.out, shlex.split(a.cli), a.effects.split(","))
-    wanted = [] if a.near_the_limit else [case for case in plan(a.seed) if not a.groups or case.name.split("-", 1)[1] in a.groups.split(",")]
+    wanted = (
+        []
+        if a.near_the_limit
+        else [case for case in plan(a.seed) if not a.groups or case.name.split("-", 1)[1] in a.groups.split(",")]
+    )
     missing = [case for case in wanted if not (a.out / case.name / "truth.json").exists()]
     with concurrent.futures.ProcessPoolExecutor(a.jobs) as pool:
         for name in pool.map(Case.write, missing, [a.out] * len(missing)):
@@ -166,7 +215,11 @@ def main() -> None:
         for row in pool.map(lambda f: score(shlex.split(a.cli), f, a.limit), folders):
             rows.append(row)
             mark = "ok  " if row["exact"] else "near" if row["close"] else "MISS"
-            print(f"{row['case']:14} {mark} wanted {','.join(row['wanted']) or '-':40} got {','.join(row['got']) or '-'}  {row['verdict']}  {row['seconds']:.1f} s", flush=True)
+            print(
+                f"{row['case']:14} {mark} wanted {','.join(row['wanted']) or '-':40} "
+                f"got {','.join(row['got']) or '-'}  {row['verdict']}  {row['seconds']:.1f} s",
+                flush=True,
+            )
     print("\n".join(table(rows, groups)))
 
 

@@ -12,7 +12,13 @@ from mujoco_effects import EFFECTS, FOREIGN, IMPOSSIBLE, SECONDS, hide
 from mujoco_rig import FAMILIES, draw_rig
 
 # Pairs whose order in the motor matters or which recordings cannot tell from one effect are not asked for.
-UNASKED = ({"motor.deadzone", "motor.lag"}, {"motor.deadzone", "motor.bias"}, {"motor.delay", "motor.lag"}, {"motor.delay", "sensor.delay"}, *IMPOSSIBLE)
+UNASKED = (
+    {"motor.deadzone", "motor.lag"},
+    {"motor.deadzone", "motor.bias"},
+    {"motor.delay", "motor.lag"},
+    {"motor.delay", "sensor.delay"},
+    *IMPOSSIBLE,
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,19 +49,25 @@ class Case:
             for drive in effects.keys() & DRIVES:
                 effects[drive]["encoder"] = self.encoder
         write_case(
-            folder / self.name, rig, effects, seed=self.seed, spread=self.spread, noise=self.noise, seconds=self.seconds, runs=self.runs,
+            folder / self.name, rig, effects, seed=self.seed, spread=self.spread, noise=self.noise,
+            seconds=self.seconds, runs=self.runs,
             length_error=self.length_error, own_zeros=self.own_zeros,
         )  # fmt: skip
         return self.name
 
 
 def plan(seed: int) -> list[Case]:
-    """Every effect twice at its usual size, clean ones, pairs, foreign effects, small effects under rough conditions, triples, and all that is hard at once."""
+    """Every effect twice at its usual size, clean ones, pairs, foreign effects, small effects under rough conditions,
+    triples, and all that is hard at once."""
     rng = np.random.default_rng(seed)
     families, cases = sorted(FAMILIES), []
 
     def add(group: str, effects: tuple[str, ...], **conditions: float) -> None:
-        family = families[(len(cases) + seed) % len(families)] if not group.startswith("usual") else families[int(rng.integers(len(families)))]
+        family = (
+            families[(len(cases) + seed) % len(families)]
+            if not group.startswith("usual")
+            else families[int(rng.integers(len(families)))]
+        )
         cases.append(Case(f"{len(cases):03d}-{group}", family, effects, 1000 * seed + len(cases), **conditions))
 
     # The newest comes last, and into no draw: a seed's other cases stay what they were.
@@ -70,16 +82,27 @@ def plan(seed: int) -> list[Case]:
     for effect in FOREIGN[:3]:  # the others came later: below
         add("foreign", (effect,))
     for effect in rng.choice(known, 8, replace=False):
-        add("small", (str(effect),), size=1 / 3, spread=float(rng.choice([0.03, 0.1, 0.2])), noise=float(rng.choice([0.0, 0.3, 1.0])),
+        add("small", (str(effect),), size=1 / 3, spread=float(rng.choice([0.03, 0.1, 0.2])),
+            noise=float(rng.choice([0.0, 0.3, 1.0])),
             rate=float(rng.choice([200, 400, 500, 1000])))  # fmt: skip
-    triples = [three for three in itertools.combinations(known, 3) if not any(set(pair) in UNASKED for pair in itertools.combinations(three, 2))]
+    triples = [
+        three
+        for three in itertools.combinations(known, 3)
+        if not any(set(pair) in UNASKED for pair in itertools.combinations(three, 2))
+    ]
     for i in rng.choice(len(triples), 6, replace=False):
         add("triple", triples[i], spread=0.05)
     # One to three effects of a third of the usual size, under rough conditions, in two runs.
     for i in range(12):
-        effects = ((str(rng.choice(known)),), pairs[rng.integers(len(pairs))], triples[rng.integers(len(triples))])[i % 3]
+        effects = ((str(rng.choice(known)),), pairs[rng.integers(len(pairs))], triples[rng.integers(len(triples))])[
+            i % 3
+        ]
         # Kicks fall into one of the first two runs, which hang: upright the pendulum would go over.
-        runs = ("multisine", "steps") if any("kick" in effect for effect in effects) else (str(rng.choice(["multisine", "steps"])), "balance")
+        runs = (
+            ("multisine", "steps")
+            if any("kick" in effect for effect in effects)
+            else (str(rng.choice(["multisine", "steps"])), "balance")
+        )
         add("hard", effects, size=1 / 3, spread=float(rng.choice([0.1, 0.2])), noise=float(rng.choice([0.0, 0.3, 1.0])),
             rate=float(rng.choice([200, 400, 500, 1000])), runs=runs)  # fmt: skip
     for _ in range(2):
@@ -89,7 +112,8 @@ def plan(seed: int) -> list[Case]:
 
 DRIVES = {"drive.backlash", "drive.compliance"}
 
-# Where there is little back-EMF, a winding's lag is the amplifier's (motor.lag), a limit of the current one of the voltage (motor.saturation).
+# Where there is little back-EMF, a winding's lag is the amplifier's (motor.lag), a limit of the current one of the
+# voltage (motor.saturation).
 GEARED = {"x.inductance", "x.current_limit"}
 
 
@@ -99,8 +123,10 @@ def conditions(rng: np.random.Generator) -> dict[str, object]:
     The sheet is 6 to 12 % off, its lengths within 3 %.
     """
     return {
-        "spread": float(rng.uniform(0.06, 0.12)), "noise": float(rng.choice([0.0, 0.3, 0.6])), "rate": float(rng.choice([250, 400, 500])), "seconds": 10.0,
-        "runs": (("multisine", "steps", "balance"), ("multisine", "decay", "balance"), ("multisine", "steps", "decay"))[int(rng.integers(3))],
+        "spread": float(rng.uniform(0.06, 0.12)), "noise": float(rng.choice([0.0, 0.3, 0.6])),
+        "rate": float(rng.choice([250, 400, 500])), "seconds": 10.0,
+        "runs": (("multisine", "steps", "balance"), ("multisine", "decay", "balance"),
+                 ("multisine", "steps", "decay"))[int(rng.integers(3))],
         "length_error": 0.03, "own_zeros": True,
     }  # fmt: skip
 
@@ -121,7 +147,9 @@ def laboratory(seed: int, first: int) -> list[Case]:
         number = first + len(cases)
         family = families[int(rng.integers(len(families)))]
         family = "srv02-like" if GEARED & set(effects) else family
-        cases.append(Case(f"{number:03d}-{group}", family, effects, 1000 * seed + number, encoder=encoder, **conditions(rng)))
+        cases.append(
+            Case(f"{number:03d}-{group}", family, effects, 1000 * seed + number, encoder=encoder, **conditions(rng))
+        )
 
     def beside(rng: np.random.Generator, effect: str, taken: tuple[str, ...] = ()) -> str:
         """A catalogue effect that can be told from this one."""
@@ -136,7 +164,8 @@ def laboratory(seed: int, first: int) -> list[Case]:
     for effect in rng.choice(EFFECTS, 10, replace=False):
         add(rng, "rough", (str(effect), beside(rng, str(effect))))
 
-    rng = np.random.default_rng([seed, 2])  # with the three above: each kind alone, 32 in all, and 16 with an effect beside
+    # with the three above: each kind alone, 32 in all, and 16 with an effect beside
+    rng = np.random.default_rng([seed, 2])
     alone = [*FOREIGN[3:], *rng.permutation(FOREIGN)]
     for effect in alone[:29]:
         add(rng, "foreign", (str(effect),))
@@ -149,7 +178,17 @@ def laboratory(seed: int, first: int) -> list[Case]:
         law = friction[i % 2]
         add(rng, "lookalike", (law, beside(rng, law, friction)))
     for i in range(10):
-        add(rng, "lookalike", (("disturbance.kick",), ("arm.tilt",), ("disturbance.arm_kick",), ("arm.tilt", "disturbance.kick"), ("arm.tilt",))[i % 5])
+        add(
+            rng,
+            "lookalike",
+            (
+                ("disturbance.kick",),
+                ("arm.tilt",),
+                ("disturbance.arm_kick",),
+                ("arm.tilt", "disturbance.kick"),
+                ("arm.tilt",),
+            )[i % 5],
+        )
     for i in range(10):
         add(rng, "lookalike", (("drive.backlash", "drive.compliance")[i % 2],), ("arm", "motor")[i // 2 % 2])
     for i in range(10):

@@ -1,7 +1,9 @@
-"""Times furuta's designs against SciPy and python-control on the upright QUBE-Servo 2 and prints the ratios: `python py/tests/benchmark_design.py`.
+"""Times furuta's designs against SciPy and python-control on the upright QUBE-Servo 2 and prints the ratios: `python
+py/tests/benchmark_design.py`.
 
-Best of seven repeats in one process, so that all are measured on the same machine in the same minute. Both ways of calling are what a user writes: Python
-arrays in, Python arrays out. python-control is measured where it is installed, with SLICOT behind it where slycot is.
+Best of seven repeats in one process, so that all are measured on the same machine in the same minute. Both ways of
+calling are what a user writes: Python arrays in, Python arrays out. python-control is measured where it is installed,
+with SLICOT behind it where slycot is.
 """
 
 import os
@@ -32,9 +34,24 @@ def main() -> None:
     c, noise, sensor = np.eye(2, 4), np.eye(4), 0.01 * np.eye(2)
     poles = np.array([-3.0, -20.0, -6.0 + 2.0j, -6.0 - 2.0j])
     rows: list[tuple[str, Callable[[], object], str, Callable[[], object]]] = [
-        ("lqr", lambda: furuta.lqr(a, b, q, r), "scipy.linalg.solve_continuous_are", lambda: scipy.linalg.solve_continuous_are(a, b, q, r)),
-        ("dlqr", lambda: furuta.dlqr(ad, bd, q, r), "scipy.linalg.solve_discrete_are", lambda: scipy.linalg.solve_discrete_are(ad, bd, q, r)),
-        ("place", lambda: furuta.place(a, b, poles), "scipy.signal.place_poles", lambda: scipy.signal.place_poles(a, b, poles)),
+        (
+            "lqr",
+            lambda: furuta.lqr(a, b, q, r),
+            "scipy.linalg.solve_continuous_are",
+            lambda: scipy.linalg.solve_continuous_are(a, b, q, r),
+        ),
+        (
+            "dlqr",
+            lambda: furuta.dlqr(ad, bd, q, r),
+            "scipy.linalg.solve_discrete_are",
+            lambda: scipy.linalg.solve_discrete_are(ad, bd, q, r),
+        ),
+        (
+            "place",
+            lambda: furuta.place(a, b, poles),
+            "scipy.signal.place_poles",
+            lambda: scipy.signal.place_poles(a, b, poles),
+        ),
     ]
     try:
         import control
@@ -44,7 +61,12 @@ def main() -> None:
         rows += [
             ("lqr", lambda: furuta.lqr(a, b, q, r), "control.lqr", lambda: control.lqr(a, b, q, r)),
             ("dlqr", lambda: furuta.dlqr(ad, bd, q, r), "control.dlqr", lambda: control.dlqr(ad, bd, q, r)),
-            ("dlqe", lambda: furuta.dlqe(ad, np.eye(4), c, noise, sensor), "control.dlqe", lambda: control.dlqe(ad, np.eye(4), c, noise, sensor)),
+            (
+                "dlqe",
+                lambda: furuta.dlqe(ad, np.eye(4), c, noise, sensor),
+                "control.dlqe",
+                lambda: control.dlqe(ad, np.eye(4), c, noise, sensor),
+            ),
             ("place", lambda: furuta.place(a, b, poles), "control.place", lambda: control.place(a, b, poles)),
         ]
     print(f"{'furuta':8} {'us':>8}   {'against':34} {'us':>8} {'ratio':>7}")

@@ -21,4 +21,10 @@ def program() -> pathlib.Path:
 
 def furuta(*arguments: object, timeout: float = 120) -> subprocess.CompletedProcess[str]:
     """Runs the program; its exit code is for the caller to judge."""
-    return subprocess.run([str(program()), *map(str, arguments)], capture_output=True, text=True, timeout=timeout, stdin=subprocess.DEVNULL)
+    return subprocess.run(
+        [str(program()), *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        stdin=subprocess.DEVNULL,
+    )

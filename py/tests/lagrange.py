@@ -1,6 +1,7 @@
 """Equations of motion of the Furuta pendulum from its energies alone: SymPy differentiates, SciPy integrates.
 
-Written from the picture (where the masses are, which way is down), not from the project's formulas, so that agreement means something.
+Written from the picture (where the masses are, which way is down), not from the project's formulas, so that agreement
+means something.
 """
 
 from __future__ import annotations
@@ -12,15 +13,15 @@ import numpy as np
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-# Arm inertia, pendulum mass, arm length, centre of mass, inertias (hinge, transverse, axial), gravity; the base leans by `lean` (0 unless given)
-# towards the arm's direction theta = `towards`.
+# Arm inertia, pendulum mass, arm length, centre of mass, inertias (hinge, transverse, axial), gravity; the base leans
+# by `lean` (0 unless given) towards the arm's direction theta = `towards`.
 ARGUMENTS = "J m L c I It Ia g lean towards".split()
 
 
 @functools.cache
 def equations() -> Callable[..., tuple[float, float, float, float, float]]:
-    """Function of (theta, alpha, theta_dot, alpha_dot, J, m, L, c, I, It, Ia, g, lean, towards): the mass matrix's M11, M12, M22, and the two of
-    M q'' - torques at q'' = 0."""
+    """Function of (theta, alpha, theta_dot, alpha_dot, J, m, L, c, I, It, Ia, g, lean, towards): the mass matrix's M11,
+    M12, M22, and the two of M q'' - torques at q'' = 0."""
     time = sp.Symbol("t")
     J, m, L, c, I, It, Ia, g, lean, towards = values = sp.symbols(ARGUMENTS)
     theta, alpha = (sp.Function(name)(time) for name in ("theta", "alpha"))
@@ -33,7 +34,8 @@ def equations() -> Callable[..., tuple[float, float, float, float, float]]:
     spin = pendulum.T * pendulum.diff(time)
     omega = sp.Matrix([spin[2, 1], spin[0, 2], spin[1, 0]])
     kinetic = (J * theta.diff() ** 2 + m * velocity.dot(velocity) + omega.dot(sp.diag(I, It, Ia) * omega)) / 2
-    # the base's axis leans towards `towards`: its own z is up by cos(lean) only, and a point out in that direction is down by sin(lean)
+    # the base's axis leans towards `towards`: its own z is up by cos(lean) only, and a point out in that direction is
+    # down by sin(lean)
     down = sp.Matrix([sp.sin(lean) * sp.cos(towards), sp.sin(lean) * sp.sin(towards), -sp.cos(lean)])
     lagrangian = kinetic + m * g * down.dot(centre)
 
@@ -41,7 +43,11 @@ def equations() -> Callable[..., tuple[float, float, float, float, float]]:
     rates = sp.symbols("theta_dot alpha_dot")
     accelerations = sp.symbols("theta_ddot alpha_ddot")
     angles = sp.symbols("theta alpha")
-    known = [(x.diff(time, 2), a) for x, a in zip(q, accelerations)] + [(x.diff(time), r) for x, r in zip(q, rates)] + list(zip(q, angles))
+    known = (
+        [(x.diff(time, 2), a) for x, a in zip(q, accelerations)]
+        + [(x.diff(time), r) for x, r in zip(q, rates)]
+        + list(zip(q, angles))
+    )
     left = sp.Matrix([lagrangian.diff(x.diff(time)).diff(time) - lagrangian.diff(x) for x in q]).subs(known)
     left = sp.expand(left)
     mass = sp.simplify(left.jacobian(accelerations))
@@ -83,8 +89,8 @@ def integrate(
 ) -> np.ndarray:
     """States at ``times``; the integrator starts anew at each of them, where commands may jump.
 
-    ``torque(t, x)`` gives the generalized torques on arm and pendulum. ``x`` is [theta, alpha, theta_dot, alpha_dot], and behind it whatever else
-    moves: its rates follow the two torques.
+    ``torque(t, x)`` gives the generalized torques on arm and pendulum. ``x`` is [theta, alpha, theta_dot, alpha_dot],
+    and behind it whatever else moves: its rates follow the two torques.
     """
 
     def derivative(t: float, x: np.ndarray) -> list[float]:

@@ -1,7 +1,7 @@
 """The effects once more, as torques on the equations of ``lagrange.py``: what the MuJoCo plant is judged by.
 
-Dry friction is a steep ``tanh``, play a stiff spring and damper beyond its ends, delays and kicks are edges at which the integrator starts anew: other
-means than the plant's wherever there are others.
+Dry friction is a steep ``tanh``, play a stiff spring and damper beyond its ends, delays and kicks are edges at which
+the integrator starts anew: other means than the plant's wherever there are others.
 """
 
 from __future__ import annotations
@@ -25,14 +25,17 @@ def constants(rig: TrueRig, effects: Effects) -> dict[str, float]:
     transverse = rig.pend_inertia if rig.pend_transverse is None else rig.pend_transverse
     transverse += effects.get("pendulum.inertia_transverse", {}).get("inertia", 0.0)
     return {
-        "J": rig.arm_inertia, "m": rig.pend_mass, "L": rig.arm_length, "c": rig.pend_com, "I": rig.pend_inertia, "It": transverse, "Ia": rig.pend_axial,
-        "g": rig.g, "lean": effects.get("arm.tilt", {}).get("angle", 0.0), "towards": effects.get("arm.tilt", {}).get("direction", 0.0),
+        "J": rig.arm_inertia, "m": rig.pend_mass, "L": rig.arm_length, "c": rig.pend_com, "I": rig.pend_inertia,
+        "It": transverse, "Ia": rig.pend_axial,
+        "g": rig.g, "lean": effects.get("arm.tilt", {}).get("angle", 0.0),
+        "towards": effects.get("arm.tilt", {}).get("direction", 0.0),
     }  # fmt: skip
 
 
 @dataclasses.dataclass
 class Motion:
-    """The rig's motion under the held commands ``u``. Behind [theta, alpha] and their rates stand rotor angle and speed, bristles' bend, lagged voltage."""
+    """The rig's motion under the held commands ``u``. Behind [theta, alpha] and their rates stand rotor angle and
+    speed, bristles' bend, lagged voltage."""
 
     rig: TrueRig
     effects: Effects
@@ -54,15 +57,24 @@ class Motion:
         p = self.parameter
         sample = int(np.floor((t - p("motor.delay", "delay")) * self.rig.rate + 1e-7))
         volts = self.u[min(sample, len(self.u) - 1)] if sample >= 0 else 0.0
-        volts = max(abs(volts) - p("motor.deadzone", "width"), 0.0) * (1 if volts > 0 else -1) + p("motor.bias", "voltage")
+        volts = max(abs(volts) - p("motor.deadzone", "width"), 0.0) * (1 if volts > 0 else -1) + p(
+            "motor.bias", "voltage"
+        )
         volts = min(max(volts, -p("motor.saturation", "limit", np.inf)), p("motor.saturation", "limit", np.inf))
-        return volts * (p("motor.asymmetry", "negative_gain", 1.0) if volts < 0 else 1.0) * (1 + p("motor.drift", "rate") * t)
+        return (
+            volts
+            * (p("motor.asymmetry", "negative_gain", 1.0) if volts < 0 else 1.0)
+            * (1 + p("motor.drift", "rate") * t)
+        )
 
     def friction(self, effect: str, speed: float) -> float:
         p = self.parameter
         level = p(effect, "torque")
         if effect == "arm.coulomb":
-            rest, velocity = p("arm.stribeck", "static") - p("arm.stribeck", "coulomb"), p("arm.stribeck", "velocity", 1.0)
+            rest, velocity = (
+                p("arm.stribeck", "static") - p("arm.stribeck", "coulomb"),
+                p("arm.stribeck", "velocity", 1.0),
+            )
             level += p("arm.stribeck", "coulomb") + rest * np.exp(-((speed / velocity) ** 2))
         return -level * np.tanh(speed / REST)
 
@@ -80,7 +92,8 @@ class Motion:
         if deep <= 0:
             return 0.0
         side = 1 if twist > 0 else -1
-        arm = 1 / lagrange.accelerations(self.values | {"g": 0.0}, [0.0, alpha, 0.0, 0.0], (1.0, 0.0))[0]  # what turns with it included
+        # what turns with it included
+        arm = 1 / lagrange.accelerations(self.values | {"g": 0.0}, [0.0, alpha, 0.0, 0.0], (1.0, 0.0))[0]
         reduced = self.rotor * arm / (self.rotor + arm)
         return side * max(reduced * (deep / (time * ratio) ** 2 + 2 * side * rate / time), 0.0)
 
@@ -92,7 +105,11 @@ class Motion:
         angle, speed = (behind.pop(0), behind.pop(0)) if self.drive else (theta, theta_dot)
 
         volts = self.voltage(t)
-        rotor = -rig.arm_damping * speed - p("arm.quadratic", "coefficient") * abs(speed) * speed + self.friction("arm.coulomb", speed)
+        rotor = (
+            -rig.arm_damping * speed
+            - p("arm.quadratic", "coefficient") * abs(speed) * speed
+            + self.friction("arm.coulomb", speed)
+        )
         rotor += p("arm.cogging", "amplitude") * np.sin(p("arm.cogging", "order") * angle + p("arm.cogging", "phase"))
         if "arm.presliding" in self.effects:
             bend, stiffness = behind.pop(0), p("arm.presliding", "stiffness")
@@ -102,16 +119,26 @@ class Motion:
             lagged = behind.pop(0)
             more.append((volts - lagged) / p("motor.lag", "time_constant"))
             volts = lagged
-        ripple = p("motor.ripple", "amplitude") * np.sin(p("motor.ripple", "order") * angle + p("motor.ripple", "phase"))
+        ripple = p("motor.ripple", "amplitude") * np.sin(
+            p("motor.ripple", "order") * angle + p("motor.ripple", "phase")
+        )
         rotor += rig.torque_per_volt * volts * (1 + ripple)
 
         e = theta - p("arm.spring", "rest") - p("arm.cable", "rest")  # one of them
-        arm = -(p("arm.spring", "stiffness") + p("arm.cable", "stiffness")) * e - p("arm.cable", "asymmetry") * e**2 - p("arm.cable", "cubic") * e**3
+        arm = (
+            -(p("arm.spring", "stiffness") + p("arm.cable", "stiffness")) * e
+            - p("arm.cable", "asymmetry") * e**2
+            - p("arm.cable", "cubic") * e**3
+        )
         vibration = 2 * np.pi * p("disturbance.vibration", "frequency") * t + p("disturbance.vibration", "phase")
         arm += p("disturbance.vibration", "amplitude") * np.sin(vibration) + self.kick("disturbance.arm_kick", t)
 
         pendulum = -rig.pend_viscous * alpha_dot - p("pendulum.quadratic", "coefficient") * abs(alpha_dot) * alpha_dot
-        pendulum += self.friction("pendulum.coulomb", alpha_dot) + p("pendulum.bias", "torque") + self.kick("disturbance.kick", t)
+        pendulum += (
+            self.friction("pendulum.coulomb", alpha_dot)
+            + p("pendulum.bias", "torque")
+            + self.kick("disturbance.kick", t)
+        )
         pendulum -= p("pendulum.spring", "stiffness") * (alpha - p("pendulum.spring", "rest", np.pi))
 
         if self.drive:
@@ -121,13 +148,20 @@ class Motion:
         return arm + rotor, pendulum, *more
 
     def at(self, times: np.ndarray, x0: np.ndarray, **options: object) -> np.ndarray:
-        """[theta, alpha, theta_dot, alpha_dot, ...] at ``times`` from ``x0`` (four numbers) at 0, the rest behind it relaxed. Before 0 all stands at ``x0``."""
+        """[theta, alpha, theta_dot, alpha_dot, ...] at ``times`` from ``x0`` (four numbers) at 0, the rest behind it
+        relaxed. Before 0 all stands at ``x0``."""
         samples = np.arange(len(self.u) + 1) / self.rig.rate
-        kicks = [(p["time"], p["time"] + p["duration"]) for effect, p in self.effects.items() if effect.endswith("kick")]
+        kicks = [
+            (p["time"], p["time"] + p["duration"]) for effect, p in self.effects.items() if effect.endswith("kick")
+        ]
         edges = np.concatenate([times, samples, samples + self.parameter("motor.delay", "delay"), np.ravel(kicks)])
         edges = np.unique(np.round(edges, 12))  # one edge where rounding makes two
         edges = edges[(edges >= 0) & (edges <= max(times) + 1e-9)]
-        start = [*x0, *((x0[0], x0[2]) if self.drive else ()), *([0.0] * (("arm.presliding" in self.effects) + ("motor.lag" in self.effects)))]
+        start = [
+            *x0,
+            *((x0[0], x0[2]) if self.drive else ()),
+            *([0.0] * (("arm.presliding" in self.effects) + ("motor.lag" in self.effects))),
+        ]
         stiff = "drive.backlash" in self.effects or any("coulomb" in id or "stribeck" in id for id in self.effects)
         options = ({"method": "LSODA", "rtol": 1e-8, "atol": 1e-10} if stiff else {}) | options
         states = lagrange.integrate(self.values, self.torque, start, edges, **options)

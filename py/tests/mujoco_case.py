@@ -1,11 +1,13 @@
-"""Recordings of the MuJoCo rig, as an owner would make them: two hanging runs with a rich command and one balanced upright.
+"""Recordings of the MuJoCo rig, as an owner would make them: two hanging runs with a rich command and one balanced
+upright.
 
 A case is a folder with a data sheet (``rig.toml``, a few per cent off the truth), recordings (``run-*.csv``) and
-``truth.json``. Each recording counts from zeros of its own: the arm's encoder from where the arm rested when it was switched on, the
-pendulum's from where friction held it. Everything else, in the plant as in the truth, is in the true frame: theta from
-the base's x axis, alpha from upright.
+``truth.json``. Each recording counts from zeros of its own: the arm's encoder from where the arm rested when it was
+switched on, the pendulum's from where friction held it. Everything else, in the plant as in the truth, is in the true
+frame: theta from the base's x axis, alpha from upright.
 
-    python py/tests/mujoco_case.py --out DIR --rig qube-like --effect arm.coulomb --effect motor.delay:delay=0.011 --seed 7
+    python py/tests/mujoco_case.py --out DIR --rig qube-like --effect arm.coulomb \\
+        --effect motor.delay:delay=0.011 --seed 7
 """
 
 from __future__ import annotations
@@ -64,14 +66,21 @@ def decay(rig: TrueRig, effects: Effects, run: int, samples: int, rng: np.random
     return np.array(rows)
 
 
-def hanging(rig: TrueRig, effects: Effects, run: int, excitation: np.ndarray, rng: np.random.Generator, noise: float) -> np.ndarray:
-    """Rows t, u, theta, alpha of a run from rest; a weak spring in software keeps the arm near the middle of its cable."""
+def hanging(
+    rig: TrueRig, effects: Effects, run: int, excitation: np.ndarray, rng: np.random.Generator, noise: float
+) -> np.ndarray:
+    """Rows t, u, theta, alpha of a run from rest; a weak spring in software keeps the arm near the middle of its
+    cable."""
     plant, rows = Plant(rig, effects, alpha=np.pi, run=run), []
     velocity = Velocity(1 / rig.rate, np.array(plant.measure()))
     for k, wanted in enumerate(excitation):
         angles = np.array(plant.measure(rng, noise))
         arm_speed = velocity(angles)[0]
-        u = 0.0 if k < 0.3 * rig.rate else float(np.clip(wanted - rig.vmax * (0.15 * angles[0] + 0.004 * arm_speed), -rig.vmax, rig.vmax))
+        u = (
+            0.0
+            if k < 0.3 * rig.rate
+            else float(np.clip(wanted - rig.vmax * (0.15 * angles[0] + 0.004 * arm_speed), -rig.vmax, rig.vmax))
+        )
         u = round(u, 6)  # what is logged is what was applied
         rows.append((k / rig.rate, u, *angles))
         plant.advance(u)
@@ -79,9 +88,12 @@ def hanging(rig: TrueRig, effects: Effects, run: int, excitation: np.ndarray, rn
 
 
 def upright(rig: TrueRig) -> tuple[np.ndarray, np.ndarray]:
-    """x' = A x + B u about the upright, from textbook mass matrix and gravity (a controller's model: it needs no more)."""
+    """x' = A x + B u about the upright, from textbook mass matrix and gravity (a controller's model: it needs no
+    more)."""
     m, c, length = rig.pend_mass, rig.pend_com, rig.arm_length
-    mass = np.array([[rig.arm_inertia + m * length**2, -m * length * c], [-m * length * c, rig.pend_inertia + m * c**2]])
+    mass = np.array(
+        [[rig.arm_inertia + m * length**2, -m * length * c], [-m * length * c, rig.pend_inertia + m * c**2]]
+    )
     stiffness, damping = np.diag([0.0, rig.gravity_torque]), np.diag([rig.arm_damping, rig.pend_viscous])
     a = np.block([[np.zeros((2, 2)), np.eye(2)], [np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]])
     return a, np.concatenate([np.zeros(2), np.linalg.solve(mass, [rig.torque_per_volt, 0.0])])[:, None]
@@ -107,9 +119,17 @@ def dlqr(rig: TrueRig, delay: int, softness: float) -> np.ndarray:
 
 
 def balance(
-    rig: TrueRig, effects: Effects, run: int, samples: int, rng: np.random.Generator, noise: float, softness: float, delay: int
+    rig: TrueRig,
+    effects: Effects,
+    run: int,
+    samples: int,
+    rng: np.random.Generator,
+    noise: float,
+    softness: float,
+    delay: int,
 ) -> np.ndarray:
-    """Rows of a run balanced upright by an LQR on differenced encoders, the arm sent back and forth; ends where it falls."""
+    """Rows of a run balanced upright by an LQR on differenced encoders, the arm sent back and forth; ends where it
+    falls."""
     plant, rows, gain = Plant(rig, effects, alpha=0.02, run=run), [], dlqr(rig, delay, softness)
     velocity, past = Velocity(1 / rig.rate, np.array(plant.measure())), [0.0] * delay
     t = np.arange(samples) / rig.rate
@@ -130,14 +150,21 @@ def balance(
 def record(
     rig: TrueRig, effects: Effects, run: int, kind: str, rng: np.random.Generator, noise: float, seconds: float
 ) -> np.ndarray:
-    """Run number ``run``. Like its owner, tries again with a tamer command or a softer gain when the pendulum goes over, or falls."""
+    """Run number ``run``. Like its owner, tries again with a tamer command or a softer gain when the pendulum goes
+    over, or falls."""
     samples = round(seconds * rig.rate)
     t = np.arange(samples) / rig.rate
     if kind == "balance":
         late = (("motor.delay", "delay"), ("motor.lag", "time_constant"), ("sensor.delay", "delay"))
         delay = sum(effects.get(effect, {}).get(name, 0.0) for effect, name in late)
         best = np.empty((0, 4))
-        for softness, lead in ((1.0, 0), (1.0, round(delay * rig.rate)), (0.2, 0), (5.0, round(delay * rig.rate)), (0.2, round(delay * rig.rate))):
+        for softness, lead in (
+            (1.0, 0),
+            (1.0, round(delay * rig.rate)),
+            (0.2, 0),
+            (5.0, round(delay * rig.rate)),
+            (0.2, round(delay * rig.rate)),
+        ):
             rows = balance(rig, effects, run, samples, rng, noise, softness, lead)
             best = max(best, rows, key=len)
             if len(best) == samples:
@@ -165,9 +192,11 @@ def draw_zeros(rig: TrueRig, rng: np.random.Generator) -> np.ndarray:
 
 def write_case(
     folder: pathlib.Path, rig: TrueRig, effects: Effects, *, seed: int, spread: float, noise: float = 0.0,
-    seconds: float = SECONDS, runs: list[str] = ("multisine", "steps", "balance"), length_error: float = 0.03, own_zeros: bool = True,
+    seconds: float = SECONDS, runs: list[str] = ("multisine", "steps", "balance"), length_error: float = 0.03,
+    own_zeros: bool = True,
 ) -> None:  # fmt: skip
-    """Writes rig.toml (the data sheet, off by ``spread``, its arm length by up to ``length_error``), run-*.csv and truth.json.
+    """Writes rig.toml (the data sheet, off by ``spread``, its arm length by up to ``length_error``), run-*.csv and
+    truth.json.
 
     The zeros have a stream of their own: without them, the same seed makes the same recordings in the true frame.
     """
@@ -187,7 +216,14 @@ def write_case(
         zeros.append({"run": i, "theta": zero[0], "alpha": zero[1]})
         if len(rows) > rig.rate:  # a run of less than a second is not worth keeping
             rows[:, 2:] += zero
-            np.savetxt(folder / f"run-{i}-{kind}.csv", rows, fmt=["%.6f", "%.6f", "%.7f", "%.7f"], delimiter=",", header="t,u,theta,alpha", comments="")
+            np.savetxt(
+                folder / f"run-{i}-{kind}.csv",
+                rows,
+                fmt=["%.6f", "%.6f", "%.7f", "%.7f"],
+                delimiter=",",
+                header="t,u,theta,alpha",
+                comments="",
+            )
     truth = {"rig": rig.name, "effects": effects, "seed": seed, "spread": spread, "noise_counts": noise, "runs": kept}
     truth |= {"zeros": zeros, "arm_length": {"true": rig.arm_length, "data_sheet": sheet.arm_length}}
     truth["true_rig"] = {k: v for k, v in vars(rig).items() if k != "name"} | {"dt": 1e-4}
@@ -198,18 +234,38 @@ def main() -> None:
     a = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     a.add_argument("--out", required=True, type=pathlib.Path, help="folder of the case, made if absent")
     a.add_argument("--rig", default="qube-like", choices=sorted(FAMILIES))
-    a.add_argument("--effect", action="append", default=[], metavar="ID[:NAME=VALUE,...]", help="hide this; sizes are drawn where not given; none: a clean case")
+    a.add_argument(
+        "--effect",
+        action="append",
+        default=[],
+        metavar="ID[:NAME=VALUE,...]",
+        help="hide this; sizes are drawn where not given; none: a clean case",
+    )
     a.add_argument("--size", type=float, default=1.0, help="times the usual size of drawn effects")
     a.add_argument("--seed", type=int, default=1)
     a.add_argument("--spread", type=float, default=0.03, help="relative error of the data sheet")
     a.add_argument("--noise", type=float, default=0.0, help="encoder noise in counts RMS, beside the rounding")
     a.add_argument("--rate", type=float, help="samples per second (a divisor of 10000)")
     a.add_argument("--seconds", type=float, default=SECONDS, help="length of each run")
-    a.add_argument("--runs", default="multisine,steps,balance", help="of multisine, steps, decay and balance, in this order")
-    a.add_argument("--length-error", type=float, default=0.03, help="largest relative error of the data sheet's arm length; 0: exact")
+    a.add_argument(
+        "--runs", default="multisine,steps,balance", help="of multisine, steps, decay and balance, in this order"
+    )
+    a.add_argument(
+        "--length-error",
+        type=float,
+        default=0.03,
+        help="largest relative error of the data sheet's arm length; 0: exact",
+    )
     zeros = a.add_mutually_exclusive_group()
-    zeros.add_argument("--own-zeros", action="store_true", default=True, help="each recording counts from zeros of its own (the usual case)")
-    zeros.add_argument("--same-zero", dest="own_zeros", action="store_false", help="all recordings count from the true frame's zeros")
+    zeros.add_argument(
+        "--own-zeros",
+        action="store_true",
+        default=True,
+        help="each recording counts from zeros of its own (the usual case)",
+    )
+    zeros.add_argument(
+        "--same-zero", dest="own_zeros", action="store_false", help="all recordings count from the true frame's zeros"
+    )
     a = a.parse_args()
     rng = np.random.default_rng(a.seed)
     rig = draw_rig(a.rig, rng)
@@ -221,7 +277,8 @@ def main() -> None:
         values = dict(pair.split("=") for pair in pairs.split(",") if pair)
         effects[effect] |= {name: value if name == "encoder" else float(value) for name, value in values.items()}
     write_case(
-        a.out, rig, effects, seed=a.seed, spread=a.spread, noise=a.noise, seconds=a.seconds, runs=a.runs.split(","), length_error=a.length_error,
+        a.out, rig, effects, seed=a.seed, spread=a.spread, noise=a.noise, seconds=a.seconds, runs=a.runs.split(","),
+        length_error=a.length_error,
         own_zeros=a.own_zeros,
     )  # fmt: skip
 

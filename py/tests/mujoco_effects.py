@@ -1,14 +1,17 @@
 """The effects that can be hidden in the MuJoCo rig, with sizes one meets on a rig of its class.
 
-Ids, parameter names and signs are those of the catalogue (``furuta.catalogue()``); the laws are written again in ``mujoco_plant.py`` and
-``mujoco_torques.py`` and ``mujoco_friction.py``. What no catalogue has is in ``mujoco_foreign.py``. Conventions that a name does not tell:
+Ids, parameter names and signs are those of the catalogue (``furuta.catalogue()``); the laws are written again in
+``mujoco_plant.py`` and ``mujoco_torques.py`` and ``mujoco_friction.py``. What no catalogue has is in
+``mujoco_foreign.py``. Conventions that a name does not tell:
 
-- ``drive.*``: ``motor_share`` of the arm's inertia is the rotor's; ``gap`` is the total play, the rotor starts in its middle; ``encoder`` says whether
-  theta is read on the ``arm`` or on the ``motor``. Motor, back-EMF, arm friction of every kind and cogging act on the rotor; springs, cables,
-  vibration and kicks on the arm.
-- ``arm.tilt``: gravity is ``g (sin(angle) cos(direction), sin(angle) sin(direction), -cos(angle))`` in the base's axes, theta counted from x.
+- ``drive.*``: ``motor_share`` of the arm's inertia is the rotor's; ``gap`` is the total play, the rotor starts in its
+  middle; ``encoder`` says whether theta is read on the ``arm`` or on the ``motor``. Motor, back-EMF, arm friction of
+  every kind and cogging act on the rotor; springs, cables, vibration and kicks on the arm.
+- ``arm.tilt``: gravity is ``g (sin(angle) cos(direction), sin(angle) sin(direction), -cos(angle))`` in the base's axes,
+  theta counted from x.
 - ``disturbance.*kick``: in the run with this number, counted from 0, while ``time <= t < time + duration``.
-- motor: delay, dead zone, bias, saturation, asymmetry, drift, lag, in this order, and ripple of the torque that comes of it; sensors: delay, offset, scale, counts.
+- motor: delay, dead zone, bias, saturation, asymmetry, drift, lag, in this order, and ripple of the torque that comes
+  of it; sensors: delay, offset, scale, counts.
 """
 
 from __future__ import annotations
@@ -25,18 +28,22 @@ if TYPE_CHECKING:
 Effects = dict[str, dict[str, float | str]]
 
 EFFECTS = (
-    "arm.coulomb", "arm.stribeck", "arm.quadratic", "arm.spring", "arm.cable", "arm.presliding", "arm.cogging", "arm.tilt",
-    "motor.deadzone", "motor.bias", "motor.saturation", "motor.lag", "motor.delay", "motor.asymmetry", "motor.drift", "motor.ripple",
+    "arm.coulomb", "arm.stribeck", "arm.quadratic", "arm.spring", "arm.cable", "arm.presliding", "arm.cogging",
+    "arm.tilt",
+    "motor.deadzone", "motor.bias", "motor.saturation", "motor.lag", "motor.delay", "motor.asymmetry", "motor.drift",
+    "motor.ripple",
     "drive.backlash", "drive.compliance",
     "pendulum.coulomb", "pendulum.quadratic", "pendulum.spring", "pendulum.bias", "pendulum.inertia_transverse",
     "sensor.alpha.offset", "sensor.alpha.scale", "sensor.theta.scale", "sensor.delay",
     "disturbance.vibration", "disturbance.kick", "disturbance.arm_kick",
 )  # fmt: skip
 
-# Two parts where the plant has room for one; delays are counted in even samples; a rod that bends has mass to be divided.
+# Two parts where the plant has room for one; delays are counted in even samples; a rod that bends has mass to be
+# divided.
 IMPOSSIBLE = (
     frozenset({"drive.backlash", "drive.compliance"}), frozenset({"arm.spring", "arm.cable"}),
-    frozenset({"x.clock_jitter", "motor.delay"}), frozenset({"x.clock_jitter", "sensor.delay"}), frozenset({"x.flexible_rod", "pendulum.inertia_transverse"}),
+    frozenset({"x.clock_jitter", "motor.delay"}), frozenset({"x.clock_jitter", "sensor.delay"}),
+    frozenset({"x.flexible_rod", "pendulum.inertia_transverse"}),
 )  # fmt: skip
 
 SECONDS = 12.0  # usual length of a recording: kicks fall into its middle half
@@ -61,7 +68,8 @@ def hide(rig: TrueRig, ids: tuple[str, ...], rng: np.random.Generator, size: flo
     return rig, effects
 
 
-# Typical sizes, as fractions of the rig's own scales; `size` multiplies them, so a third of a usual effect is size = 1/3.
+# Typical sizes, as fractions of the rig's own scales; `size` multiplies them, so a third of a usual effect is size =
+# 1/3.
 def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float = 1.0) -> dict[str, float | str]:
     """Parameters (SI) of an effect of a size one meets on a rig of this class."""
     torque, sign = rig.torque_per_volt * rig.vmax, float(rng.choice([-1.0, 1.0]))
@@ -85,13 +93,18 @@ def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float
         case "arm.cable":
             stiffness = torque * between(0.06, 0.12)
             return {
-                "stiffness": stiffness, "asymmetry": sign * stiffness * plain(0.3, 0.6), "cubic": stiffness * plain(0.4, 1.0), "rest": plain(-0.2, 0.2),
+                "stiffness": stiffness, "asymmetry": sign * stiffness * plain(0.3, 0.6),
+                "cubic": stiffness * plain(0.4, 1.0), "rest": plain(-0.2, 0.2),
             }  # fmt: skip
         case "arm.presliding":
             friction = torque * between(0.08, 0.17)
             return {"torque": friction, "stiffness": friction / plain(0.03, 0.08)}
         case "arm.cogging":
-            return {"amplitude": torque * between(0.06, 0.11), "order": float(rng.integers(3, 9)), "phase": plain(0, 2 * np.pi)}
+            return {
+                "amplitude": torque * between(0.06, 0.11),
+                "order": float(rng.integers(3, 9)),
+                "phase": plain(0, 2 * np.pi),
+            }
         case "arm.tilt":
             return {"angle": between(0.05, 0.10), "direction": plain(-np.pi, np.pi)}
         case "motor.deadzone":
@@ -109,13 +122,26 @@ def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float
         case "motor.drift":
             return {"rate": sign * between(0.012, 0.025)}
         case "motor.ripple":  # motors of five to eleven segments, an odd number
-            return {"amplitude": between(0.1, 0.2), "order": 2.0 * float(rng.choice([5, 7, 9, 11])), "phase": plain(0, 2 * np.pi)}
+            return {
+                "amplitude": between(0.1, 0.2),
+                "order": 2.0 * float(rng.choice([5, 7, 9, 11])),
+                "phase": plain(0, 2 * np.pi),
+            }
         case "drive.backlash":
-            return {"gap": between(0.03, 0.07), "motor_share": plain(0.3, 0.6), "encoder": str(rng.choice(["arm", "motor"]))}
-        case "drive.compliance":  # twist under half the motor's torque: 3 to 6 hundredths of a radian; it rings at 5 to 30 Hz
+            return {
+                "gap": between(0.03, 0.07),
+                "motor_share": plain(0.3, 0.6),
+                "encoder": str(rng.choice(["arm", "motor"])),
+            }
+        # twist under half the motor's torque: 3 to 6 hundredths of a radian; it rings at 5 to 30 Hz
+        case "drive.compliance":
             stiffness, share = 0.5 * torque / between(0.03, 0.06), plain(0.3, 0.6)
             reduced = share * (1 - share) * rig.arm_inertia
-            return {"stiffness": stiffness, "damping": 2 * plain(0.05, 0.15) * float(np.sqrt(stiffness * reduced)), "motor_share": share}
+            return {
+                "stiffness": stiffness,
+                "damping": 2 * plain(0.05, 0.15) * float(np.sqrt(stiffness * reduced)),
+                "motor_share": share,
+            }
         case "pendulum.coulomb":
             return {"torque": rig.gravity_torque * between(0.025, 0.05)}
         case "pendulum.quadratic":
@@ -133,11 +159,16 @@ def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float
         case "sensor.delay":
             return {"delay": between(0.006, 0.014)}
         case "disturbance.vibration":
-            return {"amplitude": torque * between(0.07, 0.13), "frequency": plain(4.0, 12.0), "phase": plain(0, 2 * np.pi)}
+            return {
+                "amplitude": torque * between(0.07, 0.13),
+                "frequency": plain(4.0, 12.0),
+                "phase": plain(0, 2 * np.pi),
+            }
         case "disturbance.kick" | "disturbance.arm_kick":  # in a hanging run: upright, the pendulum would go over
             scale = rig.gravity_torque if effect == "disturbance.kick" else torque
             return {
-                "run": float(rng.integers(2)), "time": SECONDS * plain(0.25, 0.75), "duration": plain(0.03, 0.05), "torque": sign * scale * between(0.8, 1.3),
+                "run": float(rng.integers(2)), "time": SECONDS * plain(0.25, 0.75), "duration": plain(0.03, 0.05),
+                "torque": sign * scale * between(0.8, 1.3),
             }  # fmt: skip
     if (drawn := draw_foreign(effect, rig, rng, between, plain, SECONDS)) is not None:
         return drawn

@@ -34,14 +34,18 @@ if TYPE_CHECKING:
 
 FOREIGN = (
     "x.memory", "x.gain_angle", "x.cross_drag",
-    "x.gear_friction", "x.friction_angle", "x.maxwell_cable", "x.inductance", "x.current_limit", "x.eccentric_theta", "x.eccentric_alpha", "x.lost_counts",
-    "x.pwm_sag", "x.clock_jitter", "x.end_stops", "x.detent", "x.flexible_rod", "x.fading_friction", "x.sqrt_friction", "x.voltage_backlash",
+    "x.gear_friction", "x.friction_angle", "x.maxwell_cable", "x.inductance", "x.current_limit", "x.eccentric_theta",
+    "x.eccentric_alpha", "x.lost_counts",
+    "x.pwm_sag", "x.clock_jitter", "x.end_stops", "x.detent", "x.flexible_rod", "x.fading_friction", "x.sqrt_friction",
+    "x.voltage_backlash",
 )  # fmt: skip
 
 Draw = Callable[[float, float], float]
 
 
-def draw_foreign(effect: str, rig: TrueRig, rng: np.random.Generator, between: Draw, plain: Draw, seconds: float) -> dict[str, float] | None:
+def draw_foreign(
+    effect: str, rig: TrueRig, rng: np.random.Generator, between: Draw, plain: Draw, seconds: float
+) -> dict[str, float] | None:
     """Parameters (SI) of one of `FOREIGN`, or None.
 
     ``between`` draws how much, ``plain`` where or when, ``seconds`` is the usual length of a recording.
@@ -57,7 +61,12 @@ def draw_foreign(effect: str, rig: TrueRig, rng: np.random.Generator, between: D
         case "x.gear_friction":
             return {"coefficient": between(0.20, 0.35)}
         case "x.friction_angle":
-            return {"torque": torque * between(0.08, 0.15), "depth": plain(0.8, 1.0), "order": float(rng.integers(3, 7)), "phase": plain(0, 2 * np.pi)}
+            return {
+                "torque": torque * between(0.08, 0.15),
+                "depth": plain(0.8, 1.0),
+                "order": float(rng.integers(3, 7)),
+                "phase": plain(0, 2 * np.pi),
+            }
         case "x.maxwell_cable":
             return {"stiffness": torque * between(0.3, 0.6), "tau": plain(0.3, 1.0)}
         case "x.inductance":
@@ -75,11 +84,23 @@ def draw_foreign(effect: str, rig: TrueRig, rng: np.random.Generator, between: D
         case "x.clock_jitter":
             return {"spread": between(0.005, 0.009), "correlation": 0.1, "seed": float(rng.integers(1 << 30))}
         case "x.end_stops":
-            return {"angle": plain(0.3, 0.4), "stiffness": torque / 0.05, "damping": 0.6 * float(np.sqrt(torque / 0.05 * rig.arm_inertia))}
+            return {
+                "angle": plain(0.3, 0.4),
+                "stiffness": torque / 0.05,
+                "damping": 0.6 * float(np.sqrt(torque / 0.05 * rig.arm_inertia)),
+            }
         case "x.detent":
-            return {"torque": rig.gravity_torque * between(0.06, 0.10), "order": float(rng.integers(6, 13)), "phase": plain(0, 2 * np.pi)}
+            return {
+                "torque": rig.gravity_torque * between(0.06, 0.10),
+                "order": float(rng.integers(6, 13)),
+                "phase": plain(0, 2 * np.pi),
+            }
         case "x.flexible_rod":
-            return {"share": min(between(0.25, 0.33), 0.33), "frequency": plain(3.0, 4.0), "damping_ratio": plain(0.02, 0.05)}
+            return {
+                "share": min(between(0.25, 0.33), 0.33),
+                "frequency": plain(3.0, 4.0),
+                "damping_ratio": plain(0.02, 0.05),
+            }
         case "x.fading_friction":
             return {"torque": torque * between(0.15, 0.25), "tau": plain(2.0, 4.0)}
         case "x.sqrt_friction":

@@ -23,12 +23,22 @@ def frictions(effects: Effects, rig: TrueRig, motor: int) -> list[Law]:
         match effect:
             case "arm.stribeck":
                 laws.append(
-                    lambda t, angle, speed, driving, p=p: p["coulomb"] + (p["static"] - p["coulomb"]) * np.exp(-((speed[motor] / p["velocity"]) ** 2))
+                    lambda t, angle, speed, driving, p=p: (
+                        p["coulomb"] + (p["static"] - p["coulomb"]) * np.exp(-((speed[motor] / p["velocity"]) ** 2))
+                    )
                 )
             case "x.gear_friction":
-                laws.append(lambda t, angle, speed, driving, p=p: p["coefficient"] * abs(driving - rig.back_emf_damping * speed[motor]))
+                laws.append(
+                    lambda t, angle, speed, driving, p=p: (
+                        p["coefficient"] * abs(driving - rig.back_emf_damping * speed[motor])
+                    )
+                )
             case "x.friction_angle":
-                laws.append(lambda t, angle, speed, driving, p=p: p["torque"] * (1 + p["depth"] * np.sin(p["order"] * angle[motor] + p["phase"])))
+                laws.append(
+                    lambda t, angle, speed, driving, p=p: (
+                        p["torque"] * (1 + p["depth"] * np.sin(p["order"] * angle[motor] + p["phase"]))
+                    )
+                )
             case "x.fading_friction":
                 laws.append(lambda t, angle, speed, driving, p=p: p["torque"] * np.exp(-t / p["tau"]))
     return laws

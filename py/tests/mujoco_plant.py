@@ -1,7 +1,8 @@
 """A Furuta pendulum in MuJoCo, with effects hidden in it.
 
-Nothing here shares code or equations with furuta: the multibody dynamics, dry friction, springs, drags, the drive between rotor and arm, gravity and
-the integrator are MuJoCo's. What MuJoCo has no means for is a torque held for one of its steps (``mujoco_torques.py``) or a change of the command.
+Nothing here shares code or equations with furuta: the multibody dynamics, dry friction, springs, drags, the drive
+between rotor and arm, gravity and the integrator are MuJoCo's. What MuJoCo has no means for is a torque held for one of
+its steps (``mujoco_torques.py``) or a change of the command.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 
 STEP = 1e-4  # s, MuJoCo's integration step: 10 to 50 of them per sample
 
-# Least moment of inertia of a body, kg m2. MuJoCo takes no point masses; 1e-12 is 3e-8 of the smallest pendulum here about its hinge, and
-# nothing to one about the arm's axis, where it is taken off the arm.
+# Least moment of inertia of a body, kg m2. MuJoCo takes no point masses; 1e-12 is 3e-8 of the smallest pendulum here
+# about its hinge, and nothing to one about the arm's axis, where it is taken off the arm.
 LEAST = 1e-12
 
 # Formatted with MuJoCo's step, s. MuJoCo's friction acts ahead of the stop by the constraint's time constant: 10 ms by
@@ -29,24 +30,27 @@ LEAST = 1e-12
 # (rate 2 / constant), and `refsafe` would not allow it.
 FRICTION = 'solreffriction="{step!s} 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
 
-# The ends of the play: so stiff that they yield by less than a tenth of an encoder count, and hardly bouncing: a seventh of the speed at
-# damping ratio 1, less above.
+# The ends of the play: so stiff that they yield by less than a tenth of an encoder count, and hardly bouncing: a
+# seventh of the speed at damping ratio 1, less above.
 STOP = 'solreflimit="{constant!s} {ratio!s}" solimplimit="0.9999 0.9999 0.001 0.5 2"'
 
 
 def principal(rig: TrueRig, extra: float) -> tuple[float, tuple[float, float, float], float]:
-    """Arm inertia, the pendulum's principal inertias and the armature of its hinge: a body that exists, and the same motion.
+    """Arm inertia, the pendulum's principal inertias and the armature of its hinge: a body that exists, and the same
+    motion.
 
-    A body has no principal inertia above the sum of the others; rig files may (points, planar models). A constant on both axes across the hinge
-    is one on the arm's axis (sin² + cos² = 1), where it is taken away; what the hinge has beyond the sum of the others is armature, which counts
-    on the hinge's axis alone.
+    A body has no principal inertia above the sum of the others; rig files may (points, planar models). A constant on
+    both axes across the hinge is one on the arm's axis (sin² + cos² = 1), where it is taken away; what the hinge has
+    beyond the sum of the others is armature, which counts on the hinge's axis alone.
     """
     transverse = (rig.pend_inertia if rig.pend_transverse is None else rig.pend_transverse) + extra
     lift = max(LEAST - min(transverse, rig.pend_axial), 0.0)
     transverse, axial = transverse + lift, rig.pend_axial + lift
     hinge = max(min(rig.pend_inertia, transverse + axial), LEAST)
     if hinge + axial < transverse:
-        raise ValueError(f"no body has the inertias {rig.pend_inertia} (hinge), {transverse} (transverse) and {axial} kg m2 (axial)")
+        raise ValueError(
+            f"no body has the inertias {rig.pend_inertia} (hinge), {transverse} (transverse) and {axial} kg m2 (axial)"
+        )
     return rig.arm_inertia - lift, (hinge, transverse, axial), max(rig.pend_inertia - hinge, 0.0)
 
 
@@ -65,7 +69,9 @@ class Clock:
     def step(self, sample: int, last: int) -> int:
         """The step of this sample; the one before it was taken at step ``last``."""
         if self.jitter:
-            self.away = self.keep * self.away + np.sqrt(1 - self.keep**2) * self.jitter["spread"] * self.rng.standard_normal()
+            self.away = (
+                self.keep * self.away + np.sqrt(1 - self.keep**2) * self.jitter["spread"] * self.rng.standard_normal()
+            )
         return max(round((sample / self.rate + self.away) / self.length), last + 1)
 
 
@@ -93,10 +99,20 @@ class Supply:
 class Plant:
     """The rig in MuJoCo. ``advance`` is one sample: command in; ``measure`` reads the encoders.
 
-    ``run`` is the recording's number, from 0; ``step`` (s) is MuJoCo's, ``stop`` the damping ratio of the ends of the play.
+    ``run`` is the recording's number, from 0; ``step`` (s) is MuJoCo's, ``stop`` the damping ratio of the ends of the
+    play.
     """
 
-    def __init__(self, rig: TrueRig, effects: Effects, alpha: float, theta: float = 0.0, run: int = 0, step: float = STEP, stop: float = 1.0):
+    def __init__(
+        self,
+        rig: TrueRig,
+        effects: Effects,
+        alpha: float,
+        theta: float = 0.0,
+        run: int = 0,
+        step: float = STEP,
+        stop: float = 1.0,
+    ):
         check(effects)
         self.rig, self.effects, self.step, self.stop = rig, effects, step, stop
         self.drive = next((effects[id] for id in ("drive.backlash", "drive.compliance") if id in effects), None)
@@ -126,11 +142,13 @@ class Plant:
         lean, towards = p("arm.tilt", "angle"), p("arm.tilt", "direction")
         gravity = rig.g * np.array([np.sin(lean) * np.cos(towards), np.sin(lean) * np.sin(towards), -np.cos(lean)])
         cable = "arm.cable" if "arm.cable" in self.effects else "arm.spring"  # stiffness of x, x², x³
-        spring = f'stiffness="{p(cable, "stiffness")!s} {p(cable, "asymmetry")!s} {p(cable, "cubic")!s}" springref="{p(cable, "rest")!s}"'
+        stiffness = " ".join(str(p(cable, name)) for name in ("stiffness", "asymmetry", "cubic"))
+        spring = f'stiffness="{stiffness}" springref="{p(cable, "rest")!s}"'
         friction_law = FRICTION.format(step=self.step)
         friction = p("arm.coulomb", "torque") + p("arm.stribeck", "static")  # the latter follows the speed in `advance`
         # damping of w and of |w| w
-        motor = f'damping="{rig.arm_damping!s} {p("arm.quadratic", "coefficient")!s} 0" frictionloss="{friction!s}" {friction_law}'
+        damping = f"{rig.arm_damping!s} {p('arm.quadratic', 'coefficient')!s} 0"
+        motor = f'damping="{damping}" frictionloss="{friction!s}" {friction_law}'
         arm, (hinge, transverse, axial), armature = principal(rig, p("pendulum.inertia_transverse", "inertia"))
         rod, upper = self._rod(hinge, transverse, axial)
         rotor = tendon = ""
@@ -142,13 +160,20 @@ class Plant:
       <inertial pos="0 0 0" mass="1" diaginertia="{share!s} {share!s} {share!s}"/>
     </body>"""
             motor, gap = "", p("drive.backlash", "gap")
-            coupling = f'limited="true" range="{-gap / 2!s} {gap / 2!s}" {STOP.format(constant=5 * self.step, ratio=self.stop)}' if gap else (
-                f'stiffness="{p("drive.compliance", "stiffness")!s}" damping="{p("drive.compliance", "damping")!s}" springlength="0"'
-            )  # fmt: skip
-            tendon = f'<tendon><fixed name="drive" {coupling}><joint joint="rotor" coef="1"/><joint joint="theta" coef="-1"/></fixed></tendon>'
+            if gap:
+                ends = STOP.format(constant=5 * self.step, ratio=self.stop)
+                coupling = f'limited="true" range="{-gap / 2!s} {gap / 2!s}" {ends}'
+            else:
+                stiffness, damping = (p("drive.compliance", name) for name in ("stiffness", "damping"))
+                coupling = f'stiffness="{stiffness!s}" damping="{damping!s}" springlength="0"'
+            joints = '<joint joint="rotor" coef="1"/><joint joint="theta" coef="-1"/>'
+            tendon = f'<tendon><fixed name="drive" {coupling}>{joints}</fixed></tendon>'
+        alpha_damping = f"{rig.pend_viscous!s} {p('pendulum.quadratic', 'coefficient')!s} 0"
+        alpha_rest = self.effects.get("pendulum.spring", {}).get("rest", np.pi)
         return f"""<mujoco>
   <compiler angle="radian"/>
-  <option timestep="{self.step}" gravity="{gravity[0]!s} {gravity[1]!s} {gravity[2]!s}" integrator="RK4" cone="elliptic" tolerance="1e-10">
+  <option timestep="{self.step}" gravity="{gravity[0]!s} {gravity[1]!s} {gravity[2]!s}"
+          integrator="RK4" cone="elliptic" tolerance="1e-10">
     <flag contact="disable" refsafe="disable"/>
   </option>
   <worldbody>
@@ -156,8 +181,8 @@ class Plant:
       <joint name="theta" type="hinge" axis="0 0 1" {spring} {motor}/>
       <inertial pos="0 0 0" mass="1" diaginertia="{arm!s} {arm!s} {arm!s}"/>
       <body name="pendulum" pos="{rig.arm_length!s} 0 0">
-        <joint name="alpha" type="hinge" axis="1 0 0" armature="{armature!s}" damping="{rig.pend_viscous!s} {p("pendulum.quadratic", "coefficient")!s} 0"
-               stiffness="{p("pendulum.spring", "stiffness")!s}" springref="{self.effects.get("pendulum.spring", {}).get("rest", np.pi)!s}"
+        <joint name="alpha" type="hinge" axis="1 0 0" armature="{armature!s}" damping="{alpha_damping}"
+               stiffness="{p("pendulum.spring", "stiffness")!s}" springref="{alpha_rest!s}"
                frictionloss="{p("pendulum.coulomb", "torque")!s}" {friction_law}/>
         {rod}{upper}
       </body>
@@ -168,18 +193,21 @@ class Plant:
 </mujoco>"""
 
     def _rod(self, hinge: float, transverse: float, axial: float) -> tuple[str, str]:
-        """The pendulum's mass; with ``x.flexible_rod`` a share of it sits beyond a springy joint, both together as heavy as the one."""
+        """The pendulum's mass; with ``x.flexible_rod`` a share of it sits beyond a springy joint, both together as
+        heavy as the one."""
         rig, bend = self.rig, self.effects.get("x.flexible_rod")
         if not bend:
-            return f'<inertial pos="0 0 {rig.pend_com!s}" mass="{rig.pend_mass!s}" diaginertia="{hinge!s} {transverse!s} {axial!s}"/>', ""
+            inertia = f"{hinge!s} {transverse!s} {axial!s}"
+            return f'<inertial pos="0 0 {rig.pend_com!s}" mass="{rig.pend_mass!s}" diaginertia="{inertia}"/>', ""
         share, com, joint = bend["share"], rig.pend_com, 0.4 * rig.pend_com
         mass, ahead = share * rig.pend_mass, 0.6 * com  # of the upper part, whose middle is so far beyond the whole's
         lever, taken = com + ahead - joint, rig.pend_mass * share / (1 - share) * ahead**2 + LEAST
         lower = f"{hinge - taken!s} {transverse - taken!s} {axial + LEAST!s}"
+        below = com - share / (1 - share) * ahead
         stiffness = mass * lever**2 * (2 * np.pi * bend["frequency"]) ** 2
         damping = 2 * bend["damping_ratio"] * mass * lever**2 * 2 * np.pi * bend["frequency"]
         return (
-            f'<inertial pos="0 0 {com - share / (1 - share) * ahead!s}" mass="{rig.pend_mass - mass!s}" diaginertia="{lower}"/>',
+            f'<inertial pos="0 0 {below!s}" mass="{rig.pend_mass - mass!s}" diaginertia="{lower}"/>',
             f"""<body name="upper" pos="0 0 {joint!s}">
           <joint name="bend" type="hinge" axis="1 0 0" stiffness="{stiffness!s}" damping="{damping!s}"/>
           <inertial pos="0 0 {lever!s}" mass="{mass!s}" diaginertia="{LEAST} {LEAST} {LEAST}"/>
@@ -226,14 +254,17 @@ class Plant:
         lost = self.effects.get("x.lost_counts", {"angle": 0.0, "time": 0.0})
         jumped = lost["angle"] if self.time >= lost["time"] else 0.0
         angles = angles + discs * np.sin(angles + phases) + [jumped, self._parameter("sensor.alpha.offset", "angle")]
-        angles = angles * [self.effects.get(f"sensor.{axis}.scale", {}).get("scale", 1.0) for axis in ("theta", "alpha")]
+        angles = angles * [
+            self.effects.get(f"sensor.{axis}.scale", {}).get("scale", 1.0) for axis in ("theta", "alpha")
+        ]
         per_rad = np.array([self.rig.arm_counts, self.rig.pend_counts]) / (2 * np.pi)
         counts = angles * per_rad + (noise * rng.standard_normal(2) if rng is not None and noise else 0.0)
         theta, alpha = np.round(counts) / per_rad + 0.0  # no negative zeros in the files
         return float(theta), float(alpha)
 
     def _delayed(self, u: float, steps: int) -> np.ndarray:
-        """Command at the motor in each substep: a transport delay of any real length, the substep of the edge averaged."""
+        """Command at the motor in each substep: a transport delay of any real length, the substep of the edge
+        averaged."""
         delay = self._parameter("motor.delay", "delay") / self.step  # in substeps
         if delay == 0.0:
             return np.full(steps, u)
@@ -253,7 +284,9 @@ class Plant:
         """What reaches the winding in each substep, in command units."""
         p = self._parameter
         volts = self._delayed(self.supply(u), len(middles))
-        volts = np.sign(volts) * np.maximum(np.abs(volts) - p("motor.deadzone", "width"), 0.0) + p("motor.bias", "voltage")
+        volts = np.sign(volts) * np.maximum(np.abs(volts) - p("motor.deadzone", "width"), 0.0) + p(
+            "motor.bias", "voltage"
+        )
         limit = self.effects.get("motor.saturation", {}).get("limit", np.inf)
         volts = np.clip(volts, -limit, limit)
         volts = np.where(volts < 0, self.effects.get("motor.asymmetry", {}).get("negative_gain", 1.0), 1.0) * volts
@@ -261,7 +294,8 @@ class Plant:
         constant = p("motor.lag", "time_constant")
         if constant > 0.0:
             keep = np.exp(-self.step / constant)
-            for i, target in enumerate(volts):  # exact for a held input; the mean over the substep is what turns the arm
+            # exact for a held input; the mean over the substep is what turns the arm
+            for i, target in enumerate(volts):
                 start, self.lagged = self.lagged, target + (self.lagged - target) * keep
                 volts[i] = target + (start - target) * (1 - keep) * constant / self.step
         return volts
@@ -281,7 +315,9 @@ class Plant:
         planned[:, motor] = self._voltage(float(np.clip(u, -rig.vmax, rig.vmax)), middles) * rig.torque_per_volt
         planned[:, ALPHA] += self._parameter("pendulum.bias", "torque")
         for axis, start, end, torque in self.pulses:
-            planned[:, axis] += torque * np.clip(np.minimum(edges[1:], end) - np.maximum(edges[:-1], start), 0.0, self.step) / self.step
+            planned[:, axis] += (
+                torque * np.clip(np.minimum(edges[1:], end) - np.maximum(edges[:-1], start), 0.0, self.step) / self.step
+            )
         if not (self.laws or self.frictions):  # constant within stretches: MuJoCo's own loop is faster
             for torque, stretch in itertools.groupby(planned.tolist()):
                 data.qfrc_applied[:] = torque

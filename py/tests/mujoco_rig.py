@@ -61,20 +61,108 @@ class TrueRig:
 FAMILIES = {
     rig.name: rig
     for rig in (
-        TrueRig("qube-like", 0.085, 2.3e-4, 1.0e-4, 0.024, 0.0645, 3.33e-5, 5e-5, 8.4, 0.042, 0.042, 1, 1, 1, 10, 2048, 2048, 500),
-        TrueRig("emecs", 0.16, 2.15e-3, 8e-3, 0.022, 0.080, 1.877e-4, 3e-4, 2.56, 0.01826, 0.01826, 1, 1, 10, 2.4, 2000, 2000, 500),
-        TrueRig("srv02-like", 0.158, 3.58e-3, 4e-3, 0.125, 0.1675, 1.2e-3, 1.2e-3, 2.6, 7.683e-3, 7.678e-3, 70, 0.621, 1, 10, 4096, 4096, 500),
-        TrueRig("bench-made", 0.11, 6e-4, 4e-4, 0.045, 0.098, 1.4e-4, 1.2e-4, 5.1, 0.055, 0.055, 1, 1, 1, 12, 4096, 4096, 400),
+        TrueRig(
+            "qube-like",
+            0.085,
+            2.3e-4,
+            1.0e-4,
+            0.024,
+            0.0645,
+            3.33e-5,
+            5e-5,
+            8.4,
+            0.042,
+            0.042,
+            1,
+            1,
+            1,
+            10,
+            2048,
+            2048,
+            500,
+        ),
+        TrueRig(
+            "emecs",
+            0.16,
+            2.15e-3,
+            8e-3,
+            0.022,
+            0.080,
+            1.877e-4,
+            3e-4,
+            2.56,
+            0.01826,
+            0.01826,
+            1,
+            1,
+            10,
+            2.4,
+            2000,
+            2000,
+            500,
+        ),
+        TrueRig(
+            "srv02-like",
+            0.158,
+            3.58e-3,
+            4e-3,
+            0.125,
+            0.1675,
+            1.2e-3,
+            1.2e-3,
+            2.6,
+            7.683e-3,
+            7.678e-3,
+            70,
+            0.621,
+            1,
+            10,
+            4096,
+            4096,
+            500,
+        ),
+        TrueRig(
+            "bench-made",
+            0.11,
+            6e-4,
+            4e-4,
+            0.045,
+            0.098,
+            1.4e-4,
+            1.2e-4,
+            5.1,
+            0.055,
+            0.055,
+            1,
+            1,
+            1,
+            12,
+            4096,
+            4096,
+            400,
+        ),
     )
 }
 
 
 def draw_rig(family: str, rng: np.random.Generator, spread: float = 0.15) -> TrueRig:
-    """A rig of the family's class that is nobody else's: every inertia, friction and motor constant moved by up to ``spread``."""
+    """A rig of the family's class that no other case has: every inertia, friction and motor constant moved by up to
+    ``spread``.
+    """
     rig = FAMILIES[family]
     moved = {
         key: getattr(rig, key) * (1 + spread * rng.uniform(-1, 1))
-        for key in ("arm_length", "arm_inertia", "arm_viscous", "pend_mass", "pend_com", "pend_inertia", "pend_viscous", "R", "kt")
+        for key in (
+            "arm_length",
+            "arm_inertia",
+            "arm_viscous",
+            "pend_mass",
+            "pend_com",
+            "pend_inertia",
+            "pend_viscous",
+            "R",
+            "kt",
+        )
     }
     return dataclasses.replace(rig, **moved, kb=rig.kb * moved["kt"] / rig.kt)
 
@@ -92,7 +180,9 @@ def data_sheet(rig: TrueRig, rng: np.random.Generator, spread: float, length_err
     wrong["arm_length"] = rig.arm_length * (1 + length_error * ruler.uniform(-1, 1))
     for key in ("pend_transverse", "pend_axial"):  # as far off as the inertia they were computed with
         if getattr(rig, key) is not None:
-            wrong[key] = getattr(rig, key) * wrong["pend_inertia"] / rig.pend_inertia if rig.pend_inertia else getattr(rig, key)
+            wrong[key] = (
+                getattr(rig, key) * wrong["pend_inertia"] / rig.pend_inertia if rig.pend_inertia else getattr(rig, key)
+            )
     return dataclasses.replace(rig, **wrong, kb=rig.kb * wrong["kt"] / rig.kt)
 
 

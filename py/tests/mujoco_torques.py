@@ -1,6 +1,7 @@
 """Torques that MuJoCo has no means for: applied at its steps, from what the effect's law says.
 
-A law is called in the middle of each step with the time, the angles, the speeds and the motor's torque, and gives a torque for one axis.
+A law is called in the middle of each step with the time, the angles, the speeds and the motor's torque, and gives a
+torque for one axis.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ Law = Callable[[float, np.ndarray, np.ndarray, float], float]
 
 
 class Bristles:
-    """Dahl friction: bristles that bend with the way and give way at ``torque``; a way without reversal is solved exactly."""
+    """Dahl friction: bristles that bend with the way and give way at ``torque``; a way without reversal is solved
+    exactly."""
 
     def __init__(self, axis: int, torque: float, stiffness: float, step: float):
         self.axis, self.most, self.stiffness, self.step, self.bend = axis, torque / stiffness, stiffness, step, 0.0
@@ -60,11 +62,13 @@ class Maxwell:
 
 
 class Inductance:
-    """A winding in which the current follows voltage less back-EMF late: what this adds to the torque of one that follows at once."""
+    """A winding in which the current follows voltage less back-EMF late: what this adds to the torque of one that
+    follows at once."""
 
     def __init__(self, axis: int, back_emf: float, time_constant: float, step: float):
         self.axis, self.back_emf, self.keep, self.current = axis, back_emf, np.exp(-step / time_constant), 0.0
-        self.lead = time_constant / step * (1 - self.keep)  # of the difference at the step's start, what is left on average
+        # of the difference at the step's start, what is left on average
+        self.lead = time_constant / step * (1 - self.keep)
 
     def __call__(self, t: float, angle: np.ndarray, speed: np.ndarray, motor: float) -> float:
         final = motor - self.back_emf * speed[self.axis]
@@ -81,7 +85,8 @@ def stop(p: dict[str, float], angle: float, speed: float) -> float:
 
 
 def torques(effects: Effects, rig: TrueRig, motor: int, step: float) -> list[tuple[int, Law]]:
-    """(axis, law) of each effect that is a torque; ``motor`` is the axis the motor turns, ``step`` (s) how long a torque is held."""
+    """(axis, law) of each effect that is a torque; ``motor`` is the axis the motor turns, ``step`` (s) how long a
+    torque is held."""
     emf = rig.back_emf_damping
 
     def limited(torque: float, most: float) -> float:
@@ -93,29 +98,73 @@ def torques(effects: Effects, rig: TrueRig, motor: int, step: float) -> list[tup
             case "arm.presliding":
                 laws.append((motor, Bristles(motor, p["torque"], p["stiffness"], step)))
             case "arm.cogging":
-                laws.append((motor, lambda t, angle, speed, driving, p=p: p["amplitude"] * np.sin(p["order"] * angle[motor] + p["phase"])))
+                laws.append(
+                    (
+                        motor,
+                        lambda t, angle, speed, driving, p=p: (
+                            p["amplitude"] * np.sin(p["order"] * angle[motor] + p["phase"])
+                        ),
+                    )
+                )
             case "motor.ripple":
-                laws.append((motor, lambda t, angle, speed, driving, p=p: driving * p["amplitude"] * np.sin(p["order"] * angle[motor] + p["phase"])))
+                laws.append(
+                    (
+                        motor,
+                        lambda t, angle, speed, driving, p=p: (
+                            driving * p["amplitude"] * np.sin(p["order"] * angle[motor] + p["phase"])
+                        ),
+                    )
+                )
             case "disturbance.vibration":
-                laws.append((THETA, lambda t, angle, speed, driving, p=p: p["amplitude"] * np.sin(2 * np.pi * p["frequency"] * t + p["phase"])))
+                laws.append(
+                    (
+                        THETA,
+                        lambda t, angle, speed, driving, p=p: (
+                            p["amplitude"] * np.sin(2 * np.pi * p["frequency"] * t + p["phase"])
+                        ),
+                    )
+                )
             case "x.memory":
                 laws.append((motor, Sleeve(motor, p["coefficient"], p["tau"], step)))
             case "x.gain_angle":
-                laws.append((motor, lambda t, angle, speed, driving, p=p: driving * p["depth"] * np.sin(angle[motor] + p["phase"])))
+                laws.append(
+                    (
+                        motor,
+                        lambda t, angle, speed, driving, p=p: driving * p["depth"] * np.sin(angle[motor] + p["phase"]),
+                    )
+                )
             case "x.cross_drag":
-                laws.append((ALPHA, lambda t, angle, speed, driving, p=p: -p["coefficient"] * abs(speed[THETA]) * speed[ALPHA]))
+                laws.append(
+                    (ALPHA, lambda t, angle, speed, driving, p=p: -p["coefficient"] * abs(speed[THETA]) * speed[ALPHA])
+                )
             case "x.maxwell_cable":
                 laws.append((THETA, Maxwell(THETA, p["stiffness"], p["tau"], step)))
             case "x.inductance":
                 laws.append((motor, Inductance(motor, emf, p["time_constant"], step)))
             case "x.current_limit":
-                laws.append((motor, lambda t, angle, speed, driving, p=p: limited(driving - emf * speed[motor], p["torque"])))
+                laws.append(
+                    (motor, lambda t, angle, speed, driving, p=p: limited(driving - emf * speed[motor], p["torque"]))
+                )
             case "x.end_stops":
                 laws.append((THETA, lambda t, angle, speed, driving, p=p: stop(p, angle[THETA], speed[THETA])))
             case "x.detent":
-                laws.append((ALPHA, lambda t, angle, speed, driving, p=p: p["torque"] * np.sin(p["order"] * angle[ALPHA] + p["phase"])))
+                laws.append(
+                    (
+                        ALPHA,
+                        lambda t, angle, speed, driving, p=p: (
+                            p["torque"] * np.sin(p["order"] * angle[ALPHA] + p["phase"])
+                        ),
+                    )
+                )
             case "x.sqrt_friction":  # smooth within a hundredth of a radian a second
-                laws.append((motor, lambda t, angle, speed, driving, p=p: -p["coefficient"] * speed[motor] / (speed[motor] ** 2 + 1e-4) ** 0.25))
+                laws.append(
+                    (
+                        motor,
+                        lambda t, angle, speed, driving, p=p: (
+                            -p["coefficient"] * speed[motor] / (speed[motor] ** 2 + 1e-4) ** 0.25
+                        ),
+                    )
+                )
     return laws
 
 

@@ -1,18 +1,23 @@
 """furuta diagnose beside two others on the same recordings: discrepancy SINDy and a ladder of friction models.
 
-    python py/tests/peers.py --cli target/release/furuta --cases out/peers --real examples/qube-servo-2 [--seed 1] [--only arm.coulomb,nothing] [--markdown FILE]
+    python py/tests/peers.py --cli target/release/furuta --cases out/peers --real examples/qube-servo-2 \\
+        [--seed 1] [--only arm.coulomb,nothing] [--markdown FILE]
 
-All three see the same recordings and the same data sheet, and predict a recording that none has seen: open loop over its whole length, from rest.
+All three see the same recordings and the same data sheet, and predict a recording that none has seen: open loop over
+its whole length, from rest.
 
-1. Both peers start from the data sheet refitted (inertias, gain, viscous frictions; windows of half a second from smoothed states, then whole runs).
-2. SINDy: smoothed accelerations give the torque that the sheet, as given or refitted, leaves unexplained; PySINDy's STLSQ regresses it on a library of
-   functions of state and command. Of both sheets, two libraries and six thresholds the sparsest is kept that predicts three seconds of the
-   recordings within a tenth of the best (in squares).
-3. Ladder, in the manner of BAM (Duclusaud et al., "Extended friction models for the physics simulation of servo actuators"): Coulomb, Stribeck,
-   load-dependent, both, quadratic on the arm, each fitted together with the parameters, the one kept that predicts three seconds best.
+1. Both peers start from the data sheet refitted (inertias, gain, viscous frictions; windows of half a second from
+   smoothed states, then whole runs).
+2. SINDy: smoothed accelerations give the torque that the sheet, as given or refitted, leaves unexplained; PySINDy's
+   STLSQ regresses it on a library of functions of state and command. Of both sheets, two libraries and six thresholds
+   the sparsest is kept that predicts three seconds of the recordings within a tenth of the best (in squares).
+3. Ladder, in the manner of BAM (Duclusaud et al., "Extended friction models for the physics simulation of servo
+   actuators"): Coulomb, Stribeck, load-dependent, both, quadratic on the arm, each fitted together with the parameters,
+   the one kept that predicts three seconds best.
 4. furuta diagnose --verify.
 
-The cases are those of `benchmark.py`, one for each effect that is asked for; they are made in `--cases` where they are not there.
+The cases are those of `benchmark.py`, one for each effect that is asked for; they are made in `--cases` where they are
+not there.
 
 Not part of the tests: it needs Python 3.11, `pip install mujoco pysindy numba scipy`, and minutes.
 """
@@ -41,7 +46,16 @@ try:
 except ImportError:  # the table says so
     pysindy = None
 
-HIDDEN = ("arm.coulomb", "arm.spring", "motor.delay", "motor.deadzone", "drive.backlash", "arm.cogging", "nothing", "x.memory")
+HIDDEN = (
+    "arm.coulomb",
+    "arm.spring",
+    "motor.delay",
+    "motor.deadzone",
+    "drive.backlash",
+    "arm.cogging",
+    "nothing",
+    "x.memory",
+)
 WINDOW = 0.5  # s, of the fits
 CHOICE = 3.0  # s, of the predictions by which a peer's model is chosen
 SMOOTH = 25  # samples of the local quartic that gives speeds and accelerations
@@ -105,7 +119,8 @@ class Sheet:
         small = 0.02 * np.sqrt(self.weight * self.pendulum)
         pendulum = self.pendulum * factors[1]
         return dataclasses.replace(
-            self, arm=self.arm * factors[0], pendulum=pendulum, swing=self.swing + pendulum - self.pendulum, drive=self.drive * factors[2],
+            self, arm=self.arm * factors[0], pendulum=pendulum, swing=self.swing + pendulum - self.pendulum,
+            drive=self.drive * factors[2],
             arm_damping=self.arm_damping + (factors[3] - 1) * max(self.arm_damping, small),
             pendulum_damping=self.pendulum_damping + (factors[4] - 1) * max(self.pendulum_damping, small),
         )  # fmt: skip
@@ -123,7 +138,8 @@ class Sheet:
 
 
 Extra = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-# Of the arm's dry friction: Coulomb (N m), what static friction adds (N m), Stribeck's speed (rad/s), share of the load, square of the speed (N m s2/rad2).
+# Of the arm's dry friction: Coulomb (N m), what static friction adds (N m), Stribeck's speed (rad/s), share of the
+# load, square of the speed (N m s2/rad2).
 Friction = tuple[float, float, float, float, float]
 FRICTIONLESS: Friction = (0.0, 0.0, 1.0, 0.0, 0.0)
 
@@ -166,8 +182,11 @@ def rubbing(c, f, x, u, h):  # noqa: ANN001, ANN202
     return out
 
 
-def simulate(sheet: Sheet, x: np.ndarray, u: np.ndarray, h: float, extra: Extra | None = None, friction: Friction = FRICTIONLESS) -> np.ndarray:
-    """Many windows: x (n, 4), u (n, samples) -> angles (n, samples, 2). `extra`: torques by state and command, without dry friction."""
+def simulate(
+    sheet: Sheet, x: np.ndarray, u: np.ndarray, h: float, extra: Extra | None = None, friction: Friction = FRICTIONLESS
+) -> np.ndarray:
+    """Many windows: x (n, 4), u (n, samples) -> angles (n, samples, 2). `extra`: torques by state and command, without
+    dry friction."""
     if extra is None:
         return rubbing(dataclasses.astuple(sheet), friction, x, u, h)
 
@@ -176,7 +195,9 @@ def simulate(sheet: Sheet, x: np.ndarray, u: np.ndarray, h: float, extra: Extra 
         arm, pendulum = arm + more[0], pendulum + more[1]
         m11, m12, m22 = sheet.inertia(x)
         det = m11 * m22 - m12**2
-        return np.stack([x[:, 2], x[:, 3], (m22 * arm - m12 * pendulum) / det, (m11 * pendulum - m12 * arm) / det], axis=1)
+        return np.stack(
+            [x[:, 2], x[:, 3], (m22 * arm - m12 * pendulum) / det, (m11 * pendulum - m12 * arm) / det], axis=1
+        )
 
     out = np.empty((*u.shape, 2))
     with np.errstate(all="ignore"):
@@ -225,7 +246,9 @@ class Windows:
         return np.nan_to_num(predicted - self.y, nan=10.0, posinf=10.0, neginf=-10.0).clip(-10, 10)
 
 
-def fitted(sheet: Sheet, windows: Windows, whole: Windows, start: list[float], model: Callable[..., Friction]) -> tuple[Friction, Sheet]:
+def fitted(
+    sheet: Sheet, windows: Windows, whole: Windows, start: list[float], model: Callable[..., Friction]
+) -> tuple[Friction, Sheet]:
     """Least squares on five factors of the sheet and the friction's numbers (not negative)."""
     low, high = [0.25] * 3 + [0.0] * 2 + [0.0] * len(start), [4.0] * 3 + [20.0] * 2 + [np.inf] * len(start)
     scale = np.array([1.0] * 5 + [max(s, 1e-9) for s in start])
@@ -233,7 +256,15 @@ def fitted(sheet: Sheet, windows: Windows, whole: Windows, start: list[float], m
     def residual(z: np.ndarray, on: Windows) -> np.ndarray:
         return on.errors(sheet.scaled(z[:5]), friction=model(*(z[5:] * scale[5:])))[:, 5::10].ravel()
 
-    z = least_squares(residual, np.ones(5 + len(start)), bounds=(low, high), loss="soft_l1", f_scale=0.01, max_nfev=40, args=(windows,)).x
+    z = least_squares(
+        residual,
+        np.ones(5 + len(start)),
+        bounds=(low, high),
+        loss="soft_l1",
+        f_scale=0.01,
+        max_nfev=40,
+        args=(windows,),
+    ).x
     # Then over whole runs, as BAM does: short windows from noisy states leave a bias.
     longer = least_squares(residual, z, bounds=(low, high), loss="soft_l1", f_scale=0.1, max_nfev=40, args=(whole,)).x
     if (residual(longer, whole) ** 2).sum() < (residual(z, whole) ** 2).sum():
@@ -277,7 +308,11 @@ LIBRARY: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     "u theta": lambda x, u: u * x[..., 0],
     "u sin(theta)": lambda x, u: u * np.sin(x[..., 0]),
     "u cos(theta)": lambda x, u: u * np.cos(x[..., 0]),
-    **{f"{f.__name__}({k}theta)": (lambda x, u, f=f, k=k: f(k * x[..., 0])) for k in range(2, 8) for f in (np.sin, np.cos)},
+    **{
+        f"{f.__name__}({k}theta)": (lambda x, u, f=f, k=k: f(k * x[..., 0]))
+        for k in range(2, 8)
+        for f in (np.sin, np.cos)
+    },
 }
 
 
@@ -295,19 +330,28 @@ def left_over(sheet: Sheet, train: list[Run]) -> tuple[np.ndarray, np.ndarray]:
         u = 0.5 * (run.u[SMOOTH:n] + run.u[SMOOTH - 1 : n - 1])
         m11, m12, m22 = sheet.inertia(x)
         arm, pendulum = sheet.torque(x, u)
-        left.append(np.column_stack([m11 * acceleration[:, 0] + m12 * acceleration[:, 1] - arm, m12 * acceleration[:, 0] + m22 * acceleration[:, 1] - pendulum]))
+        left.append(
+            np.column_stack(
+                [
+                    m11 * acceleration[:, 0] + m12 * acceleration[:, 1] - arm,
+                    m12 * acceleration[:, 0] + m22 * acceleration[:, 1] - pendulum,
+                ]
+            )
+        )
         features.append(np.column_stack([f(x, u) for f in LIBRARY.values()]))
     return np.vstack(features), np.vstack(left)
 
 
 def sindy(sheets: list[Sheet], train: list[Run], kept: Windows) -> tuple[str, Sheet, Extra]:
-    """STLSQ of the torque left on either axis by one of the sheets; sheet, library and threshold are chosen on `kept`."""
+    """STLSQ of the torque left on either axis by one of the sheets; sheet, library and threshold are chosen on
+    `kept`."""
     path = []
     for sheet in sheets:
         theta, target = left_over(sheet, train)
         size, spread = np.sqrt((theta**2).mean(axis=0)), target.std(axis=0)
         size[size == 0] = 1.0
-        # Without and with the harmonics of the arm's angle, which are nearly the same function where the arm stays near zero.
+        # Without and with the harmonics of the arm's angle, which are nearly the same function where the arm stays near
+        # zero.
         for columns in (np.arange(len(LIBRARY) - HARMONICS), np.arange(len(LIBRARY))):
             for threshold in (0.02, 0.05, 0.1, 0.2, 0.4, 0.8):
                 optimizer = pysindy.STLSQ(threshold=threshold)
@@ -324,7 +368,9 @@ def sindy(sheets: list[Sheet], train: list[Run], kept: Windows) -> tuple[str, Sh
         strongest = sorted(np.flatnonzero(row), key=lambda i: -abs(row[i]) * size[i])
         words = [list(LIBRARY)[i] for i in strongest[:3]]
         if words:
-            names.append(f"{axis}: {', '.join(words)}" + (f" and {len(strongest) - 3} more" if len(strongest) > 3 else ""))
+            names.append(
+                f"{axis}: {', '.join(words)}" + (f" and {len(strongest) - 3} more" if len(strongest) > 3 else "")
+            )
     return "; ".join(names) or "nothing", sheet, torques(coefficients)
 
 
@@ -372,7 +418,9 @@ def mean_square(rows: list[tuple[float, float]]) -> tuple[float, float]:
     return tuple(np.sqrt((np.array(rows) ** 2).mean(axis=0)))  # type: ignore[return-value]
 
 
-def compare(cli: list[str], case: str, truth: str, rig: pathlib.Path, train: list[pathlib.Path], unseen: list[pathlib.Path]) -> list[Row]:
+def compare(
+    cli: list[str], case: str, truth: str, rig: pathlib.Path, train: list[pathlib.Path], unseen: list[pathlib.Path]
+) -> list[Row]:
     runs, held = [Run.load(p) for p in train], [Run.load(p) for p in unseen]
     begin = time.perf_counter()
     given = Sheet.load(rig)
@@ -384,7 +432,16 @@ def compare(cli: list[str], case: str, truth: str, rig: pathlib.Path, train: lis
     if pysindy is not None:
         begin = time.perf_counter()
         names, under, extra = sindy([given, sheet], runs, kept)
-        rows.append(Row(case, truth, "discrepancy SINDy", names, mean_square([whole(r, under, extra) for r in held]), shared + time.perf_counter() - begin))
+        rows.append(
+            Row(
+                case,
+                truth,
+                "discrepancy SINDy",
+                names,
+                mean_square([whole(r, under, extra) for r in held]),
+                shared + time.perf_counter() - begin,
+            )
+        )
     begin, best = time.perf_counter(), None
     stall = given.drive * max(float(np.abs(r.u).max()) for r in runs)
     for name, start, model in ladder(stall):
@@ -398,7 +455,17 @@ def compare(cli: list[str], case: str, truth: str, rig: pathlib.Path, train: lis
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder, "out.json")
         begin = time.perf_counter()
-        command = [*cli, "diagnose", *map(str, train), "--rig", str(rig), "--json-file", str(out), "--verify", *map(str, unseen)]
+        command = [
+            *cli,
+            "diagnose",
+            *map(str, train),
+            "--rig",
+            str(rig),
+            "--json-file",
+            str(out),
+            "--verify",
+            *map(str, unseen),
+        ]
         subprocess.run(command, check=True, capture_output=True)
         seconds, answer = time.perf_counter() - begin, json.loads(out.read_text())
     names = ", ".join(e["id"] for e in answer["effects"])
@@ -435,7 +502,9 @@ def main() -> None:
     print("\n".join(lines), flush=True)
     for case in cases:
         for r in compare(shlex.split(a.cli), *case):
-            lines.append(f"| {r.case} | {r.truth} | {r.method} | {r.names} | {r.rms[0]:.4f} | {r.rms[1]:.4f} | {r.seconds:.1f} |")
+            lines.append(
+                f"| {r.case} | {r.truth} | {r.method} | {r.names} | {r.rms[0]:.4f} | {r.rms[1]:.4f} | {r.seconds:.1f} |"
+            )
             print(lines[-1], flush=True)
     if a.markdown:
         a.markdown.write_text("\n".join(lines) + "\n")

@@ -1,4 +1,5 @@
-"""Random Riccati problems that have a stabilising solution, badly scaled ones among them, and other libraries' answers to them.
+"""Random Riccati problems that have a stabilising solution, badly scaled ones among them, and other libraries' answers
+to them.
 
     python py/tests/riccati_cases.py --count 8000     # a table of residuals: furuta, SciPy, SLICOT
 """
@@ -50,8 +51,9 @@ KINDS = ("plain", "hidden", "states", "weights", "time", "sampled", "rank one", 
 
 
 def cases(count: int = 200, seed: int = 1) -> list[Case]:
-    """Sizes 1 to 8, 1 to 3 inputs, both equations, and in turn: plain; modes that the input does not reach; states and inputs in units
-    1e8 apart; weights 1e8 apart; fast or slow by 1e3; sampled so quickly that A is near 1; only one output weighted; with a cross term.
+    """Sizes 1 to 8, 1 to 3 inputs, both equations, and in turn: plain; modes that the input does not reach; states and
+    inputs in units 1e8 apart; weights 1e8 apart; fast or slow by 1e3; sampled so quickly that A is near 1; only one
+    output weighted; with a cross term.
     """
     rng = np.random.default_rng(seed)
     found = []
@@ -68,7 +70,8 @@ def cases(count: int = 200, seed: int = 1) -> list[Case]:
         if kind == "time":
             a, b = (10 ** rng.uniform(-3, 3) * x for x in (a, b))
         if discrete:
-            # Held over a sample that is short against the system (sampled: very short), so that few poles are too unstable to matter.
+            # Held over a sample that is short against the system (sampled: very short), so that few poles are too
+            # unstable to matter.
             a, b = zero_order_hold(a, b, (10 ** rng.uniform(-4, -2) if kind == "sampled" else 0.3) / np.linalg.norm(a))
         if kind == "states":
             d, e = (np.diag(10.0 ** rng.uniform(-4, 4, k)) for k in (n, m))
@@ -78,7 +81,9 @@ def cases(count: int = 200, seed: int = 1) -> list[Case]:
             d, e = (np.diag(10.0 ** rng.uniform(-2, 2, k)) for k in (n, m))
             q, r, s = d @ q @ d, e @ r @ e, d @ s @ e
         q, r = (q + q.T) / 2, (r + r.T) / 2
-        found.append(Case(f"{i}: {kind}, n {n}, m {m}, {'discrete' if discrete else 'continuous'}", discrete, a, b, q, r, s))
+        found.append(
+            Case(f"{i}: {kind}, n {n}, m {m}, {'discrete' if discrete else 'continuous'}", discrete, a, b, q, r, s)
+        )
     return found
 
 
@@ -126,7 +131,10 @@ def main() -> None:
             except Exception:  # noqa: BLE001 (each library has its own)
                 refused += 1
         r = np.array(residuals)
-        print(f"{name:7} median {np.median(r):.0e}  99th percentile {np.percentile(r, 99):.0e}  largest {r.max():.0e}  above 1e-10: {(r > 1e-10).sum()}  refused: {refused}")
+        print(
+            f"{name:7} median {np.median(r):.0e}  99th percentile {np.percentile(r, 99):.0e}  "
+            f"largest {r.max():.0e}  above 1e-10: {(r > 1e-10).sum()}  refused: {refused}"
+        )
 
 
 def furuta_answer(c: Case) -> np.ndarray:

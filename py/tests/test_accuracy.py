@@ -10,7 +10,8 @@ from accuracy import PERIODS, STARTS, error, order
 
 TABLE = pathlib.Path(__file__).resolve().parents[2] / "docs/accuracy.md"
 
-# Largest error of an angle over 10 s at 1 ms, rad: three times what is seen. The falling heavy pendulum of ramos-velasco multiplies a small difference by 2800.
+# Largest error of an angle over 10 s at 1 ms, rad: three times what is seen. The falling heavy pendulum of
+# ramos-velasco multiplies a small difference by 2800.
 BOUND = {"falling": 6e-9, "hanging": 1.2e-9}
 HEAVY = {"falling": 1e-6, "hanging": 4e-8}
 

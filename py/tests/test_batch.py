@@ -32,7 +32,8 @@ def test_parameters_that_differ():
 def test_effects_that_differ(effect):
     """To the bit what `simulate` gives, for effects that run in lanes and for those that cut the step."""
     values = {
-        "run": 0.0, "time": 0.1, "duration": 0.05, "order": 2.0, "motor_share": 0.4, "damping": 1e-3, "stiffness": 0.3, "velocity": 0.5,
+        "run": 0.0, "time": 0.1, "duration": 0.05, "order": 2.0, "motor_share": 0.4, "damping": 1e-3, "stiffness": 0.3,
+        "velocity": 0.5,
         "negative_gain": 0.8, "scale": 1.02, "frequency": 7.0, "delay": 0.0031, "gap": 0.05, "width": 0.3, "limit": 2.0,
     }  # fmt: skip
     details = furuta.catalogue()[effect]["details"]
@@ -48,9 +49,13 @@ def test_effects_that_differ(effect):
 
 
 def test_effects_of_the_rig_stay():
-    rig = SRV02.with_effect("arm.spring", stiffness=0.05, rest=0.3).with_effect("drive.backlash", gap=0.02, motor_share=0.3, encoder="motor")
+    rig = SRV02.with_effect("arm.spring", stiffness=0.05, rest=0.3).with_effect(
+        "drive.backlash", gap=0.02, motor_share=0.3, encoder="motor"
+    )
     x0, stiffness = starts(), np.linspace(0.0, 0.1, M)
-    x = furuta.simulate_batch(rig, x0, U, DT, effects={"arm.spring": {"stiffness": stiffness}, "drive.backlash": {"encoder": "arm"}})
+    x = furuta.simulate_batch(
+        rig, x0, U, DT, effects={"arm.spring": {"stiffness": stiffness}, "drive.backlash": {"encoder": "arm"}}
+    )
     for i in range(M):
         alone = rig.with_effect("arm.spring", stiffness=stiffness[i], rest=0.3)
         np.testing.assert_array_equal(x[i], furuta.simulate(alone, x0[i], U, DT)[-1])
@@ -65,7 +70,8 @@ def test_feedback():
     assert x.shape == (100, 3001, 4)
     np.testing.assert_allclose(x[:, -1], np.tile(goal, (100, 1)), atol=1e-3)
     u = np.clip(-(x[7, :-1] - goal) @ gain[0], -10, 10)
-    # the same commands, summed in another order: the closed loop is stable, the open loop is not, so for half a second only
+    # the same commands, summed in another order: the closed loop is stable, the open loop is not, so for half a second
+    # only
     np.testing.assert_allclose(furuta.simulate(SRV02, x0[7], u[:250], DT), x[7, :251], atol=1e-9)
 
 
@@ -80,7 +86,9 @@ def test_shapes():
 
 def test_progress():
     seen = []
-    furuta.simulate_batch(SRV02, starts(200), U, DT, progress=lambda done, count: seen.append((done, count, threading.get_ident())))
+    furuta.simulate_batch(
+        SRV02, starts(200), U, DT, progress=lambda done, count: seen.append((done, count, threading.get_ident()))
+    )
     done = [s[0] for s in seen]
     assert done == sorted(done) and done[-1] == 200
     assert {s[1:] for s in seen} == {(200, threading.get_ident())}
@@ -138,23 +146,34 @@ def batch(**given):
         (furuta.SimulationError, lambda: batch(dt=-1.0), r"sample period of -1 s is outside"),
         (furuta.SimulationError, lambda: batch(dt=1e9), r"\(0, 1\] s"),
         (furuta.SimulationError, lambda: batch(every=0), "every 0th sample"),
-        (furuta.SimulationError, lambda: batch(parameters={"pendulum.mass": [0.1, -0.1, 0.1]}), r"rollout 1: pendulum.mass = -0.1 .* \(0, 100\] kg"),
-        (furuta.SimulationError, lambda: batch(parameters={"pendulum.mass": [0.1, 0.1, np.nan]}), "rollout 2: pendulum.mass = NaN"),
-        (furuta.SimulationError, lambda: batch(parameters={"pendulum.mass": [0.1, 0.1]}), "pendulum.mass has 2 values for 3 rollouts"),
+        (furuta.SimulationError, lambda: batch(parameters={"pendulum.mass": [0.1, -0.1, 0.1]}),
+         r"rollout 1: pendulum.mass = -0.1 .* \(0, 100\] kg"),
+        (furuta.SimulationError, lambda: batch(parameters={"pendulum.mass": [0.1, 0.1, np.nan]}),
+         "rollout 2: pendulum.mass = NaN"),
+        (furuta.SimulationError, lambda: batch(parameters={"pendulum.mass": [0.1, 0.1]}),
+         "pendulum.mass has 2 values for 3 rollouts"),
         (furuta.RigError, lambda: batch(parameters={"pendulum.weight": 0.1}), "no parameter `pendulum.weight`"),
-        (furuta.RigError, lambda: batch(parameters={"pendulum.mass": "much"}), 'pendulum.mass = "much" must be a number'),
+        (furuta.RigError, lambda: batch(parameters={"pendulum.mass": "much"}),
+         'pendulum.mass = "much" must be a number'),
         (furuta.RigError, lambda: batch(effects={"arm.sprong": {}}), "`arm.sprong` is not in the catalogue"),
         (furuta.RigError, lambda: batch(effects={"arm.spring": {"stifness": 1.0}}), "has no parameter `stifness`"),
-        (furuta.RigError, lambda: batch(effects={"drive.backlash": {"gap": 0.1, "motor_share": 0.5, "encoder": "gear"}}), 'encoder = "gear" must be "arm" or "motor"'),
-        (furuta.SimulationError, lambda: batch(effects={"arm.coulomb": {"torque": [0.0, 0.0, -1.0]}}), "rollout 2: arm.coulomb: torque = -1 is outside"),
-        (furuta.SimulationError, lambda: batch(effects={"arm.cogging": {"amplitude": 0.1, "order": [1, 2, 2.5]}}), "rollout 2: .* order = 2.5 must be a whole"),
-        (furuta.SimulationError, lambda: batch(effects={"motor.delay": {"delay": 0.5}}), "rollout 0: a delay of 0.5 s is longer"),
+        (furuta.RigError,
+         lambda: batch(effects={"drive.backlash": {"gap": 0.1, "motor_share": 0.5, "encoder": "gear"}}),
+         'encoder = "gear" must be "arm" or "motor"'),
+        (furuta.SimulationError, lambda: batch(effects={"arm.coulomb": {"torque": [0.0, 0.0, -1.0]}}),
+         "rollout 2: arm.coulomb: torque = -1 is outside"),
+        (furuta.SimulationError, lambda: batch(effects={"arm.cogging": {"amplitude": 0.1, "order": [1, 2, 2.5]}}),
+         "rollout 2: .* order = 2.5 must be a whole"),
+        (furuta.SimulationError, lambda: batch(effects={"motor.delay": {"delay": 0.5}}),
+         "rollout 0: a delay of 0.5 s is longer"),
         (furuta.SimulationError, lambda: batch(u=None), "no commands"),
         (furuta.SimulationError, lambda: batch(samples=5), "samples belongs to feedback"),
         (furuta.SimulationError, lambda: batch(feedback=([0] * 4, [0] * 4, 1.0), samples=5), "exclude each other"),
         (furuta.SimulationError, lambda: batch(u=None, feedback=([0] * 4, [0] * 4, 1.0)), "give samples=N"),
-        (furuta.SimulationError, lambda: batch(u=None, feedback=([0] * 3, [0] * 4, 1.0), samples=5), r"gain has shape \(3,\)"),
-        (furuta.SimulationError, lambda: batch(u=None, feedback=([0] * 4, [0] * 4, np.nan), samples=5), "limit = NaN V"),
+        (furuta.SimulationError, lambda: batch(u=None, feedback=([0] * 3, [0] * 4, 1.0), samples=5),
+         r"gain has shape \(3,\)"),
+        (furuta.SimulationError, lambda: batch(u=None, feedback=([0] * 4, [0] * 4, np.nan), samples=5),
+         "limit = NaN V"),
         (MemoryError, lambda: batch(u=None, feedback=([0] * 4, [0] * 4, 1.0), samples=2**62, every=1), "keep fewer"),
     ],
 )  # fmt: skip

@@ -73,7 +73,9 @@ def test_lookalikes():
 def test_the_encoders_side(tmp_path):
     case = Case("000-side", "qube-like", ("drive.compliance",), 3, runs=("decay",), seconds=1.2, encoder="motor")
     case.write(tmp_path)
-    assert json.loads((tmp_path / "000-side/truth.json").read_text())["effects"]["drive.compliance"]["encoder"] == "motor"
+    assert (
+        json.loads((tmp_path / "000-side/truth.json").read_text())["effects"]["drive.compliance"]["encoder"] == "motor"
+    )
 
 
 @pytest.fixture
@@ -95,7 +97,10 @@ def program(tmp_path):
 
 
 def answer(verdict, *ids):
-    return {"verdict": verdict, "effects": [{"id": id, "confusable_with": ["arm.stribeck"] if id == "arm.coulomb" else []} for id in ids]}
+    return {
+        "verdict": verdict,
+        "effects": [{"id": id, "confusable_with": ["arm.stribeck"] if id == "arm.coulomb" else []} for id in ids],
+    }
 
 
 def test_how_an_answer_is_asked_for(program, tmp_path):

@@ -34,9 +34,11 @@ CASES = sorted((SHARED / "dev").glob("dev-*"))
 @pytest.mark.skipif(not CASES, reason="no ../shared/blind/dev beside the project")
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_recordings_made_by_others(case):
-    """Another's MuJoCo rig with the same truth shows the same counts under the same commands: the conventions are the same, signs and sides included.
+    """Another's MuJoCo rig with the same truth shows the same counts under the same commands: the conventions are the
+    same, signs and sides included.
 
-    Three seconds, past a kick where there is one; rounding alone is up to one count, differences of the engines' set-up may grow to a few.
+    Three seconds, past a kick where there is one; rounding alone is up to one count, differences of the engines' set-up
+    may grow to a few.
     """
     pytest.importorskip("mujoco")
     import numpy as np

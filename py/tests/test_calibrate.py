@@ -1,4 +1,5 @@
-"""Calibration, validation and the planning of experiments, against plants and optimisers that share nothing with furuta."""
+"""Calibration, validation and the planning of experiments, against plants and optimisers that share nothing with
+furuta."""
 
 from __future__ import annotations
 
@@ -30,8 +31,8 @@ def fine():
 
 
 def test_same_minimum_as_scipy():
-    """One window over the whole run: the cost's minimum over initial state, two parameters and the zero of alpha's encoder, which is known to 5 mrad
-    beforehand; found by SciPy with differences."""
+    """One window over the whole run: the cost's minimum over initial state, two parameters and the zero of alpha's
+    encoder, which is known to 5 mrad beforehand; found by SciPy with differences."""
     h, rng = 0.005, np.random.default_rng(1)
     rig, keys = fine(), ("arm.inertia", "motor.torque_constant")
     data = recorded(rig, sweep(3.0, h), h, rng)
@@ -47,7 +48,9 @@ def test_same_minimum_as_scipy():
         return np.append(((x[1:, :2] - [0.0, p[6]] - y[1:]) / noise).ravel(), p[6] / 5e-3)
 
     x = furuta.simulate(rig, [0, np.pi, 0, 0], data["u"][:-1], h)[0]
-    answer = scipy.optimize.least_squares(residual, [*x, 1.0, 1.0, 0.0], x_scale=[0.1, 0.1, 1, 1, 0.1, 0.1, 5e-3], xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    answer = scipy.optimize.least_squares(
+        residual, [*x, 1.0, 1.0, 0.0], x_scale=[0.1, 0.1, 1, 1, 0.1, 0.1, 5e-3], xtol=1e-14, ftol=1e-14, gtol=1e-14
+    )
     cost = found.chi**2 * (2 * (n - 1) - 4)
     # SciPy's slopes are differences; the minimum is flat, so the cost agrees to the square of their error.
     assert cost == pytest.approx(2 * answer.cost, rel=1e-5)
@@ -111,7 +114,9 @@ def test_the_report(tmp_path):
 def test_what_is_refused():
     with pytest.raises(furuta.CalibrateError, match="nothing moves"):
         n = 1000
-        furuta.calibrate({"t": 0.01 * np.arange(n), "u": np.zeros(n), "theta": np.zeros(n), "alpha": np.full(n, np.pi)}, RIG)
+        furuta.calibrate(
+            {"t": 0.01 * np.arange(n), "u": np.zeros(n), "theta": np.zeros(n), "alpha": np.full(n, np.pi)}, RIG
+        )
     data = recorded(RIG, sweep(4.0, 0.004), 0.004, np.random.default_rng(6))
     with pytest.raises(furuta.CalibrateError, match="`arm.mass` cannot be calibrated"):
         furuta.calibrate(data, RIG, free=["arm.mass"])
@@ -127,7 +132,8 @@ def test_a_plan():
 
 
 def test_a_plant_of_mujoco():
-    """A sheet that is off by 20 % in what nobody can measure: the intervals hold the truth of a plant that is MuJoCo's."""
+    """A sheet that is off by 20 % in what cannot be measured directly: the intervals hold the truth of a plant that is
+    MuJoCo's."""
     pytest.importorskip("mujoco")
     from mujoco_plant import Plant
     from mujoco_rig import FAMILIES, rig_toml
@@ -162,11 +168,14 @@ def test_a_plant_of_mujoco():
     }
     for key, value in truth.items():
         p = found.parameters[key]
-        # Five intervals are looked at, and MuJoCo's integrator has errors of its own: three standard deviations, and a twentieth of a per cent.
+        # Five intervals are looked at, and MuJoCo's integrator has errors of its own: three standard deviations, and a
+        # twentieth of a per cent.
         assert abs(p["fitted"] - value) < 3 * p["std"] + 5e-4 * value, (key, p, value)
         assert p["std"] < 0.01 * value
     damping = next(c for c in found.combinations if c["name"] == "arm damping")
-    assert abs(damping["fitted"] - true.arm_damping / true.gravity_torque) < 3 * damping["std"] + 5e-4 * damping["fitted"]
+    assert (
+        abs(damping["fitted"] - true.arm_damping / true.gravity_torque) < 3 * damping["std"] + 5e-4 * damping["fitted"]
+    )
     assert found.chi < 1.1
 
 

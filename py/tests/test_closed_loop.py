@@ -74,7 +74,9 @@ def test_poles_with_a_delay_of_any_share_of_a_sample(name):
     Phi, _ = held(h)
     on, newer = held(h - rest)
     older = on @ held(rest)[1]
-    closed = np.block([[Phi, newer, older], [-K[None, :], np.zeros((1, 2))], [np.zeros((1, n)), np.array([[1.0, 0.0]])]])
+    closed = np.block(
+        [[Phi, newer, older], [-K[None, :], np.zeros((1, 2))], [np.zeros((1, n)), np.array([[1.0, 0.0]])]]
+    )
     expected = np.sort_complex(np.linalg.eigvals(closed))
     assert found["states"][4:] == ["command 1", "command 2"]
     np.testing.assert_allclose(np.sort_complex(found["poles"]), expected, atol=1e-8)

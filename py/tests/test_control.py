@@ -15,7 +15,9 @@ RIG = furuta.Rig.load("qube-servo-2")
 
 def test_importing_furuta_imports_neither_pandas_nor_control_nor_matplotlib():
     code = "import furuta, sys; print([m for m in ('pandas', 'control', 'matplotlib', 'scipy') if m in sys.modules])"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
+    assert (
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
+    )
 
 
 def test_state_space_of_a_rig():
@@ -26,7 +28,11 @@ def test_state_space_of_a_rig():
     assert (system.input_labels, system.output_labels, system.name) == (["u"], ["theta", "alpha"], "qube-servo-2")
     sampled = RIG.to_ss(dt=0.002)
     theirs = control.c2d(system, 0.002)
-    assert sampled.dt == 0.002 and np.allclose(sampled.A, theirs.A, rtol=1e-10) and np.allclose(sampled.B, theirs.B, rtol=1e-9)
+    assert (
+        sampled.dt == 0.002
+        and np.allclose(sampled.A, theirs.A, rtol=1e-10)
+        and np.allclose(sampled.B, theirs.B, rtol=1e-9)
+    )
     hanging = RIG.to_ss([0, np.pi, 0, 0])
     assert (hanging.poles().real < 1e-6).all()
     assert np.array_equal(furuta.lqr(system, np.eye(4), 1)[0], furuta.lqr(RIG, np.eye(4), 1)[0])
@@ -84,5 +90,7 @@ def test_orders_of_arguments_and_results_are_theirs():
         ours, theirs = getattr(furuta, name)(*arguments), getattr(control, name)(*arguments)
         assert len(ours) == len(theirs) == 3
         for i, (mine, other) in enumerate(zip(ours, theirs)):
-            mine, other = (np.sort_complex(np.ravel(v)) for v in (mine, other)) if i == poles else (mine, np.asarray(other))
+            mine, other = (
+                (np.sort_complex(np.ravel(v)) for v in (mine, other)) if i == poles else (mine, np.asarray(other))
+            )
             assert np.allclose(mine, other, rtol=1e-5, atol=1e-8 * np.abs(other).max()), (name, i)

@@ -91,7 +91,9 @@ def test_swings_up_and_follows(rig):
     n = 5000
     reference = np.where(np.arange(n) < 3500, 0.0, 0.3)
     controller = furuta.Controller.from_toml("", rig, DT)
-    x, u, modes, y = furuta.simulate(rig, HANGING, np.zeros(n), DT, controller=controller, reference=reference, encoders=True)
+    x, u, modes, y = furuta.simulate(
+        rig, HANGING, np.zeros(n), DT, controller=controller, reference=reference, encoders=True
+    )
     assert x.shape == (n + 1, 4) and u.shape == (n,) and y.shape == (n + 1, 2) and len(modes) == n
     assert set(modes) == {"swing-up", "balance"} and modes[-1] == "balance"
     assert abs(wrapped(x[-1, 1])) < 0.02 and x[-1, 0] == pytest.approx(0.3, abs=0.05)

@@ -27,7 +27,9 @@ def test_continuous(n, m):
         expected = solve_continuous_are(a, b, q, r)
         np.testing.assert_allclose(s, expected, rtol=1e-8, atol=1e-8 * np.abs(expected).max())
         np.testing.assert_allclose(k, np.linalg.solve(r, b.T @ expected), rtol=1e-7, atol=1e-8 * np.abs(k).max())
-        np.testing.assert_allclose(np.sort_complex(poles), np.sort_complex(np.linalg.eigvals(a - b @ k)), rtol=1e-6, atol=1e-8)
+        np.testing.assert_allclose(
+            np.sort_complex(poles), np.sort_complex(np.linalg.eigvals(a - b @ k)), rtol=1e-6, atol=1e-8
+        )
         assert k.shape == (m, n) and (poles.real < 0).all()
 
 
@@ -38,7 +40,9 @@ def test_discrete(n, m):
         k, s, poles = furuta.dlqr(a, b, q, r)
         expected = solve_discrete_are(a, b, q, r)
         np.testing.assert_allclose(s, expected, rtol=1e-8, atol=1e-8 * np.abs(expected).max())
-        np.testing.assert_allclose(k, np.linalg.solve(r + b.T @ expected @ b, b.T @ expected @ a), rtol=1e-7, atol=1e-8 * np.abs(k).max())
+        np.testing.assert_allclose(
+            k, np.linalg.solve(r + b.T @ expected @ b, b.T @ expected @ a), rtol=1e-7, atol=1e-8 * np.abs(k).max()
+        )
         assert k.shape == (m, n) and (np.abs(poles) < 1).all()
 
 
@@ -86,7 +90,9 @@ def test_estimators_are_the_dual(n, p):
         expected = solve_discrete_are(a.T, c.T, g @ qn @ g.T, rn)
         np.testing.assert_allclose(covariance, expected, rtol=1e-7, atol=1e-7 * np.abs(expected).max())
         innovation = c @ expected @ c.T + rn
-        np.testing.assert_allclose(gain, a @ expected @ c.T @ np.linalg.inv(innovation), rtol=1e-6, atol=1e-7 * np.abs(gain).max())
+        np.testing.assert_allclose(
+            gain, a @ expected @ c.T @ np.linalg.inv(innovation), rtol=1e-6, atol=1e-7 * np.abs(gain).max()
+        )
         assert (np.abs(poles) < 1).all()
 
 
@@ -116,7 +122,8 @@ def test_an_estimator_names_what_is_wrong_in_its_own_words():
 
 
 def test_integral_action():
-    """Against python-control's recipe: the Riccati equation of the extended system, and no error under a constant torque."""
+    """Against python-control's recipe: the Riccati equation of the extended system, and no error under a constant
+    torque."""
     rig = furuta.Rig.load("qube-servo-2")
     a, b = furuta.linearize(rig)
     c, q, r = np.array([[1.0, 0, 0, 0]]), np.diag([5.0, 1, 0.1, 0.1, 20]), np.array([[0.1]])
@@ -153,7 +160,9 @@ def test_pole_placement(n):
         k = furuta.place(a, b, poles)
         expected = place_poles(a, b, poles).gain_matrix
         # Seven and eight states through one input: SciPy's own poles are then off by as much.
-        np.testing.assert_allclose(k, expected, rtol=1e-9 if n <= 5 else 1e-6, atol=(1e-10 if n <= 5 else 1e-7) * np.abs(expected).max())
+        np.testing.assert_allclose(
+            k, expected, rtol=1e-9 if n <= 5 else 1e-6, atol=(1e-10 if n <= 5 else 1e-7) * np.abs(expected).max()
+        )
 
 
 @pytest.mark.parametrize("name", furuta.Rig.BUILTIN)
@@ -166,7 +175,9 @@ def test_poles_of_rigs(name):
     h = 0.002
     ad, bd = furuta.zero_order_hold(a, b, h)
     k = furuta.place(ad, bd, np.exp(wanted * h))
-    np.testing.assert_allclose(np.sort_complex(np.linalg.eigvals(ad - bd @ k)), np.sort_complex(np.exp(wanted * h)), atol=1e-8)
+    np.testing.assert_allclose(
+        np.sort_complex(np.linalg.eigvals(ad - bd @ k)), np.sort_complex(np.exp(wanted * h)), atol=1e-8
+    )
 
 
 def test_what_cannot_be_placed():

@@ -44,7 +44,9 @@ def case(tmp_path_factory):
             rig = draw_rig(HIDDEN[effect], rng)
             effects = {} if effect == "nothing" else {effect: draw_effect(effect, rig, rng)}
             made[effect] = tmp_path_factory.mktemp(effect), rig, effects
-            write_case(made[effect][0], rig, effects, seed=77, spread=0.03, seconds=8.0, length_error=0.0, own_zeros=False)
+            write_case(
+                made[effect][0], rig, effects, seed=77, spread=0.03, seconds=8.0, length_error=0.0, own_zeros=False
+            )
         return made[effect]
 
     return make
@@ -124,8 +126,15 @@ def test_what_comes_out(case, tmp_path):
     page = tmp_path / "report.html"
     found.report(page)
     text = page.read_text()
-    assert text.startswith("<!doctype html>") and "arm.spring" in text and "http://" not in text.replace("http://www.w3.org", "")
-    assert "arm.spring" in found.summary() == str(found) and repr(found) == "<furuta.Diagnosis missing_effects: arm.spring>"
+    assert (
+        text.startswith("<!doctype html>")
+        and "arm.spring" in text
+        and "http://" not in text.replace("http://www.w3.org", "")
+    )
+    assert (
+        "arm.spring" in found.summary() == str(found)
+        and repr(found) == "<furuta.Diagnosis missing_effects: arm.spring>"
+    )
     with pytest.raises(OSError, match="No such file"):
         found.report(tmp_path / "no" / "such" / "folder.html")
     found.report(page)  # again, over its own kind
@@ -213,12 +222,15 @@ def encoded(text):
     rows = [line for line in text.splitlines() if not line.startswith("#")]
     data = np.genfromtxt(rows, delimiter=",", names=True)
     count = 2 * np.pi / 2048
-    return {name: data[name] if name in "tu" else np.round(data[name] / count) * count for name in ("t", "u", "theta", "alpha")}
+    return {
+        name: data[name] if name in "tu" else np.round(data[name] / count) * count
+        for name in ("t", "u", "theta", "alpha")
+    }
 
 
 def test_the_planned_experiment_separates_what_was_confusable():
-    """A slow sine cannot tell a shifted encoder from other effects; the experiment that the plan puts first for the pair, really made, names the
-    truth, with no less evidence over the rival than was expected."""
+    """A slow sine cannot tell a shifted encoder from other effects; the experiment that the plan puts first for the
+    pair, really made, names the truth, with no less evidence over the rival than was expected."""
     rig, truth = furuta.Rig.load("qube-servo-2"), "sensor.alpha.offset"
 
     def recorded(arguments):
@@ -229,7 +241,9 @@ def test_the_planned_experiment_separates_what_was_confusable():
     open_ = {e["id"]: e["confusable_with"] for e in before.effects}
     assert any(truth == id or truth in rivals for id, rivals in open_.items() if rivals)
     row = next(r for r in before.plan if truth in r["separates"])
-    assert row["expected_evidence"] == min(row["if_true"]) > 30 and row["volts"] <= rig.parameters["motor.command_limit"]
+    assert (
+        row["expected_evidence"] == min(row["if_true"]) > 30 and row["volts"] <= rig.parameters["motor.command_limit"]
+    )
     assert before.plan[0]["arguments"] in before.summary()
     (rival,) = set(row["separates"]) - {truth}
     expected = row["if_true"][row["separates"].index(truth)]
@@ -303,7 +317,8 @@ def test_the_time_limit_ends_a_search(case):
 
 
 def test_what_no_effect_explains_is_imitated_by_an_expression():
-    """A drag of the hinge that grows with the arm's speed: in no catalogue, in the library of expressions, and in the repaired rig."""
+    """A drag of the hinge that grows with the arm's speed: in no catalogue, in the library of expressions, and in the
+    repaired rig."""
     rig = furuta.Rig.load("qube-servo-2")
     hidden = rig.with_effect("custom.1", coefficient=-3e-5, on="pendulum", term="alpha_dot*abs(theta_dot)")
     t = 0.004 * np.arange(2001)

@@ -13,10 +13,25 @@ from command_line import ROOT
 
 BUILT = {"target", ".venv", "out", "dist", "node_modules"}
 PAGES = sorted(
-    path for path in ROOT.rglob("*.md") if not set(path.relative_to(ROOT).parts[:-1]) & BUILT and not any(p.startswith(".") for p in path.relative_to(ROOT).parts)
+    path
+    for path in ROOT.rglob("*.md")
+    if not set(path.relative_to(ROOT).parts[:-1]) & BUILT
+    and not any(p.startswith(".") for p in path.relative_to(ROOT).parts)
 )
 # What a command of a page names by these is written by it.
-WRITES = {"--output", "--log", "--write-rig", "--write-controller", "--report", "--plot", "--json-file", "--out", "--markdown", "--csv", ">"}
+WRITES = {
+    "--output",
+    "--log",
+    "--write-rig",
+    "--write-controller",
+    "--report",
+    "--plot",
+    "--json-file",
+    "--out",
+    "--markdown",
+    "--csv",
+    ">",
+}
 PROGRAMS = {"furuta", "cargo", "python", "python3", "pip", "make", "bash", ".venv/bin/python", "target/release/furuta"}
 RECORDS = (".csv", ".mcap", ".toml")
 # Of a reader, whose own rig the page is about.
@@ -36,7 +51,12 @@ def commands(text: str) -> list[list[str]]:
     """The words of each command in fenced blocks, then of those within a line, variables and braces expanded."""
     found, variables = [], {}
     blocks = re.findall(r"^```(?:sh|bash|console)?\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    inline = [code.replace("\n", " ") for code in re.findall(r"(?<!`)`([^`]+)`(?!`)", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL))]
+    inline = [
+        code.replace("\n", " ")
+        for code in re.findall(
+            r"(?<!`)`([^`]+)`(?!`)", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
+        )
+    ]
     for block in [*blocks, *inline]:
         for line in block.replace("\\\n", " ").splitlines():
             line = re.sub(r"^\$ ", "", line)
@@ -55,7 +75,8 @@ def commands(text: str) -> list[list[str]]:
 
 
 def missing(text: str) -> list[str]:
-    """The words of a page's commands that name a file of the repository, or one that a command before should have written, and there is none."""
+    """The words of a page's commands that name a file of the repository, or one that a command before should have
+    written, and there is none."""
     top = {path.name for path in ROOT.iterdir()} - BUILT
     absent, written = [], set()
     for words in commands(text):
@@ -69,18 +90,29 @@ def missing(text: str) -> list[str]:
                 continue
             parts = pathlib.PurePath(word).parts
             in_tree = len(parts) > 1 and (parts[0] in top or parts[0] == "..")
-            if (in_tree and not (ROOT / word).exists()) or (len(parts) == 1 and word.endswith(RECORDS) and word not in written and not (ROOT / word).exists()):
+            if (in_tree and not (ROOT / word).exists()) or (
+                len(parts) == 1 and word.endswith(RECORDS) and word not in written and not (ROOT / word).exists()
+            ):
                 absent.append(word)
         written |= outputs
     return absent
 
 
 def test_what_is_missing_is_found():
-    page = "```\nQ=examples/qube-servo-2\nfuruta diagnose $Q/chirp-{plus,minus}-9.csv \\\n    --rig $Q/rig.toml --log a.mcap\nfuruta replay a.mcap b.mcap\n```\n"
-    assert missing(page) == ["examples/qube-servo-2/chirp-plus-9.csv", "examples/qube-servo-2/chirp-minus-9.csv", "b.mcap"]
+    page = (
+        "```\nQ=examples/qube-servo-2\nfuruta diagnose $Q/chirp-{plus,minus}-9.csv \\\n"
+        "    --rig $Q/rig.toml --log a.mcap\nfuruta replay a.mcap b.mcap\n```\n"
+    )
+    assert missing(page) == [
+        "examples/qube-servo-2/chirp-plus-9.csv",
+        "examples/qube-servo-2/chirp-minus-9.csv",
+        "b.mcap",
+    ]
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page.name != "CHANGELOG.md"], ids=lambda page: str(page.relative_to(ROOT)))
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if page.name != "CHANGELOG.md"], ids=lambda page: str(page.relative_to(ROOT))
+)
 def test_every_file_of_a_command_is_there(page):
     assert missing(page.read_text()) == []
 
@@ -88,7 +120,11 @@ def test_every_file_of_a_command_is_there(page):
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_link_leads_somewhere(page):
     text = re.sub(r"^```.*?^```|`[^`\n]+`", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
-    links = [link for link in re.findall(r"\]\(([^)#\s]+)", text) if not link.startswith(("http", "mailto")) and "::" not in link]
+    links = [
+        link
+        for link in re.findall(r"\]\(([^)#\s]+)", text)
+        if not link.startswith(("http", "mailto")) and "::" not in link
+    ]
     assert [link for link in links if not (page.parent / link).exists()] == []
 
 

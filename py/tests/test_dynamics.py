@@ -20,7 +20,9 @@ def reference(rig, x0, u, dt):
     return lagrange.integrate(lagrange.constants(rig.parameters), torque, x0, dt * np.arange(len(u) + 1))
 
 
-ROD = furuta.Rig.load("qube-servo-2").with_parameters({"pendulum.inertia_transverse": 2.1e-5, "pendulum.inertia_axial": 4e-6})
+ROD = furuta.Rig.load("qube-servo-2").with_parameters(
+    {"pendulum.inertia_transverse": 2.1e-5, "pendulum.inertia_axial": 4e-6}
+)
 RIGS = [furuta.Rig.load(name) for name in furuta.Rig.BUILTIN] + [ROD]
 
 
@@ -77,7 +79,8 @@ def test_what_the_encoders_show():
 
 
 def test_encoders_in_a_simulation():
-    """What `measure` makes of the states, where it can; late, or from the motor's side of the play, where the states do not tell."""
+    """What `measure` makes of the states, where it can; late, or from the motor's side of the play, where the states do
+    not tell."""
     u = 3 * np.sin(0.1 * np.arange(300))
     scaled = ROD.with_effect("sensor.alpha.scale", scale=1.02)
     x, y = furuta.simulate(scaled, [0, 3, 0, 0], u, 0.002, encoders=True)
@@ -117,8 +120,14 @@ def test_a_kick_belongs_to_one_run():
         (lambda: furuta.simulate(ROD, [0, 0, 0, 0], [1.0, np.inf], 0.01), r"u\[1\]"),
         (lambda: furuta.simulate(ROD, [0, 0, 0, 0], [1.0], -0.01), "sample period"),
         (lambda: furuta.simulate(ROD, [0, 0, 0, 0], [1.0], 0.01, substeps=0), "substeps"),
-        (lambda: furuta.simulate(ROD, [0, 1, 0, 1e9], np.ones(1000), 1.0), r"no longer finite at row \d+: use a shorter dt .*dt = 1 s"),
-        (lambda: furuta.simulate(ROD.with_effect("motor.delay", delay=0.5), [0, 1, 0, 0], [1.0], 1e-3), "a delay of 0.5 s is longer"),
+        (
+            lambda: furuta.simulate(ROD, [0, 1, 0, 1e9], np.ones(1000), 1.0),
+            r"no longer finite at row \d+: use a shorter dt .*dt = 1 s",
+        ),
+        (
+            lambda: furuta.simulate(ROD.with_effect("motor.delay", delay=0.5), [0, 1, 0, 0], [1.0], 1e-3),
+            "a delay of 0.5 s is longer",
+        ),
         (lambda: furuta.measure(ROD, [[0, 0]]), r"x has shape \(1, 2\); it must be \(n, 4\)"),
         (lambda: furuta.linearize(ROD, u=np.nan), "not a finite"),
     ],

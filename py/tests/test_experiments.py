@@ -107,7 +107,11 @@ def test_predictive_control_keeps_the_pendulum_within_its_limit():
     assert study["pendulum_limit"] == 0.1 and study["command_limit"] == 10.0
     for name in ("lqr", "sliding", "mpc_clarabel", "mpc_admm"):
         run = study[name]
-        assert run["up"] and run["alpha_max"] == np.abs(run["x"][:, 1]).max() and run["u_max"] == np.abs(run["u"]).max() <= 10.0
+        assert (
+            run["up"]
+            and run["alpha_max"] == np.abs(run["x"][:, 1]).max()
+            and run["u_max"] == np.abs(run["u"]).max() <= 10.0
+        )
         assert run["effort"] == pytest.approx((run["u"][:-1] ** 2).sum() * 0.002, rel=1e-9)
         assert np.abs(run["x"][run["t"] > run["settle"], 0] - 0.5).max() <= 0.01
         assert run["violations"] == (np.abs(run["x"][:, 1]) > 0.101).sum()

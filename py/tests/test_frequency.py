@@ -32,7 +32,11 @@ def test_spectra_are_scipys(noise, window, segment, overlap):
     frequency, uy = scipy.signal.csd(u, y, **settings)
     assert np.allclose(ours["frequency"], frequency, rtol=1e-13)
     # Where the mean was taken away little is left but the window's rest: relative to the largest line.
-    for name, theirs in [("uy", uy), ("uu", scipy.signal.csd(u, u, **settings)[1].real), ("yy", scipy.signal.csd(y, y, **settings)[1].real)]:
+    for name, theirs in [
+        ("uy", uy),
+        ("uu", scipy.signal.csd(u, u, **settings)[1].real),
+        ("yy", scipy.signal.csd(y, y, **settings)[1].real),
+    ]:
         assert np.abs(ours[name] - theirs).max() < 1e-10 * np.abs(theirs).max()
         assert np.all(np.abs(ours[name] - theirs)[3:] < 1e-10 * np.abs(theirs)[3:])
     coherence = scipy.signal.coherence(u, y, **settings)[1]
@@ -79,7 +83,9 @@ def test_fit_is_scipys_optimum(recording):
         return np.concatenate([error.real, error.imag])
 
     start = np.concatenate([fit.numerator, fit.denominator[1:]])
-    best = scipy.optimize.least_squares(residuals, start * 1.02, x_scale=np.abs(start) + 1e-3, xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    best = scipy.optimize.least_squares(
+        residuals, start * 1.02, x_scale=np.abs(start) + 1e-3, xtol=1e-14, ftol=1e-14, gtol=1e-14
+    )
     # The optimum is flat: its height is known better than its place.
     assert np.sum(residuals(start) ** 2) <= 2 * best.cost * (1 + 1e-8)
     assert np.allclose(best.x, start, rtol=1e-3, atol=1e-3 * np.abs(start).max())
@@ -125,7 +131,9 @@ def test_a_hidden_spring_is_named(recording):
 
 
 def test_mistakes_are_named(recording):
-    with pytest.raises(furuta.IdentificationError, match="needs 100.000 s without a gap, and the longest stretch has 90"):
+    with pytest.raises(
+        furuta.IdentificationError, match="needs 100.000 s without a gap, and the longest stretch has 90"
+    ):
         furuta.frf(recording, resolution=0.01)
     with pytest.raises(furuta.IdentificationError, match="is constant at 0.5: it excites nothing"):
         furuta.spectra(np.full(1000, 0.5), np.arange(1000.0), DT, 100)

@@ -1,4 +1,5 @@
-"""Ctrl-C ends every call that takes long. What was begun goes on unseen to its end, so that none is longer than some seconds."""
+"""Ctrl-C ends every call that takes long. What was begun goes on unseen to its end, so that none is longer than some
+seconds."""
 
 from __future__ import annotations
 
@@ -24,7 +25,11 @@ def recording(seconds=20.0):
 LONG = {
     "simulate": lambda: furuta.simulate(RIG, [0, 3, 0, 0], np.zeros(10_000_000), 1e-4),
     "controller": lambda: furuta.simulate(
-        "shahzad2022-srv02", [0, 3, 0, 0], np.zeros(5_000_000), DT, controller=furuta.Controller.from_toml("", "shahzad2022-srv02", DT)
+        "shahzad2022-srv02",
+        [0, 3, 0, 0],
+        np.zeros(5_000_000),
+        DT,
+        controller=furuta.Controller.from_toml("", "shahzad2022-srv02", DT),
     ),
     "callable": lambda: furuta.simulate(RIG, [0, 3, 0, 0], np.zeros(5_000_000), DT, controller=lambda t, x: 0.0),
     "calibrate": lambda: furuta.calibrate([DATA] * 8, RIG),

@@ -80,7 +80,8 @@ def test_how_punctual_the_loop_was(log, samples, tmp_path):
 
 
 def test_the_model_repeats_the_run(samples):
-    """Logged commands, simulated, give the logged angles: times, signs, units and the holding of u are what the log says they are."""
+    """Logged commands, simulated, give the logged angles: times, signs, units and the holding of u are what the log
+    says they are."""
     rig = furuta.Rig.load("qube-servo-2")
     t, u, theta, alpha = (np.array([s[key] for s in samples], float) for key in ("t", "u", "theta", "alpha"))
     assert sum(s["lost"] for s in samples) == 0, "the machine was too slow for this test"

@@ -44,9 +44,10 @@ def hidden(effect):
     return rig, effects
 
 
-# Largest difference of angles over one second, rad, where it is not 1e-6; an encoder count is 1.5e-3. Torques and lagged voltages are held for a
-# step of 1e-4 s at a time; the edge of a delayed command is averaged over one; so is the edge of a kick; friction is a constraint of 0.1 ms there and a
-# smoothed sign here; the ends of the play yield to a load here, where MuJoCo's do not. Falling from upright multiplies every difference, hence the factor below.
+# Largest difference of angles over one second, rad, where it is not 1e-6; an encoder count is 1.5e-3. Torques and
+# lagged voltages are held for a step of 1e-4 s at a time; the edge of a delayed command is averaged over one; so is the
+# edge of a kick; friction is a constraint of 0.1 ms there and a smoothed sign here; the ends of the play yield to a
+# load here, where MuJoCo's do not. Falling from upright multiplies every difference, hence the factor below.
 DIFFERENCES = {
     "motor.delay": 1e-5,
     "motor.lag": 1e-5,
@@ -96,7 +97,10 @@ def test_effects_together(ids):
 
 
 def test_what_cannot_be_hidden_is_named():
-    for ids, message in ((("drive.backlash", "drive.compliance"), "room for one"), (("arm.magic",), "no effect called 'arm.magic'")):
+    for ids, message in (
+        (("drive.backlash", "drive.compliance"), "room for one"),
+        (("arm.magic",), "no effect called 'arm.magic'"),
+    ):
         with pytest.raises(ValueError, match=message):
             hide(RIG, ids, np.random.default_rng(0))
     with pytest.raises(ValueError, match="has no arm.magic"):
@@ -147,7 +151,8 @@ def test_points_and_planar_bodies():
 
 
 def test_lag_and_offset():
-    """A held command through a lag: the arm alone (no gravity on it) obeys a linear equation with a closed-form answer."""
+    """A held command through a lag: the arm alone (no gravity on it) obeys a linear equation with a closed-form
+    answer."""
     rig = dataclasses.replace(RIG, pend_mass=1e-8, pend_inertia=1e-11, pend_viscous=0.0)
     lag, volts, seconds = 0.02, 3.0, 0.5
     plant = Plant(rig, {"motor.lag": {"time_constant": lag}, "sensor.alpha.offset": {"angle": 0.04}}, alpha=np.pi)
@@ -161,7 +166,8 @@ def test_lag_and_offset():
 
 
 def test_friction_stops_and_holds():
-    """Coulomb friction alone: speed falls on a straight line, ends at zero, and less torque than it holds moves nothing."""
+    """Coulomb friction alone: speed falls on a straight line, ends at zero, and less torque than it holds moves
+    nothing."""
     rig = dataclasses.replace(RIG, pend_mass=1e-8, pend_inertia=1e-11, pend_viscous=0.0, arm_viscous=0.0, kb=0.0)
     friction, speed = 0.01, 2.0
     plant = Plant(rig, {"arm.coulomb": {"torque": friction}}, alpha=np.pi)
@@ -196,7 +202,8 @@ def recorded(folder):
 
 
 def test_every_recording_has_its_own_zero(tmp_path):
-    """The same seed without zeros shows the same recordings in the true frame: whole counts between them, the commands untouched."""
+    """The same seed without zeros shows the same recordings in the true frame: whole counts between them, the commands
+    untouched."""
     options = {"seed": 4, "spread": 0.05, "noise": 0.3, "seconds": 1.5, "runs": ["multisine", "decay", "balance"]}
     write_case(tmp_path / "own", RIG, {}, **options)
     write_case(tmp_path / "same", RIG, {}, **options, own_zeros=False, length_error=0.0)
@@ -205,7 +212,9 @@ def test_every_recording_has_its_own_zero(tmp_path):
         assert (own["u"] == same["u"]).all()
         for axis, per_rev in (("theta", RIG.arm_counts), ("alpha", RIG.pend_counts)):
             assert own[axis] - same[axis] == pytest.approx(zero[axis], abs=2e-7)
-            assert zero[axis] * per_rev / (2 * np.pi) == pytest.approx(round(zero[axis] * per_rev / (2 * np.pi)), abs=1e-9)
+            assert zero[axis] * per_rev / (2 * np.pi) == pytest.approx(
+                round(zero[axis] * per_rev / (2 * np.pi)), abs=1e-9
+            )
     arm = [zero["theta"] for zero in truth["zeros"]]
     assert len(set(arm)) == 3 and max(map(abs, arm)) <= 1.5 + np.pi / RIG.arm_counts
     assert all(abs(zero["alpha"]) < 8 * 2 * np.pi / RIG.pend_counts for zero in truth["zeros"])
@@ -237,7 +246,8 @@ def test_a_pendulum_that_is_let_go(tmp_path):
 
 @pytest.mark.parametrize("effect", FOREIGN)
 def test_foreign_effects_are_seen(effect):
-    """Half a second from the same true state, with the effect and without: most readings differ by several times an encoder's noise."""
+    """Half a second from the same true state, with the effect and without: most readings differ by several times an
+    encoder's noise."""
     geared = effect in ("x.inductance", "x.current_limit")  # the rig in which the benchmark hides them
     rig = FAMILIES["srv02-like" if geared else sorted(FAMILIES)[FOREIGN.index(effect) % len(FAMILIES)]]
     _, effects = hide(rig, (effect,), np.random.default_rng(1))
@@ -256,14 +266,17 @@ def test_foreign_effects_are_seen(effect):
         for volts in u[begin : begin + piece]:
             expected.append(plain.measure())
             plain.advance(volts)
-        counts = (np.array(readings[begin : begin + piece]) - expected) * [rig.arm_counts, rig.pend_counts] / (2 * np.pi)
+        counts = (
+            (np.array(readings[begin : begin + piece]) - expected) * [rig.arm_counts, rig.pend_counts] / (2 * np.pi)
+        )
         apart.append(np.sqrt(np.mean(counts**2, axis=0)).max())
     print(effect, rig.name, np.round(apart, 1))
     assert np.median(apart) > 3.0
 
 
 def test_a_stiff_rod_is_a_rod():
-    """The two parts of the rod that bends weigh what the whole one weighs, about the same middle: with a stiff joint they move alike."""
+    """The two parts of the rod that bends weigh what the whole one weighs, about the same middle: with a stiff joint
+    they move alike."""
     start, u = np.array([0.1, np.pi - 0.4, 1.0, -2.0]), commands(400)
     rod = {"share": 0.3, "frequency": 150.0, "damping_ratio": 0.5}
     difference = {}
@@ -297,7 +310,9 @@ def test_a_clock_that_is_late_and_early():
     spread = 0.006
     taken = []
     for run in (0, 0, 1):
-        plant = Plant(rig, {"x.clock_jitter": {"spread": spread, "correlation": 0.1, "seed": 5.0}}, alpha=np.pi, run=run)
+        plant = Plant(
+            rig, {"x.clock_jitter": {"spread": spread, "correlation": 0.1, "seed": 5.0}}, alpha=np.pi, run=run
+        )
         times = []
         for _ in range(1000):
             times.append(plant.time)

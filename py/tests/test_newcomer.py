@@ -80,14 +80,20 @@ def test_systems_for_estimators_and_sampled_ones():
 @pytest.mark.parametrize(
     "call, says",
     [
-        (lambda: furuta.lqr(A, B, [5, 1, 0.1, 0.1], R), r"Q has shape \(4,\); a square matrix is expected: np.diag\(Q\)"),
+        (
+            lambda: furuta.lqr(A, B, [5, 1, 0.1, 0.1], R),
+            r"Q has shape \(4,\); a square matrix is expected: np.diag\(Q\)",
+        ),
         (lambda: furuta.lqr(A, B, Q, np.eye(2)), r"R has shape \(2, 2\); it must be \(1, 1\)"),
         (lambda: furuta.lqr(A, B, Q), "lqr needs R, which was not given"),
         (lambda: furuta.lqr(A, B, Q, "one"), "R must be an array of numbers; a str was given"),
         (lambda: furuta.place(A, B, 3.0), r"poles is a single number; it must be an array of shape \(n,\)"),
         (lambda: furuta.simulate(RIG, [0, 1, 2], [0.0], 0.002), r"x0 has shape \(3,\); it must be \(4,\), a state"),
         (lambda: furuta.simulate(RIG, [0, 0, 0, 0], 0.5, 0.002), "u is a single number; it must be an array"),
-        (lambda: furuta.simulate(RIG, [0, 0, 0, 0], np.zeros((3, 2)), 0.002), r"u has shape \(3, 2\); it must be \(n,\)"),
+        (
+            lambda: furuta.simulate(RIG, [0, 0, 0, 0], np.zeros((3, 2)), 0.002),
+            r"u has shape \(3, 2\); it must be \(n,\)",
+        ),
         (lambda: furuta.measure(RIG, np.zeros((4, 3))), r"x has shape \(4, 3\); it must be \(n, 4\)"),
     ],
 )
@@ -119,7 +125,9 @@ def test_one_string_is_a_list_of_one_and_a_name_is_a_rig(tmp_path):
     RIG.save(tmp_path / "rig.toml")
     for rig in ("qube-servo-2", tmp_path / "rig.toml", str(tmp_path / "rig.toml")):
         assert np.array_equal(furuta.linearize(rig)[0], A)
-    with pytest.raises(TypeError, match="a furuta.Rig, the name of a built-in rig .* expected, a int was given\nwhile processing 'rig'"):
+    with pytest.raises(
+        TypeError, match="a furuta.Rig, the name of a built-in rig .* expected, a int was given\nwhile processing 'rig'"
+    ):
         furuta.linearize(3)
     with pytest.raises(furuta.RigError, match="qube-servo-3"):
         furuta.linearize("qube-servo-3")
@@ -155,7 +163,11 @@ def test_signals_have_the_command_lines_words():
     ]
     for kind, words, older in pairs:
         assert np.array_equal(furuta.signal(kind, 10, 0.01, **words), furuta.signal(kind, 10, 0.01, **older)), kind
-    for kind, both in [("chirp", {"band": (0, 1), "f0": 1}), ("noise", {"band": (0, 1), "low": 1}), ("noise", {"rms": 1, "amplitude": 1})]:
+    for kind, both in [
+        ("chirp", {"band": (0, 1), "f0": 1}),
+        ("noise", {"band": (0, 1), "low": 1}),
+        ("noise", {"rms": 1, "amplitude": 1}),
+    ]:
         with pytest.raises(furuta.SignalError, match="give one of them"):
             furuta.signal(kind, 10, 0.01, **both)
     with pytest.raises(furuta.SignalError, match="band = .* is not \\(low, high\\)"):
@@ -203,7 +215,9 @@ def test_rigs_parameters_by_key_files_and_dicts(tmp_path):
     RIG.save(tmp_path / "sprung.toml", force=True)
     assert furuta.Rig.load(tmp_path / "sprung.toml") == RIG
     told = sprung.to_dict()
-    assert told["name"] == "qube-servo-2" and told["effects"] == sprung.effects and told["parameters"] == sprung.parameters
+    assert (
+        told["name"] == "qube-servo-2" and told["effects"] == sprung.effects and told["parameters"] == sprung.parameters
+    )
 
 
 def test_a_controller_from_a_gain(tmp_path):

@@ -35,7 +35,11 @@ def test_every_experiment_is_there():
 
 def test_an_answer_is_asked_for_once(tmp_path):
     asked = tmp_path / "asked.py"
-    asked.write_text("import json, sys, pathlib\nwith open(pathlib.Path(__file__).with_suffix('.log'), 'a') as log: print(sys.argv[1:], file=log)\nprint(json.dumps({'a': 1}))")
+    asked.write_text(
+        "import json, sys, pathlib\n"
+        "with open(pathlib.Path(__file__).with_suffix('.log'), 'a') as log: print(sys.argv[1:], file=log)\n"
+        "print(json.dumps({'a': 1}))"
+    )
     of = one_cable.Program(f"{sys.executable} {asked}", tmp_path / "out")
     assert of.ask("x", "diagnose", 1) == of.ask("x", "diagnose", 1) == {"a": 1}
     assert asked.with_suffix(".log").read_text() == "['diagnose', '1', '--json']\n"
@@ -46,10 +50,14 @@ def test_an_answer_is_asked_for_once(tmp_path):
 
 def test_a_spring_for_a_swing_up(tmp_path, monkeypatch, capsys):
     """A spring in the place of the cable is about as stiff as the cable's law says for the same angles."""
-    monkeypatch.setattr(one_cable, "EXPERIMENTS", {"chirps, first": one_cable.chirps(1), "both swing-ups": one_cable.SWING_UPS})
+    monkeypatch.setattr(
+        one_cable, "EXPERIMENTS", {"chirps, first": one_cable.chirps(1), "both swing-ups": one_cable.SWING_UPS}
+    )
     of = one_cable.Program(str(program()), tmp_path)
     laws = one_cable.one_law(of)
-    ((_, swing, stiffness, low, high, expected),) = one_cable.by_amplitude(of, laws["chirps, first"], [("both swing-ups", "0..5")])
+    ((_, swing, stiffness, low, high, expected),) = one_cable.by_amplitude(
+        of, laws["chirps, first"], [("both swing-ups", "0..5")]
+    )
     assert 1.5 < swing < 1.8 and low < stiffness < high
     assert stiffness == pytest.approx(expected, rel=0.25)
     assert "| both swing-ups | 0..5 |" in capsys.readouterr().out

@@ -12,7 +12,11 @@ import pytest
 from command_line import ROOT
 
 
-PUBLIC = [*furuta.__all__, *(f"papers.{name}" for name in furuta.papers.__all__), *(f"plot.{name}" for name in furuta.plot.__all__)]
+PUBLIC = [
+    *furuta.__all__,
+    *(f"papers.{name}" for name in furuta.papers.__all__),
+    *(f"plot.{name}" for name in furuta.plot.__all__),
+]
 
 
 def public(name):
@@ -20,7 +24,8 @@ def public(name):
 
 
 @pytest.mark.parametrize("name", ["furuta", *PUBLIC])
-def test_examples(name):
+def test_examples(name, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)  # for the files that examples write
     thing = furuta if name == "furuta" else public(name)
     # examples of a class are those of its methods, too
     found = doctest.DocTestFinder(exclude_empty=True).find(thing, name, globs={})
@@ -46,10 +51,14 @@ def test_the_page_about_the_package_is_true():
 def test_types_are_right():
     """pyright, which editors use, where it is installed."""
     pytest.importorskip("pyright")
-    done = subprocess.run([sys.executable, "-m", "pyright", "--pythonpath", sys.executable], capture_output=True, text=True, cwd=ROOT)
+    done = subprocess.run(
+        [sys.executable, "-m", "pyright", "--pythonpath", sys.executable], capture_output=True, text=True, cwd=ROOT
+    )
     assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_stubs_are_true():
-    done = subprocess.run([sys.executable, "-m", "mypy.stubtest", "furuta", "--concise"], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy.stubtest", "furuta", "--concise"], capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stdout + done.stderr

@@ -20,7 +20,9 @@ RUN = furuta.Trajectory.simulate(RIG, [0, 2.0, 0, 0], np.zeros(1000), DT)
 @pytest.fixture(scope="module")
 def data():
     u = furuta.signal("multisine", 8, DT, amplitude=1.5)
-    return furuta.Trajectory.simulate(RIG.with_effect("arm.spring", stiffness=2e-3, rest=0.2), [0, np.pi, 0, 0], u, DT).to_recording()
+    return furuta.Trajectory.simulate(
+        RIG.with_effect("arm.spring", stiffness=2e-3, rest=0.2), [0, np.pi, 0, 0], u, DT
+    ).to_recording()
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +45,9 @@ def test_trajectories(tmp_path):
     figure = furuta.plot.trajectory(RUN, RUN.to_recording())
     written(figure, tmp_path / "run.png")
     theta, alpha, u = figure.axes
-    assert np.array_equal(theta.lines[0].get_ydata(), RUN.theta) and np.array_equal(alpha.lines[1].get_ydata(), RUN.y[:, 1])
+    assert np.array_equal(theta.lines[0].get_ydata(), RUN.theta) and np.array_equal(
+        alpha.lines[1].get_ydata(), RUN.y[:, 1]
+    )
     assert len(u.lines) == 2
     assert [len(f.axes) for f in (RUN.plot(), RUN.to_recording().plot())] == [3, 3]
 
@@ -106,7 +110,10 @@ def test_regions(tmp_path):
     rig = furuta.Rig.load("shahzad2022-srv02")
     controller = furuta.Controller.from_toml("", rig, DT)
     found = furuta.region_of_attraction(rig, controller, points=15)
-    of_arrays, of_rig = furuta.plot.region_of_attraction(found), furuta.plot.region_of_attraction(rig, controller, points=15)
+    of_arrays, of_rig = (
+        furuta.plot.region_of_attraction(found),
+        furuta.plot.region_of_attraction(rig, controller, points=15),
+    )
     written(of_arrays, tmp_path / "region.png")
     shown = [np.asarray(f.axes[0].collections[0].get_array()) for f in (of_arrays, of_rig)]
     assert np.array_equal(shown[0].reshape(15, 15), found[2]) and np.array_equal(shown[0], shown[1])

@@ -87,13 +87,25 @@ def test_what_a_recording_says_of_itself():
 @pytest.mark.parametrize(
     "make, error, says",
     [
-        (lambda: furuta.Recording({"t": [0, 1], "u": [0, 0], "theta": [0, 0]}), furuta.RecordingError, "no column `alpha`; found t, u, theta"),
+        (
+            lambda: furuta.Recording({"t": [0, 1], "u": [0, 0], "theta": [0, 0]}),
+            furuta.RecordingError,
+            "no column `alpha`; found t, u, theta",
+        ),
         (lambda: furuta.Recording(columns() | {"u": np.zeros(7)}), furuta.RecordingError, "has .* values, column"),
-        (lambda: furuta.Recording(columns() | {"u": ["a"] * 3000}), furuta.RecordingError, "column `u` must be an array of numbers"),
+        (
+            lambda: furuta.Recording(columns() | {"u": ["a"] * 3000}),
+            furuta.RecordingError,
+            "column `u` must be an array of numbers",
+        ),
         (lambda: furuta.Recording(np.zeros((10, 3))), ValueError, r"has shape \(10, 3\); it must be \(n, 4\)"),
         (lambda: furuta.Recording("no/such/file.csv"), furuta.RecordingError, "no/such/file.csv"),
         (lambda: furuta.Recording("run.csv", u=[1]), furuta.RecordingError, "a file has its columns"),
-        (lambda: furuta.diagnose(3, RIG), TypeError, "a recording is a path, a furuta.Recording, a pandas DataFrame or a dict .* got int"),
+        (
+            lambda: furuta.diagnose(3, RIG),
+            TypeError,
+            "a recording is a path, a furuta.Recording, a pandas DataFrame or a dict .* got int",
+        ),
         (lambda: furuta.diagnose([3], RIG), TypeError, "got int"),
     ],
 )
@@ -133,3 +145,19 @@ def test_a_trajectory_under_control():
     run = furuta.Trajectory.simulate("shahzad2022-srv02", [0, np.pi, 0, 0], np.zeros(2500), DT, controller=standard)
     x, u, modes = furuta.simulate("shahzad2022-srv02", [0, np.pi, 0, 0], np.zeros(2500), DT, controller=standard)
     assert np.array_equal(run.x, x) and np.array_equal(run.u[:-1], u) and run.modes == modes
+
+
+def test_what_is_saved_is_read_again(tmp_path):
+    known = {name: values + 0.0 for name, values in columns(300).items()}
+    speed = np.where(known["t"] < 0.1, np.nan, 1 / 3)
+    speeds = ["" if s != s else repr(s) for s in speed.tolist()]
+    rows = zip(*(map(repr, values.tolist()) for values in known.values()), speeds)
+    marks = ["plain", "a, b", "# c", 'an "e"'] * 75
+    quoted = ["plain", '"a, b"', "# c", '"an ""e"""'] * 75
+    text = "".join(",".join([*row, mark]) + "\n" for row, mark in zip(rows, quoted))
+    (tmp_path / "as written.csv").write_text("t,u,theta,alpha,theta_dot,mark\n" + text)
+    recording = furuta.Recording(tmp_path / "as written.csv")
+    assert recording["mark"] == marks and np.array_equal(recording["theta_dot"], speed, equal_nan=True)
+    recording.save(tmp_path / "saved.csv")
+    assert (tmp_path / "saved.csv").read_text() == (tmp_path / "as written.csv").read_text()
+    assert furuta.Recording(tmp_path / "saved.csv") == recording

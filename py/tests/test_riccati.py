@@ -18,7 +18,11 @@ def is_stable(c, poles):
 
 def correction(c, x):
     """Newton's step from x, by SciPy's solvers of linear matrix equations: how far the solution is from x."""
-    k = np.linalg.solve(c.r + c.b.T @ x @ c.b, c.b.T @ x @ c.a + c.s.T) if c.discrete else np.linalg.solve(c.r, c.b.T @ x + c.s.T)
+    k = (
+        np.linalg.solve(c.r + c.b.T @ x @ c.b, c.b.T @ x @ c.a + c.s.T)
+        if c.discrete
+        else np.linalg.solve(c.r, c.b.T @ x + c.s.T)
+    )
     closed = c.a - c.b @ k
     # The cost of that gain, with the weights in the form that cannot become negative by cancellation.
     cost = c.q + k.T @ c.r @ k - c.s @ k - k.T @ c.s.T
@@ -36,7 +40,8 @@ def test_random_systems(c):
 @pytest.mark.filterwarnings("ignore")  # SciPy's and SLICOT's, of the badly scaled ones
 @pytest.mark.parametrize("library", ["scipy", "slicot"])
 def test_other_libraries(library):
-    """Where another library solves the equation well, it has the same solution; nowhere does it solve one notably better."""
+    """Where another library solves the equation well, it has the same solution; nowhere does it solve one notably
+    better."""
     if library == "slicot":
         pytest.importorskip("slycot")
     compared = 0
@@ -47,7 +52,8 @@ def test_other_libraries(library):
         except Exception:  # noqa: BLE001, S112 (each library has its own)
             continue
         assert residual(c, x) <= max(10 * residual(c, theirs), 1e-12), c.name
-        # An error of X of the size of Newton's next step is theirs, not ours; both are counted in the units that scaling took out.
+        # An error of X of the size of Newton's next step is theirs, not ours; both are counted in the units that
+        # scaling took out.
         size = np.sqrt(np.outer(np.diag(x), np.diag(x)))
         error = np.abs((x - theirs) / size).max()
         doubt = np.abs(correction(c, theirs) / size).max() + np.abs(correction(c, x) / size).max()
@@ -94,7 +100,8 @@ def test_indefinite_weights():
 
 
 def test_solution_of_an_unstable_mode_without_weight():
-    """The least costly input is 0; the stabilising solution mirrors the mode: X = 2 a / b^2 (continuous), a^2 - 1 (discrete)."""
+    """The least costly input is 0; the stabilising solution mirrors the mode: X = 2 a / b^2 (continuous), a^2 - 1
+    (discrete)."""
     assert furuta.care([[3.0]], [[1.0]], [[0.0]])[0][0, 0] == pytest.approx(6, rel=1e-14)
     assert furuta.dare([[3.0]], [[1.0]], [[0.0]], [[1.0]])[0][0, 0] == pytest.approx(8, rel=1e-14)
 

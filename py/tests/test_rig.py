@@ -39,7 +39,10 @@ def test_changes_make_new_rigs():
 def valid(effect):
     """Values that every effect can have."""
     details = furuta.catalogue()[effect]["details"].items()
-    return {name: d["choices"][-1] if d["choices"] else 2.0 if d["kind"] == "whole" else max(d["min"], 1e-3) for name, d in details}
+    return {
+        name: d["choices"][-1] if d["choices"] else 2.0 if d["kind"] == "whole" else max(d["min"], 1e-3)
+        for name, d in details
+    }
 
 
 @pytest.mark.parametrize("effect", furuta.catalogue())

@@ -1,4 +1,5 @@
-"""The robust regulator against Clarabel's semidefinite cone (its wheel brings LAPACK), and against eigenvalues by NumPy."""
+"""The robust regulator against Clarabel's semidefinite cone (its wheel brings LAPACK), and against eigenvalues by
+NumPy."""
 
 import numpy as np
 import pytest
@@ -9,15 +10,18 @@ import furuta
 
 
 def triangle(m):
-    """A symmetric matrix as Clarabel's cone wants it: the upper triangle by columns, off-diagonal entries times the root of 2."""
+    """A symmetric matrix as Clarabel's cone wants it: the upper triangle by columns, off-diagonal entries times the
+    root of 2."""
     n = len(m)
     return np.array([m[i, j] * (1.0 if i == j else np.sqrt(2.0)) for j in range(n) for i in range(j + 1)])
 
 
 def least_guaranteed_cost(vertices_a, vertices_b, q, r, about):
-    """min trace(W W0) over S, Y, W: [W I; I S] >= 0 and at every vertex the decay less the cost >= 0, as one semidefinite program.
+    """min trace(W W0) over S, Y, W: [W I; I S] >= 0 and at every vertex the decay less the cost >= 0, as one
+    semidefinite program.
 
-    In coordinates z = T x in which `about` is the unit matrix: where angles and speeds have unlike sizes Clarabel ends early.
+    In coordinates z = T x in which `about` is the unit matrix: where angles and speeds have unlike sizes Clarabel ends
+    early.
     """
     clarabel = pytest.importorskip("clarabel")
     n, basis = 4, [(i, j) for i in range(4) for j in range(i + 1)]
@@ -64,7 +68,9 @@ def test_the_guarantee_is_the_least_that_clarabel_finds(name):
     found = furuta.robust_lqr(furuta.Rig.load(name), 0.2, q=q, r=r)
     assert found["A"].shape == (27, 4, 4)
     # Clarabel stops at 1e-8 of its own scaled problem; costs of unlike rigs span five decades.
-    assert np.trace(found["X"]) == pytest.approx(least_guaranteed_cost(found["A"], found["B"], q, r, found["X"]), rel=1e-4)
+    assert np.trace(found["X"]) == pytest.approx(
+        least_guaranteed_cost(found["A"], found["B"], q, r, found["X"]), rel=1e-4
+    )
     k = found["K"].reshape(1, 4)
     spent = np.diag(q) + r * k.T @ k
     for a, b in zip(found["A"], found["B"], strict=True):

@@ -46,7 +46,17 @@ def test_chirp_sweeps_as_said():
 )
 def test_multisine_is_flat_and_on_its_grid(harmonics, expected, phases):
     u = furuta.signal(
-        "multisine", 8, 0.002, rms=2, fundamental=0.25, low=0.25, high=8, harmonics=harmonics, lines=6, phases=phases, seed=3
+        "multisine",
+        8,
+        0.002,
+        rms=2,
+        fundamental=0.25,
+        low=0.25,
+        high=8,
+        harmonics=harmonics,
+        lines=6,
+        phases=phases,
+        seed=3,
     )
     period = 2000
     # The phase of the 32nd harmonic, after rounding of t.
@@ -64,7 +74,10 @@ def test_multisine_has_a_low_peak():
 
     best, schroeder = of(phases="optimised"), of(phases="schroeder")
     random = [of(phases="random", seed=seed) for seed in range(20)]
-    print(f"crest factor of 31 sines: optimised {best:.3f}, Schroeder {schroeder:.3f}, random {min(random):.2f} to {max(random):.2f}")
+    print(
+        f"crest factor of 31 sines: optimised {best:.3f}, Schroeder {schroeder:.3f}, "
+        f"random {min(random):.2f} to {max(random):.2f}"
+    )
     assert best < 1.5 < schroeder < 1.9 < np.median(random)
 
 
@@ -110,14 +123,16 @@ def test_noise_keeps_to_its_band(low, high):
     # 2 B T independent numbers; five standard deviations of their RMS.
     assert np.sqrt(np.mean(u**2)) == pytest.approx(rms, rel=5 / np.sqrt(4 * (high - low) * duration))
     f, density = scipy.signal.welch(u, 1 / dt, "hann", nperseg=8192)
-    # The edges are a tenth of `high` and half of `low` wide on either side; the window of the estimate leaks into a few bins.
+    # The edges are a tenth of `high` and half of `low` wide on either side; the window of the estimate leaks into a few
+    # bins.
     leak = 3 * f[1]
     inside = (f > 1.55 * low + leak) & (f < 0.88 * high - leak)
     outside = (f > 1.12 * high + leak) | (f < 0.45 * low - leak)
     level = density[inside].mean()
     # Half the voltage at the edges is a quarter of the power: what is lost there is made up for inside.
     assert 1 < level / (rms**2 / (high - low)) < 1.15
-    # Some 90 averages: a bin's standard deviation is a tenth, that of a quarter of the band, 30 bins and more, two parts in a hundred.
+    # Some 90 averages: a bin's standard deviation is a tenth, that of a quarter of the band, 30 bins and more, two
+    # parts in a hundred.
     assert np.abs(density[inside] / level - 1).max() < 0.5
     for part in np.array_split(density[inside], 4):
         assert part.mean() == pytest.approx(level, rel=0.08)
@@ -127,7 +142,8 @@ def test_noise_keeps_to_its_band(low, high):
 
 def test_noise_is_gaussian_and_its_own():
     many = np.array([furuta.signal("noise", 100, 0.05, low=0.5, high=8, seed=seed) for seed in range(20)])
-    # 30,000 independent values: the standard deviations of skewness and kurtosis are 0.014 and 0.028; the numbers behind it have -0.03.
+    # 30,000 independent values: the standard deviations of skewness and kurtosis are 0.014 and 0.028; the numbers
+    # behind it have -0.03.
     values = many.ravel() / many.std()
     assert abs(np.mean(values**3)) < 0.07 and abs(np.mean(values**4) - 3) < 0.15
     correlation = np.corrcoef(many) - np.eye(20)
@@ -151,7 +167,9 @@ def test_limit_step_steps_ramp():
     u = furuta.signal("noise", 20, 0.01, limit=0.8)
     assert np.abs(u).max() == 0.8
     t = 0.01 * np.arange(1000)
-    assert np.array_equal(furuta.signal("step", 10, 0.01, amplitude=-2, start=3), np.where(np.arange(1000) < 300, 0, -2))
+    assert np.array_equal(
+        furuta.signal("step", 10, 0.01, amplitude=-2, start=3), np.where(np.arange(1000) < 300, 0, -2)
+    )
     assert np.allclose(furuta.signal("ramp", 10, 0.01, begin=1, end=-1), 1 - t / 5)
     steps = furuta.signal("steps", 8, 0.01, amplitude=4, hold=0.5)
     assert steps.sum() == 0 and steps.max() == 4 and np.array_equal(np.repeat(steps[::50], 50), steps)
@@ -202,7 +220,9 @@ def test_what_cannot_be_is_refused(kind, parameters, named):
     assert named in str(refused.value)
 
 
-@pytest.mark.parametrize("duration, dt", [(0, 0.01), (-1, 0.01), (float("nan"), 0.01), (10, 0), (10, float("inf")), (1e6, 1e-6)])
+@pytest.mark.parametrize(
+    "duration, dt", [(0, 0.01), (-1, 0.01), (float("nan"), 0.01), (10, 0), (10, float("inf")), (1e6, 1e-6)]
+)
 def test_times_that_cannot_be(duration, dt):
     for kind in KINDS:
         with pytest.raises(furuta.SignalError):
@@ -222,7 +242,12 @@ def test_the_command_line_has_the_same_signals(kind):
         "chirp": {"amplitude": 1.5, "f0": 6, "f1": 0.2},
     }[kind]
     assert np.allclose(u, furuta.signal(kind, 10, 0.002, **same), rtol=0, atol=1e-12)
-    words = {"amplitude": 1.5} | {"multisine": {}, "prbs": {"hold": 0.04, "seed": 4}, "noise": {"seed": 4}, "chirp": {}}[kind]
+    words = {"amplitude": 1.5} | {
+        "multisine": {},
+        "prbs": {"hold": 0.04, "seed": 4},
+        "noise": {"seed": 4},
+        "chirp": {},
+    }[kind]
     if kind != "prbs":
         words["band"] = (0.2, 6)
     assert np.array_equal(furuta.signal(kind, 10, 0.002, **words), furuta.signal(kind, 10, 0.002, **same))

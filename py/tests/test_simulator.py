@@ -14,7 +14,9 @@ RIG = furuta.Rig.load("qube-servo-2")
 HANGING = [0.0, np.pi, 0.0, 0.0]
 
 
-@pytest.mark.parametrize("effect", ["motor.lag", "motor.delay", "drive.backlash", "arm.presliding", "sensor.delay", "motor.drift"])
+@pytest.mark.parametrize(
+    "effect", ["motor.lag", "motor.delay", "drive.backlash", "arm.presliding", "sensor.delay", "motor.drift"]
+)
 @pytest.mark.parametrize("substeps", [1, 3])
 def test_steps_are_a_run(effect, substeps):
     rig = RIG.with_effect(effect)
@@ -150,7 +152,9 @@ def test_a_callable_sees_encoders_and_acts_a_sample_late():
         seen.append((t, np.array(x)))
         return 1.0
 
-    x, u, _, y = furuta.simulate(RIG, HANGING, np.zeros(5), DT, controller=controller, estimator=lambda t, a, b, u: [a, b, u, 0], encoders=True)
+    x, u, _, y = furuta.simulate(
+        RIG, HANGING, np.zeros(5), DT, controller=controller, estimator=lambda t, a, b, u: [a, b, u, 0], encoders=True
+    )
     assert u.tolist() == [0.0, 1.0, 1.0, 1.0, 1.0]
     assert [t for t, _ in seen] == pytest.approx(DT * np.arange(5))
     assert np.array_equal([s[:2] for _, s in seen], y[:-1])
@@ -161,10 +165,18 @@ def test_estimators_of_ours_with_controllers_of_theirs():
     rig = furuta.Rig.load("shahzad2022-srv02")
     K, _, _ = furuta.lqr(rig, np.eye(4), 1)
     for estimator in (None, "kalman", furuta.Estimator("kalman", rig, DT)):
-        x, _, _ = furuta.simulate(rig, [0, 0.1, 0, 0], np.zeros(1500), DT, controller=lambda t, x: -K @ x, estimator=estimator)
+        x, _, _ = furuta.simulate(
+            rig, [0, 0.1, 0, 0], np.zeros(1500), DT, controller=lambda t, x: -K @ x, estimator=estimator
+        )
         assert np.abs(x[-1, :2]).max() < 0.05
     x, u, modes = furuta.simulate(
-        rig, [0, 0.1, 0, 0], np.zeros(4000), DT, controller=furuta.Controller.lqr(K, rig, DT), estimator="kalman", reference=0.3
+        rig,
+        [0, 0.1, 0, 0],
+        np.zeros(4000),
+        DT,
+        controller=furuta.Controller.lqr(K, rig, DT),
+        estimator="kalman",
+        reference=0.3,
     )
     assert abs(x[-1, 0] - 0.3) < 0.05 and set(modes) == {"balance"} and np.abs(u).max() <= rig["motor.command_limit"]
 
@@ -176,7 +188,11 @@ def test_estimators_of_ours_with_controllers_of_theirs():
         ({"controller": lambda t, x: np.nan}, furuta.SimulationError, "the controller gave nan V at t = 0 s"),
         ({"controller": 3}, TypeError, "controller must be a furuta.Controller or a callable"),
         ({"controller": lambda t, x: 0, "estimator": 3}, TypeError, "estimator must be a furuta.Estimator"),
-        ({"controller": lambda t, x: 0, "estimator": lambda *a: [0]}, furuta.SimulationError, r"the estimator gave shape \(1,\)"),
+        (
+            {"controller": lambda t, x: 0, "estimator": lambda *a: [0]},
+            furuta.SimulationError,
+            r"the estimator gave shape \(1,\)",
+        ),
         ({"estimator": "kalman"}, furuta.SimulationError, "estimator belongs to a controller"),
         ({"controller": lambda t, x: 0, "reference": 1.0}, furuta.SimulationError, "a callable knows its own"),
         ({"controller": lambda t, x: 1 / 0}, ZeroDivisionError, "division"),
@@ -197,7 +213,9 @@ def test_copies_and_pickles():
     balance = furuta.Controller.from_toml("", RIG, DT)
     for again in (copy.copy(balance), copy.deepcopy(balance), pickle.loads(pickle.dumps(balance))):
         assert again == balance
-    assert balance != furuta.Controller.from_toml("", RIG, 2 * DT) and balance != furuta.Controller.from_toml("", sprung, DT)
+    assert balance != furuta.Controller.from_toml("", RIG, 2 * DT) and balance != furuta.Controller.from_toml(
+        "", sprung, DT
+    )
     kalman = furuta.Estimator("kalman", RIG, DT)
     kalman.update(0.1, 3.0, 1.0)
     again = pickle.loads(pickle.dumps(kalman))

@@ -1,4 +1,5 @@
-"""The model's motion against MuJoCo's: every rig, every effect of the catalogue, by MuJoCo's own means where it has them."""
+"""The model's motion against MuJoCo's: every rig, every effect of the catalogue, by MuJoCo's own means where it has
+them."""
 
 from __future__ import annotations
 
@@ -16,12 +17,13 @@ from mujoco_effects import EFFECTS, Effects, hide  # noqa: E402
 from mujoco_plant import STEP, Plant  # noqa: E402
 from mujoco_rig import FAMILIES, TrueRig, rig_toml  # noqa: E402
 
-# Largest difference of the angles over one second from the same state, rad; an encoder count is 1.5e-3 to 3e-3. The model takes four Runge-Kutta steps
-# to a sample of 2 ms, MuJoCo twenty; where the torque is smooth within a sample they agree to 1e-8 and better, the points of two rigs being bodies of
-# 1e-12 kg m2 in MuJoCo included.
+# Largest difference of the angles over one second from the same state, rad; an encoder count is 1.5e-3 to 3e-3. The
+# model takes four Runge-Kutta steps to a sample of 2 ms, MuJoCo twenty; where the torque is smooth within a sample they
+# agree to 1e-8 and better, the points of two rigs being bodies of 1e-12 kg m2 in MuJoCo included.
 SMOOTH = 5e-8
 TOLERANCE = {
-    # The plant holds applied torques and voltages for a step of 0.1 ms, and takes the mean over one where a command or a kick begins.
+    # The plant holds applied torques and voltages for a step of 0.1 ms, and takes the mean over one where a command or
+    # a kick begins.
     "motor.delay": 2e-6,
     "motor.lag": 2e-6,
     "arm.cogging": 2e-6,
@@ -30,11 +32,13 @@ TOLERANCE = {
     "disturbance.vibration": 2e-6,
     "disturbance.kick": 1e-5,
     "disturbance.arm_kick": 1e-5,
-    # The model finds the moment of a stop; MuJoCo's dry friction is a constraint of 0.1 ms about it, and about twice as much with static friction.
+    # The model finds the moment of a stop; MuJoCo's dry friction is a constraint of 0.1 ms about it, and about twice as
+    # much with static friction.
     "arm.coulomb": 1e-3,
     "arm.stribeck": 1.5e-3,
     "pendulum.coulomb": 5e-4,
-    # MuJoCo's ends of the play bounce a little, and each bounce changes when the next one comes; a hundredth of the play.
+    # MuJoCo's ends of the play bounce a little, and each bounce changes when the next one comes; a hundredth of the
+    # play.
     "drive.backlash": 4e-3,
 }
 
@@ -45,9 +49,12 @@ def as_truth(rig: furuta.Rig) -> TrueRig:
     """The rig file's numbers under the plant's names."""
     p, s = rig.parameters, rig.sensors
     return TrueRig(
-        rig.name, p["arm.length"], p["arm.inertia"], p["arm.viscous"], p["pendulum.mass"], p["pendulum.com"], p["pendulum.inertia"], p["pendulum.viscous"],
-        p["motor.resistance"], p["motor.torque_constant"], p["motor.back_emf_constant"], p["motor.gear_ratio"], p["motor.efficiency"],
-        p["motor.amplifier_gain"], p["motor.command_limit"], int(s["arm_counts_per_rev"]), int(s["pendulum_counts_per_rev"]), 500,
+        rig.name, p["arm.length"], p["arm.inertia"], p["arm.viscous"], p["pendulum.mass"], p["pendulum.com"],
+        p["pendulum.inertia"], p["pendulum.viscous"],
+        p["motor.resistance"], p["motor.torque_constant"], p["motor.back_emf_constant"], p["motor.gear_ratio"],
+        p["motor.efficiency"],
+        p["motor.amplifier_gain"], p["motor.command_limit"], int(s["arm_counts_per_rev"]),
+        int(s["pendulum_counts_per_rev"]), 500,
         p["environment.gravity"], p["pendulum.inertia_transverse"], p["pendulum.inertia_axial"],
     )  # fmt: skip
 
@@ -56,7 +63,10 @@ RIGS = FAMILIES | {name: as_truth(furuta.Rig.load(name)) for name in furuta.Rig.
 
 
 def as_file(rig: TrueRig, effects: Effects) -> furuta.Rig:
-    tables = (f'[effects."{id}"]\n' + "".join(f"{name} = {value!r}\n" for name, value in p.items()) for id, p in effects.items())
+    tables = (
+        f'[effects."{id}"]\n' + "".join(f"{name} = {value!r}\n" for name, value in p.items())
+        for id, p in effects.items()
+    )
     return furuta.Rig.from_toml(rig_toml(rig) + "\n" + "\n".join(tables))
 
 
@@ -68,8 +78,14 @@ def engaged(plant: Plant) -> float:
     """Angle at which the rotor passes on what the arm needs at rest without a command: where the model has it begin."""
     values = lagrange_effects.constants(plant.rig, plant.effects)
     theta, alpha = plant.state[:2]
-    torque = -plant.drive["motor_share"] * plant.rig.arm_inertia * lagrange.accelerations(values, [theta, alpha, 0.0, 0.0], (0.0, 0.0))[0]
-    return theta + (np.sign(torque) * plant.drive["gap"] / 2 if "gap" in plant.drive else torque / plant.drive["stiffness"])
+    torque = (
+        -plant.drive["motor_share"]
+        * plant.rig.arm_inertia
+        * lagrange.accelerations(values, [theta, alpha, 0.0, 0.0], (0.0, 0.0))[0]
+    )
+    return theta + (
+        np.sign(torque) * plant.drive["gap"] / 2 if "gap" in plant.drive else torque / plant.drive["stiffness"]
+    )
 
 
 def mujoco(rig: TrueRig, effects: Effects, start: tuple[float, ...], **how: float) -> tuple[np.ndarray, np.ndarray]:
@@ -87,7 +103,9 @@ def mujoco(rig: TrueRig, effects: Effects, start: tuple[float, ...], **how: floa
 
 def both(rig: TrueRig, effects: Effects, start: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """States of the model, of MuJoCo, and what MuJoCo's encoders show."""
-    return furuta.simulate(as_file(rig, effects), start, commands(rig), 1 / rig.rate, substeps=4), *mujoco(rig, effects, start)
+    return furuta.simulate(as_file(rig, effects), start, commands(rig), 1 / rig.rate, substeps=4), *mujoco(
+        rig, effects, start
+    )
 
 
 def compare(name: str, effect: str, start: str) -> None:
@@ -148,8 +166,9 @@ def test_what_belongs_to_the_motor_acts_on_the_rotor(effect, drive):
         effects[effect]["phase"] = -effects[effect]["order"] * START["rest"][0]
     x, expected, _ = both(rig, effects, START["rest"])
     allowed = TOLERANCE.get(effect, SMOOTH) + TOLERANCE.get(drive, SMOOTH)
-    # The model's play does not bounce, MuJoCo's does, and each blow makes a difference larger: there is an answer to compare with
-    # as long as half the step and stops that hardly bounce change MuJoCo's own by less than half of what is allowed.
+    # The model's play does not bounce, MuJoCo's does, and each blow makes a difference larger: there is an answer to
+    # compare with as long as half the step and stops that hardly bounce change MuJoCo's own by less than half of what
+    # is allowed.
     finer, _ = mujoco(rig, effects, START["rest"], step=STEP / 2, stop=3.0)
     moved = np.abs(finer - expected)[:, :2].max(axis=1) > allowed / 2
     end = int(moved.argmax()) if moved.any() else len(x)

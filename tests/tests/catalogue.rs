@@ -1,5 +1,5 @@
-//! Every effect of the catalogue is all there: simulated, hidden, serialised, documented, found. Adding one takes a file and a line; this test reads the
-//! registry and says what a new one lacks.
+//! Every effect of the catalogue is all there: simulated, hidden, serialised, documented, found. Adding one takes a
+//! file and a line; this test reads the registry and says what a new one lacks.
 
 use std::collections::BTreeSet;
 
@@ -78,7 +78,8 @@ fn with(rig: &Rig, spec: &Spec) -> Rig {
     }
 }
 
-/// At its typical size it shows: somewhere by more than half an encoder count, on every rig. (The finest count is 1.5 mrad.)
+/// At its typical size it shows: somewhere by more than half an encoder count, on every rig. (The finest count is 1.5
+/// mrad.)
 #[test]
 fn each_is_simulated() {
     for name in Rig::BUILTIN {

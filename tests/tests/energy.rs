@@ -31,7 +31,8 @@ fn energy_is_conserved_over_ten_seconds() {
                 plant.step(&mut state, 0.0, 0.000_25);
                 worst = worst.max((energy::total(&k, &state.x) - before).abs() / size);
             }
-            // RK4 errs by h^4: measured 1e-9 at most at 0.25 ms; 1e-7 leaves room for other starts, a wrong sign gives 1e-2.
+            // RK4 errs by h^4: measured 1e-9 at most at 0.25 ms; 1e-7 leaves room for other starts, a wrong sign gives
+            // 1e-2.
             assert!(worst < 1e-7, "{name}, {start:?}: {worst:e}");
         }
     }

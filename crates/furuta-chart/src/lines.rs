@@ -137,7 +137,10 @@ impl Chart {
         let count = self.panels.len().max(1) as f64;
         let height = TOP + count * PANEL + (count - 1.0) * GAP + BOTTOM;
         let mut svg = format!(
-            r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}" font-family="Helvetica, Arial, sans-serif" font-size="12" fill="#333"><rect width="100%" height="100%" fill="#fff"/><text x="{LEFT}" y="20" font-size="14" font-weight="bold">{}</text>"##,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" \
+             height=\"{height}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"#333\"><rect \
+             width=\"100%\" height=\"100%\" fill=\"#fff\"/><text x=\"{LEFT}\" y=\"20\" font-size=\"14\" \
+             font-weight=\"bold\">{}</text>",
             escaped(&self.title)
         );
         let all = || self.panels.iter().flat_map(|p| &p.lines);
@@ -206,7 +209,8 @@ impl Panel {
         }
         let _ = write!(
             svg,
-            r##"<rect x="{LEFT}" y="{top}" width="{}" height="{PANEL}" fill="none" stroke="#999"/><text transform="translate(16 {:.0}) rotate(-90)" text-anchor="middle">{}</text>"##,
+            "<rect x=\"{LEFT}\" y=\"{top}\" width=\"{}\" height=\"{PANEL}\" fill=\"none\" stroke=\"#999\"/><text \
+             transform=\"translate(16 {:.0}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
             WIDTH - RIGHT - LEFT,
             top + PANEL / 2.0,
             escaped(&self.vertical)

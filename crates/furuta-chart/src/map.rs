@@ -53,7 +53,10 @@ impl Maps<'_> {
         let width = LEFT + columns * (SIDE + GAP.0);
         let height = TOP + rows * SIDE + (rows - 1.0) * GAP.1 + BOTTOM;
         let mut svg = format!(
-            r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" font-family="Helvetica, Arial, sans-serif" font-size="12" fill="#333"><rect width="100%" height="100%" fill="#fff"/><text x="{LEFT}" y="20" font-size="14" font-weight="bold">{}</text>"##,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
+             height=\"{height}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"#333\"><rect \
+             width=\"100%\" height=\"100%\" fill=\"#fff\"/><text x=\"{LEFT}\" y=\"20\" font-size=\"14\" \
+             font-weight=\"bold\">{}</text>",
             escaped(self.title)
         );
         for (r, (name, row)) in self.rows.iter().enumerate() {
@@ -87,7 +90,8 @@ impl Maps<'_> {
         let id = format!("map{left:.0}-{top:.0}");
         let _ = write!(
             svg,
-            r#"<clipPath id="{id}"><rect x="{left}" y="{top}" width="{SIDE}" height="{SIDE}"/></clipPath><text x="{left}" y="{}">{}</text>"#,
+            "<clipPath id=\"{id}\"><rect x=\"{left}\" y=\"{top}\" width=\"{SIDE}\" height=\"{SIDE}\"/></clipPath><text \
+             x=\"{left}\" y=\"{}\">{}</text>",
             top - 8.0,
             escaped(&map.title)
         );
@@ -99,7 +103,8 @@ impl Maps<'_> {
                 .collect();
             let _ = write!(
                 svg,
-                r##"<polyline clip-path="url(#{id})" fill="none" stroke="#d55e00" stroke-dasharray="6 4" points="{}"/>"##,
+                "<polyline clip-path=\"url(#{id})\" fill=\"none\" stroke=\"#d55e00\" stroke-dasharray=\"6 4\" \
+                 points=\"{}\"/>",
                 points.join(" ")
             );
         }
@@ -110,7 +115,8 @@ impl Maps<'_> {
         for (value, x) in across.ticks().filter(|_| lowest) {
             let _ = write!(
                 svg,
-                r##"<path d="M{x:.1} {bottom}v4" stroke="#999"/><text x="{x:.1}" y="{}" text-anchor="middle">{}</text>"##,
+                "<path d=\"M{x:.1} {bottom}v4\" stroke=\"#999\"/><text x=\"{x:.1}\" y=\"{}\" \
+                 text-anchor=\"middle\">{}</text>",
                 bottom + 17.0,
                 number_text(value, across.step)
             );

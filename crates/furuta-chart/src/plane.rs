@@ -63,13 +63,18 @@ impl Plane {
         let across = Axis::between(-self.reach, self.reach, LEFT, right);
         let up = Axis::between(-self.reach, self.reach, bottom, TOP);
         let mut svg = format!(
-            r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" font-family="Helvetica, Arial, sans-serif" font-size="12" fill="#333"><rect width="100%" height="100%" fill="#fff"/><text x="{LEFT}" y="20" font-size="14" font-weight="bold">{}</text><clipPath id="plane"><rect x="{LEFT}" y="{TOP}" width="{SIDE}" height="{SIDE}"/></clipPath>"##,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
+             height=\"{height}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"#333\"><rect \
+             width=\"100%\" height=\"100%\" fill=\"#fff\"/><text x=\"{LEFT}\" y=\"20\" font-size=\"14\" \
+             font-weight=\"bold\">{}</text><clipPath id=\"plane\"><rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{SIDE}\" \
+             height=\"{SIDE}\"/></clipPath>",
             escaped(&self.title)
         );
         for (value, x) in across.ticks() {
             let _ = write!(
                 svg,
-                r##"<path d="M{x:.1} {TOP}V{bottom}" stroke="#e4e4e4"/><text x="{x:.1}" y="{}" text-anchor="middle">{}</text>"##,
+                "<path d=\"M{x:.1} {TOP}V{bottom}\" stroke=\"#e4e4e4\"/><text x=\"{x:.1}\" y=\"{}\" \
+                 text-anchor=\"middle\">{}</text>",
                 bottom + 16.0,
                 number_text(value, across.step)
             );
@@ -77,7 +82,8 @@ impl Plane {
         for (value, y) in up.ticks() {
             let _ = write!(
                 svg,
-                r##"<path d="M{LEFT} {y:.1}H{right}" stroke="#e4e4e4"/><text x="{}" y="{:.1}" text-anchor="end">{}</text>"##,
+                "<path d=\"M{LEFT} {y:.1}H{right}\" stroke=\"#e4e4e4\"/><text x=\"{}\" y=\"{:.1}\" \
+                 text-anchor=\"end\">{}</text>",
                 LEFT - 6.0,
                 y + 4.0,
                 number_text(value, up.step)
@@ -85,7 +91,10 @@ impl Plane {
         }
         let _ = write!(
             svg,
-            r##"<rect x="{LEFT}" y="{TOP}" width="{SIDE}" height="{SIDE}" fill="none" stroke="#999"/><text x="{:.0}" y="{:.0}" text-anchor="middle">{}</text><text transform="translate(16 {:.0}) rotate(-90)" text-anchor="middle">{}</text><circle clip-path="url(#plane)" cx="{:.1}" cy="{:.1}" r="{:.1}" fill="none" stroke="#999" stroke-dasharray="4 4"/>"##,
+            "<rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{SIDE}\" height=\"{SIDE}\" fill=\"none\" stroke=\"#999\"/><text \
+             x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"middle\">{}</text><text transform=\"translate(16 {:.0}) \
+             rotate(-90)\" text-anchor=\"middle\">{}</text><circle clip-path=\"url(#plane)\" cx=\"{:.1}\" cy=\"{:.1}\" \
+             r=\"{:.1}\" fill=\"none\" stroke=\"#999\" stroke-dasharray=\"4 4\"/>",
             LEFT + SIDE / 2.0,
             height - 12.0,
             escaped(&self.axes[0]),
@@ -115,7 +124,8 @@ impl Plane {
                     .collect();
                 let _ = write!(
                     svg,
-                    r#"<polyline clip-path="url(#plane)" stroke="{colour}" fill-opacity="0" stroke-width="1.4" points="{}"/>"#,
+                    "<polyline clip-path=\"url(#plane)\" stroke=\"{colour}\" fill-opacity=\"0\" stroke-width=\"1.4\" \
+                     points=\"{}\"/>",
                     corners.join(" ")
                 );
             }

@@ -305,7 +305,8 @@ proptest! {
     }
 
     #[test]
-    fn any_input_ends_without_a_panic(entries in proptest::array::uniform9(proptest::num::f64::ANY), r in proptest::num::f64::ANY) {
+    fn any_input_ends_without_a_panic(entries in proptest::array::uniform9(proptest::num::f64::ANY),
+        r in proptest::num::f64::ANY) {
         let a = Matrix2::from_row_slice(&entries[..4]);
         let b = Vector2::from_row_slice(&entries[4..6]);
         let q = Matrix2::new(entries[6], entries[7], entries[7], entries[8]);

@@ -186,7 +186,10 @@ fn modes_follow_the_table() {
 proptest! {
     #[test]
     fn any_input_gives_a_finite_command_within_the_limit(
-        samples in proptest::collection::vec((proptest::num::f64::ANY, proptest::num::f64::ANY, proptest::num::f64::ANY), 1..40),
+        samples in proptest::collection::vec(
+            (proptest::num::f64::ANY, proptest::num::f64::ANY, proptest::num::f64::ANY),
+            1..40,
+        ),
         calm in proptest::collection::vec((-2.0f64..2.0, -7.0f64..7.0), 1..40),
     ) {
         let rig = Rig::builtin("qube-servo-2").unwrap();

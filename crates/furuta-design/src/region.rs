@@ -180,8 +180,8 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Of a rig's upright linearisation with the effects that have a slope there, under its command limit. `None` where it is not
-    /// unstable.
+    /// Of a rig's upright linearisation with the effects that have a slope there, under its command limit. `None` where
+    /// it is not unstable.
     ///
     /// # Errors
     /// A rig that cannot be.

@@ -48,8 +48,8 @@ impl core::fmt::Display for Rehearsal {
     }
 }
 
-/// Rehearses the control system of `config` on `rig` at this sample period (s): from [`LEAN`] for [`HELD`], the arm asked
-/// to be at plus and minus `arm_step` (rad) in turn.
+/// Rehearses the control system of `config` on `rig` at this sample period (s): from [`LEAN`] for [`HELD`], the arm
+/// asked to be at plus and minus `arm_step` (rad) in turn.
 ///
 /// # Errors
 /// A control system that the rig cannot have, or a rig that cannot be stepped like this.

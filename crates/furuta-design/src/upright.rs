@@ -6,9 +6,9 @@ use furuta_model::linear_plant::Amplitudes;
 
 use crate::rig_loop::{Law, RigLoop};
 
-/// The fastest growth (1/s) in the closed loop of a rig with its effects and a controller near upright: the largest real
-/// part of its poles, as those of continuous time; below 0 where it is stable. `None` where the controller has no gain
-/// near upright, or the rig has no linear model.
+/// The fastest growth (1/s) in the closed loop of a rig with its effects and a controller near upright: the largest
+/// real part of its poles, as those of continuous time; below 0 where it is stable. `None` where the controller has no
+/// gain near upright, or the rig has no linear model.
 ///
 /// See [`crate::rig_loop`] for what the loop holds; the integral of the one controller that has one counts.
 ///

@@ -108,7 +108,8 @@ fn what_cannot_be_stabilised_is_refused() {
         assert!(
             matches!(
                 found,
-                Err(RobustError::NotQuadraticallyStabilisable { vertices: 2, reached }) if (reached - 1.0 / 3.0).abs() < 0.05
+                Err(RobustError::NotQuadraticallyStabilisable { vertices: 2, reached })
+                    if (reached - 1.0 / 3.0).abs() < 0.05
             ),
             "{time:?}: {found:?}"
         );

@@ -21,7 +21,8 @@ pub enum LinkError {
     #[error(transparent)]
     Transport(#[from] TransportError),
     /// Nothing, or nothing that makes sense, was answered.
-    #[error("no furuta rig answered within {waited:.1?} ({bytes} bytes came, {bad_frames} bad frames): {}", advice(*.bytes))]
+    #[error("no furuta rig answered within {waited:.1?} ({bytes} bytes came, {bad_frames} bad frames): {}",
+        advice(*.bytes))]
     NoHello {
         /// How long was waited.
         waited: Duration,

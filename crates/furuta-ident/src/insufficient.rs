@@ -14,7 +14,8 @@ pub enum Insufficient {
     NoRecordings,
     /// All recordings together are shorter than is needed.
     #[error(
-        "the recordings hold {seconds:.2} s in stretches without a gap; at least {needed} s are needed: record longer, or without missing samples"
+        "the recordings hold {seconds:.2} s in stretches without a gap; at least {needed} s are needed: record longer, \
+         or without missing samples"
     )]
     TooShort {
         /// Seconds there are.
@@ -24,7 +25,8 @@ pub enum Insufficient {
     },
     /// Neither angle moves by more than a few counts.
     #[error(
-        "nothing moves: theta spans {theta:.1} counts and alpha {alpha:.1} in all recordings, at least {needed} are needed; check that the motor was on and the encoders connected, or excite more strongly"
+        "nothing moves: theta spans {theta:.1} counts and alpha {alpha:.1} in all recordings, at least {needed} are \
+         needed; check that the motor was on and the encoders connected, or excite more strongly"
     )]
     NothingMoves {
         /// Span of theta, counts.

@@ -336,7 +336,13 @@ fn bad_input_is_named() {
         ..Options::default()
     };
     let unknown = message(std::slice::from_ref(&good), free("arm.mass"));
-    assert!(unknown.starts_with("`arm.mass` cannot be calibrated; of this rig these can: motor.torque_constant, arm.inertia"), "{unknown}");
+    assert!(
+        unknown.starts_with(
+            "`arm.mass` cannot be calibrated; of this rig these can: motor.torque_constant, \
+                                 arm.inertia"
+        ),
+        "{unknown}"
+    );
     let long = Options {
         horizon: 1e3,
         ..Options::default()

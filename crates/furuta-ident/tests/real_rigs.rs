@@ -45,10 +45,11 @@ fn answer(rig: &str, seen: &[Run], unseen: &[Run]) -> Diagnosis {
     diagnosis
 }
 
-/// RMS errors of one angle in all recordings kept apart, rad: as given, refitted, and of the model that is written as the
-/// repaired rig file.
+/// RMS errors of one angle in all recordings kept apart, rad: as given, refitted, and of the model that is written as
+/// the repaired rig file.
 ///
-/// The last is the sheet with refitted parameters and the named effects, unless another predicts data kept apart better.
+/// The last is the sheet with refitted parameters and the named effects, unless another predicts data kept apart
+/// better.
 fn together(diagnosis: &Diagnosis, channel: Channel) -> [f64; 3] {
     let rows = diagnosis.verification.iter();
     let of: Vec<_> = rows.filter(|row| row.channel == channel).collect();

@@ -292,7 +292,11 @@ fn jitter_is_tolerated_up_to_the_stated_fraction() {
         recording.sample_period
     );
     assert_eq!(recording.segments.len(), 1);
-    assert!(notices.iter().any(|notice| matches!(notice, NoticeKind::Jitter { largest, .. } if (largest - 0.2).abs() < 0.01)), "{notices:?}");
+    assert!(
+        notices.iter().any(|notice| matches!(notice,
+        NoticeKind::Jitter { largest, .. } if (largest - 0.2).abs() < 0.01)),
+        "{notices:?}"
+    );
 
     // One late sample: an interval too long, then one too short.
     let mut rows = swing();
@@ -474,7 +478,9 @@ fn what_says_little_is_said() {
 /// Through CSV and through MCAP: every number, every column, the rig file and the comments come back.
 #[test]
 fn writing_loses_nothing() {
-    let mut text = "# bench 2\n# rig| [rig]\n# rig| name = \"bench\"\nt,u,theta,alpha,alpha_dot,current,lamp,status\n".to_owned();
+    let mut text = "# bench 2\n# rig| [rig]\n# rig| name \
+                    = \"bench\"\nt,u,theta,alpha,alpha_dot,current,lamp,status\n"
+        .to_owned();
     for (k, [t, u, theta, alpha]) in swing().iter().enumerate() {
         text += &format!(
             "{t},{u},{theta},{alpha},{},{},{},{}\n",
@@ -788,7 +794,8 @@ proptest! {
     #[test]
     fn a_damaged_log_does_not_make_the_reader_panic(at in 0_usize..4000, to in any::<u8>(), keep in 0.0..1.0) {
         let (recording, _) = read(&csv(&swing()[..60])).unwrap();
-        let path = std::env::temp_dir().join(format!("furuta-damaged-{}-{:?}.mcap", std::process::id(), std::thread::current().id()));
+        let path = std::env::temp_dir().join(format!("furuta-damaged-{}-{:?}.mcap", std::process::id(),
+            std::thread::current().id()));
         recording.write_mcap(&path).unwrap();
         let mut bytes = std::fs::read(&path).unwrap();
         std::fs::remove_file(&path).unwrap();

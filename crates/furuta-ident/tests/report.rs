@@ -415,7 +415,10 @@ fn a_clean_diagnosis_is_a_short_page() {
         },
     );
     keep("report-clean.html", &page);
-    assert!(page.contains("with the parameters refitted, the prediction error of the pendulum falls from 0.030 to 0.0010 rad"));
+    assert!(page.contains(
+        "with the parameters refitted, the prediction error of the pendulum falls from 0.030 to \
+                           0.0010 rad"
+    ));
     assert!(
         !page.contains("data-model=\"augmented\"") && !page.contains("What the model is missing")
     );

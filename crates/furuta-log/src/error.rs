@@ -52,13 +52,15 @@ pub enum LogError {
         first: Vec<u8>,
     },
     /// The file is a whole MCAP file, but not one of ours.
-    #[error("MCAP file without topic {topic} (it has {}): give a log written by `furuta run`", quoted(&found.join(", ")), topic = crate::TOPIC)]
+    #[error("MCAP file without topic {topic} (it has {}): give a log written by `furuta run`",
+        quoted(&found.join(", ")), topic = crate::TOPIC)]
     NoTopic {
         /// Topics that are in the file, the first ones.
         found: Vec<String>,
     },
     /// A message is not a record.
-    #[error("message {index} of topic {topic} is not a record of this version: {}", foreign(&cause.to_string()), topic = crate::TOPIC)]
+    #[error("message {index} of topic {topic} is not a record of this version: {}", foreign(&cause.to_string()),
+        topic = crate::TOPIC)]
     BadRecord {
         /// Number of the message, from 0.
         index: usize,
@@ -82,7 +84,8 @@ pub enum LogError {
         limit: u64,
     },
     /// The record of the loop's times makes no sense.
-    #[error("{name} in the log's record {record} is not of this version: {}", foreign(&cause.to_string()), record = crate::timing::RECORD_NAME)]
+    #[error("{name} in the log's record {record} is not of this version: {}", foreign(&cause.to_string()),
+        record = crate::timing::RECORD_NAME)]
     BadTiming {
         /// Its part.
         name: &'static str,

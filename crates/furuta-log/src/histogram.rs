@@ -311,7 +311,8 @@ mod tests {
         }
 
         #[test]
-        fn two_added_are_one(a in prop::collection::vec(any::<u32>(), 0..50), b in prop::collection::vec(any::<u32>(), 0..50)) {
+        fn two_added_are_one(a in prop::collection::vec(any::<u32>(), 0..50),
+            b in prop::collection::vec(any::<u32>(), 0..50)) {
             let of = |times: &[u32]| {
                 let mut h = Histogram::new();
                 times.iter().for_each(|&t| h.record(u64::from(t)));

@@ -31,7 +31,8 @@ pub struct Log {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Notice {
     /// The file was not finished.
-    #[error("log was cut off (its run was killed, or the file was not copied whole); {} were read", span(.records, .until))]
+    #[error("log was cut off (its run was killed, or the file was not copied whole); {} were read",
+        span(.records, .until))]
     Truncated {
         /// Samples read.
         records: usize,

@@ -164,7 +164,8 @@ fn a_killed_run_keeps_all_but_the_last_tenth_of_a_second() {
 proptest! {
     /// Damage anywhere: never a panic, never a record that was not written.
     #[test]
-    fn damaged_bytes(hits in prop::collection::vec((any::<prop::sample::Index>(), 1_u8..), 1..4), cut in any::<prop::sample::Index>()) {
+    fn damaged_bytes(hits in prop::collection::vec((any::<prop::sample::Index>(), 1_u8..), 1..4),
+        cut in any::<prop::sample::Index>()) {
         let mut bytes = log(150);
         for (index, xor) in hits {
             let i = index.index(bytes.len());

@@ -88,9 +88,8 @@ fn every_parameter_of_every_effect_refuses_what_is_outside_its_range() {
             }
             if matches!(p.kind, Kind::Whole | Kind::Choice(_)) {
                 let error = with(p.min + 0.5).expect_err("a fraction");
-                assert!(
-                    matches!(error, EffectError::NotWhole { effect, parameter, .. } if effect == spec.id && parameter == p.name)
-                );
+                assert!(matches!(error,
+                        EffectError::NotWhole { effect, parameter, .. } if effect == spec.id && parameter == p.name));
                 assert!(error.to_string().contains("whole number"));
             }
         }

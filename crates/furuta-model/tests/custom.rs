@@ -111,7 +111,8 @@ proptest! {
     #[test]
     fn a_term_is_the_expression_it_is_called(x in any_state(), u in -9.0..9.0_f64) {
         let c = qube().params.coefficients();
-        let at = Instant { clock: Clock::at(0.0), x: &x, angle: Angle::of(x.alpha), coefficients: &c, memory: 0.0, volts: u };
+        let at = Instant { clock: Clock::at(0.0), x: &x, angle: Angle::of(x.alpha), coefficients: &c, memory: 0.0,
+            volts: u };
         for (i, t) in TERMS.iter().enumerate() {
             let wanted = read(t.word, &x, u);
             let close = |a: f64, b: f64| (a - b).abs() <= 1e-13 * (1.0 + b.abs());
@@ -133,15 +134,18 @@ proptest! {
         for (i, t) in TERMS.iter().enumerate() {
             let torque = |v: [f64; 4], k: f64| {
                 let x = State::from(v);
-                let at = Instant { clock: Clock::at(0.0), x: &x, angle: Angle::of(x.alpha), coefficients: &c, memory: 0.0, volts: u };
+                let at = Instant { clock: Clock::at(0.0), x: &x, angle: Angle::of(x.alpha), coefficients: &c,
+                    memory: 0.0, volts: u };
                 term(i, k, 1.0).torque(&at)[1]
             };
             let mut n = 0;
             let jets = State::from(v.map(|v| { n += 1; Jet::<f64, 5>::variable(v, n - 1) }));
             let at = Instant {
-                clock: Clock::at(Jet::from_f64(0.0)), x: &jets, angle: Angle::of(jets.alpha), coefficients: &cast, memory: Jet::from_f64(0.0), volts: Jet::from_f64(u),
+                clock: Clock::at(Jet::from_f64(0.0)), x: &jets, angle: Angle::of(jets.alpha), coefficients: &cast,
+                memory: Jet::from_f64(0.0), volts: Jet::from_f64(u),
             };
-            let e = Effect::new("custom.1", &[Jet::variable(0.3, 4), Jet::from_f64(1.0), Jet::from_f64(i as f64)]).expect("valid");
+            let values = [Jet::variable(0.3, 4), Jet::from_f64(1.0), Jet::from_f64(i as f64)];
+            let e = Effect::new("custom.1", &values).expect("valid");
             let by_jet = e.torque(&at)[1];
             let h = 1e-5;
             for k in 0..4 {
@@ -150,7 +154,8 @@ proptest! {
                 down[k] -= h;
                 let slope = (torque(up, 0.3) - torque(down, 0.3)) / (2.0 * h);
                 // the third derivative times h²/6, and rounding over h
-                prop_assert!((by_jet.d[k] - slope).abs() <= 1e-6 * (1.0 + slope.abs()), "{} {k}: {} {slope}", t.word, by_jet.d[k]);
+                prop_assert!((by_jet.d[k] - slope).abs() <= 1e-6 * (1.0 + slope.abs()),
+                    "{} {k}: {} {slope}", t.word, by_jet.d[k]);
             }
             prop_assert!((by_jet.d[4] - torque(v, 1.0)).abs() <= 1e-12 * (1.0 + by_jet.d[4].abs()));
         }

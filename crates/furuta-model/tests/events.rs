@@ -370,7 +370,8 @@ fn any_effect() -> impl Strategy<Value = (usize, f64)> {
 
 proptest! {
     #[test]
-    fn every_effect_stays_finite((which, size) in any_effect(), start in prop::array::uniform4(-3.0..3.0_f64), u in -10.0..10.0_f64, h in 1e-4..1e-2_f64) {
+    fn every_effect_stays_finite((which, size) in any_effect(), start in prop::array::uniform4(-3.0..3.0_f64),
+        u in -10.0..10.0_f64, h in 1e-4..1e-2_f64) {
         let p = qube();
         let spec = furuta_model::CATALOGUE[which];
         let values: Vec<f64> = spec
@@ -392,10 +393,13 @@ proptest! {
 
     /// Without motor and viscous friction, whatever only rubs never adds energy.
     #[test]
-    fn what_rubs_never_drives(which in 0..6_usize, size in 0.1..3.0_f64, start in prop::array::uniform4(-3.0..3.0_f64)) {
-        let id = ["arm.coulomb", "arm.stribeck", "arm.quadratic", "pendulum.coulomb", "pendulum.quadratic", "drive.backlash"][which];
+    fn what_rubs_never_drives(which in 0..6_usize, size in 0.1..3.0_f64,
+        start in prop::array::uniform4(-3.0..3.0_f64)) {
+        let id = ["arm.coulomb", "arm.stribeck", "arm.quadratic", "pendulum.coulomb", "pendulum.quadratic",
+            "drive.backlash"][which];
         let p = qube();
-        let values: Vec<f64> = spec(id).expect("known").parameters.iter().map(|q| (size * (q.typical)(&p)).min(q.max).floor_if(q.kind)).collect();
+        let parameters = spec(id).expect("known").parameters.iter();
+        let values: Vec<f64> = parameters.map(|q| (size * (q.typical)(&p)).min(q.max).floor_if(q.kind)).collect();
         let mut plant = plant(&p, &[(id, &values)]);
         plant.coefficients.arm_damping = 0.0;
         plant.coefficients.pendulum_damping = 0.0;

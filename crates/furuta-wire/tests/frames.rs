@@ -99,7 +99,8 @@ proptest! {
     /// Up to five flipped bits in a frame of this length are always found by CRC-32 where the frame's structure
     /// survives; where COBS moves bytes about, the CRC misses one in 2^32.
     #[test]
-    fn mutated_frames_are_not_accepted(message in message(), flips in prop::collection::vec((any::<prop::sample::Index>(), 0_u8..8), 1..6)) {
+    fn mutated_frames_are_not_accepted(message in message(),
+        flips in prop::collection::vec((any::<prop::sample::Index>(), 0_u8..8), 1..6)) {
         let good = frame(&message);
         let mut bad = good.clone();
         for (index, bit) in &flips {
@@ -114,7 +115,8 @@ proptest! {
     }
 
     #[test]
-    fn a_lost_or_doubled_byte_is_not_accepted(message in message(), index in any::<prop::sample::Index>(), double in any::<bool>()) {
+    fn a_lost_or_doubled_byte_is_not_accepted(message in message(), index in any::<prop::sample::Index>(),
+        double in any::<bool>()) {
         let mut bytes = frame(&message);
         let i = index.index(bytes.len() - 1); // not the closing zero: losing that one loses no content
         if double { bytes.insert(i, bytes[i]) } else { bytes.remove(i); }

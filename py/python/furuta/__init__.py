@@ -1,7 +1,7 @@
 """Rotary inverted pendulum (Furuta pendulum): model, control design, and the diagnosis of what a model is missing.
 
-SI units and radians everywhere. State x = [theta, alpha, theta_dot, alpha_dot]: theta the arm's angle, alpha the pendulum's angle from
-UPRIGHT (0 up, pi hanging); u the motor command in volts, held from one sample to the next.
+SI units and radians everywhere. State x = [theta, alpha, theta_dot, alpha_dot]: theta the arm's angle, alpha the
+pendulum's angle from UPRIGHT (0 up, pi hanging); u the motor command in volts, held from one sample to the next.
 
 >>> import numpy as np, furuta
 >>> rig = furuta.Rig.load("qube-servo-2")

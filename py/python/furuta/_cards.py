@@ -11,15 +11,21 @@ import numpy as np
 BLUE, GREEN, ORANGE = "#1f6fd6", "#2f9e6e", "#d9730d"
 
 
-def card(title: str, rows: Iterable[tuple[str, Any]] = (), *, text: str = "", notes: Iterable[str] = (), colour: str = BLUE) -> str:
+def card(
+    title: str, rows: Iterable[tuple[str, Any]] = (), *, text: str = "", notes: Iterable[str] = (), colour: str = BLUE
+) -> str:
     """A title, a table of names and values, text as it stands, notes."""
     cell = "padding:.1em .8em .1em 0;text-align:left;border:none;background:none"
     table = "".join(
-        f'<tr style="background:none"><td style="{cell};opacity:.75">{escape(name)}</td><td style="{cell}">{escape(_shown(value))}</td></tr>'
+        f'<tr style="background:none"><td style="{cell};opacity:.75">{escape(name)}</td>'
+        f'<td style="{cell}">{escape(_shown(value))}</td></tr>'
         for name, value in rows
     )
     lines = "".join(f'<div style="opacity:.75;font-size:.9em">{escape(note)}</div>' for note in notes)
-    frame = f"max-width:46em;border:1px solid #8886;border-left:5px solid {colour};border-radius:8px;padding:.7em 1em;line-height:1.45"
+    frame = (
+        f"max-width:46em;border:1px solid #8886;border-left:5px solid {colour};border-radius:8px;"
+        "padding:.7em 1em;line-height:1.45"
+    )
     return (
         f'<div style="{frame}"><div><b style="color:{colour}">{escape(title)}</b></div>'
         + (f'<table style="border-collapse:collapse;margin:.3em 0">{table}</table>' if table else "")
@@ -49,7 +55,11 @@ def rig(rig: Any) -> str:
 
 
 def controller(controller: Any) -> str:
-    rows: list[tuple[str, Any]] = [("rig", controller.rig.name), ("dt [s]", controller.dt), ("command limit [V]", controller.command_limit)]
+    rows: list[tuple[str, Any]] = [
+        ("rig", controller.rig.name),
+        ("dt [s]", controller.dt),
+        ("command limit [V]", controller.command_limit),
+    ]
     if controller.gain is not None:
         rows.append(("gain K", controller.gain))
     return card(f"controller {controller.kind}", rows, text=controller.to_toml().strip())
@@ -79,7 +89,9 @@ def recording(recording: Any) -> str:
 def trajectory(run: Any) -> str:
     rows: list[tuple[str, Any]] = [("samples", len(run.t)), ("duration [s]", run.t[-1])]
     for name, unit in [("u", "V"), ("theta", "rad"), ("alpha", "rad")]:
-        rows.append((f"{name} [{unit}]", f"{np.min(run[name]):.4g} to {np.max(run[name]):.4g}, at the end {run[name][-1]:.4g}"))
+        rows.append(
+            (f"{name} [{unit}]", f"{np.min(run[name]):.4g} to {np.max(run[name]):.4g}, at the end {run[name][-1]:.4g}")
+        )
     if run.modes:
         changes = [run.modes[0], *(b for a, b in zip(run.modes, run.modes[1:]) if a != b)]
         rows.append(("modes", ", ".join(changes)))
@@ -87,7 +99,10 @@ def trajectory(run: Any) -> str:
 
 
 def validation(validation: Any) -> str:
-    rows = [(f"{c['run']} {c['channel']}", f"fit {c['fit_percent']:.1f} %, RMS error {c['rms']:.4g} rad") for c in validation.channels]
+    rows = [
+        (f"{c['run']} {c['channel']}", f"fit {c['fit_percent']:.1f} %, RMS error {c['rms']:.4g} rad")
+        for c in validation.channels
+    ]
     return card("validation", rows, notes=validation.notices, colour=GREEN)
 
 

@@ -13,8 +13,8 @@ REQUIRED = ("t", "u", "theta", "alpha")
 def columns(given: Any) -> dict[str, Any] | None:
     """Columns by name, or None if `given` is none of these.
 
-    A DataFrame may have the time as its index, called "t". An array has one row a sample and the columns t, u, theta, alpha, or
-    fields of these names.
+    A DataFrame may have the time as its index, called "t". An array has one row a sample and the columns t, u, theta,
+    alpha, or fields of these names.
     """
     if isinstance(given, np.ndarray):
         return _of_array(given)
@@ -36,5 +36,7 @@ def _of_array(given: np.ndarray[Any, Any]) -> dict[str, Any] | None:
     if given.ndim != 2 or given.dtype.kind not in "biuf":
         return None
     if given.shape[1] != len(REQUIRED):
-        raise ValueError(f"an array as a recording has shape {given.shape}; it must be (n, 4), with the columns t, u, theta, alpha")
+        raise ValueError(
+            f"an array as a recording has shape {given.shape}; it must be (n, 4), with the columns t, u, theta, alpha"
+        )
     return dict(zip(REQUIRED, given.T))

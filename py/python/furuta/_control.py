@@ -26,7 +26,9 @@ def state_space(rig: Rig, x: Any = None, dt: float | None = None) -> Any:
     if dt is not None:
         a, b = zero_order_hold(a, b, dt)
     outputs = np.eye(2, 4)
-    return control.ss(a, b, outputs, np.zeros((2, 1)), dt or 0, states=STATES, inputs=["u"], outputs=["theta", "alpha"], name=rig.name)
+    return control.ss(
+        a, b, outputs, np.zeros((2, 1)), dt or 0, states=STATES, inputs=["u"], outputs=["theta", "alpha"], name=rig.name
+    )
 
 
 def transfer_function(rig: Rig, output: str = "alpha", x: Any = None) -> Any:
@@ -54,7 +56,9 @@ def response(system: Any, frequency: Any = None) -> Frf:
         # FrequencyResponseData has its own.
         omega = getattr(system, "omega", None)
         if omega is None:
-            raise IdentificationError("frequency must be given for a system that is no frequency response data: Hz, ascending")
+            raise IdentificationError(
+                "frequency must be given for a system that is no frequency response data: Hz, ascending"
+            )
         frequency = np.asarray(omega) / (2 * np.pi)
     frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
     answer = system.frequency_response(2 * np.pi * frequency, squeeze=False)
@@ -62,6 +66,8 @@ def response(system: Any, frequency: Any = None) -> Frf:
     values = np.asarray(answer.frdata if hasattr(answer, "frdata") else answer.fresp)
     values = values.reshape(-1, len(frequency))
     if len(values) != 1:
-        raise IdentificationError(f"the system has {len(values)} pairs of output and input; one is needed: choose with system[output, input]")
+        raise IdentificationError(
+            f"the system has {len(values)} pairs of output and input; one is needed: choose with system[output, input]"
+        )
     dt = getattr(system, "dt", 0)
     return Frf(frequency, values[0], sample_period=0.0 if dt in (None, True) else float(dt))

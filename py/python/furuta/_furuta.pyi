@@ -92,7 +92,6 @@ class IdentificationError(FurutaError): ...
 class Interrupted(KeyboardInterrupt):
     diagnosis: Diagnosis
 
-
 class _ParameterDetail(TypedDict):
     unit: str
     kind: Literal["real", "whole", "choice"]
@@ -161,6 +160,7 @@ def signal(
     dt: float,
     **parameters: float | str | tuple[float, float],
 ) -> NDArray[np.float64]: ...
+
 @final
 class Controller:
     KINDS: ClassVar[list[str]]
@@ -259,7 +259,12 @@ class _ControllerKind(TypedDict):
     parameters: dict[str, _ControllerParameter]
 
 def region_of_attraction(
-    rig: _RigLike, controller: Controller, *, alpha: float = 1.2, speed: float = 2.0, points: int = 61,
+    rig: _RigLike,
+    controller: Controller,
+    *,
+    alpha: float = 1.2,
+    speed: float = 2.0,
+    points: int = 61,
     progress: Callable[[int, int], object] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]: ...
 def controllers() -> dict[str, dict[str, _ControllerKind]]: ...
@@ -379,7 +384,9 @@ class _ArmStep(TypedDict):
     mpc_clarabel: _ArmStepRun
     mpc_admm: _ArmStepRun
 
-def shahzad2022(task: Literal["step", "steps", "push"] = "steps", on: Literal["linear", "nonlinear", "rig"] = "nonlinear") -> _Run: ...
+def shahzad2022(
+    task: Literal["step", "steps", "push"] = "steps", on: Literal["linear", "nonlinear", "rig"] = "nonlinear"
+) -> _Run: ...
 def arm_step(
     rig: _RigLike,
     step: float = 0.5,
@@ -473,30 +480,58 @@ def rehearse(rig: Rig, K: ArrayLike, *, rate: float = 500.0) -> _Rehearsal: ...
 _Design: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128]]
 _Solution: TypeAlias = tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64]]
 
-def care(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike | None = None, S: ArrayLike | None = None) -> _Solution: ...
+def care(
+    A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike | None = None, S: ArrayLike | None = None
+) -> _Solution: ...
 def dare(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, S: ArrayLike | None = None) -> _Solution: ...
 
 class _System(Protocol):
     """What python-control's StateSpace has."""
+
     A: Any
     B: Any
     C: Any
     dt: Any
 
 def lqr(
-    A: ArrayLike | _RigLike | _System, B: ArrayLike | None = None, Q: ArrayLike | None = None, R: ArrayLike | None = None, N: ArrayLike | None = None
+    A: ArrayLike | _RigLike | _System,
+    B: ArrayLike | None = None,
+    Q: ArrayLike | None = None,
+    R: ArrayLike | None = None,
+    N: ArrayLike | None = None,
 ) -> _Design: ...
 def dlqr(
-    A: ArrayLike | _System, B: ArrayLike | None = None, Q: ArrayLike | None = None, R: ArrayLike | None = None, N: ArrayLike | None = None
+    A: ArrayLike | _System,
+    B: ArrayLike | None = None,
+    Q: ArrayLike | None = None,
+    R: ArrayLike | None = None,
+    N: ArrayLike | None = None,
 ) -> _Design: ...
 def lqi(
-    A: ArrayLike, B: ArrayLike, C: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None, *, dt: float | None = None
+    A: ArrayLike,
+    B: ArrayLike,
+    C: ArrayLike,
+    Q: ArrayLike,
+    R: ArrayLike,
+    N: ArrayLike | None = None,
+    *,
+    dt: float | None = None,
 ) -> _Design: ...
 def lqe(
-    A: ArrayLike | _RigLike | _System, G: ArrayLike | None = None, C: ArrayLike | None = None, QN: ArrayLike | None = None, RN: ArrayLike | None = None, NN: ArrayLike | None = None
+    A: ArrayLike | _RigLike | _System,
+    G: ArrayLike | None = None,
+    C: ArrayLike | None = None,
+    QN: ArrayLike | None = None,
+    RN: ArrayLike | None = None,
+    NN: ArrayLike | None = None,
 ) -> _Design: ...
 def dlqe(
-    A: ArrayLike | _System, G: ArrayLike | None = None, C: ArrayLike | None = None, QN: ArrayLike | None = None, RN: ArrayLike | None = None, NN: ArrayLike | None = None
+    A: ArrayLike | _System,
+    G: ArrayLike | None = None,
+    C: ArrayLike | None = None,
+    QN: ArrayLike | None = None,
+    RN: ArrayLike | None = None,
+    NN: ArrayLike | None = None,
 ) -> _Design: ...
 def place(A: ArrayLike, B: ArrayLike, poles: ArrayLike) -> NDArray[np.float64]: ...
 def controllability(A: ArrayLike, B: ArrayLike) -> tuple[NDArray[np.float64], int, float]: ...
@@ -555,7 +590,12 @@ class _CustomTerm(TypedDict):
 
 _Expression = TypedDict(
     "_Expression",
-    {"terms": list[_CustomTerm], "held_out_gain": float | None, "without": dict[str, float | None], "with": dict[str, float | None]},
+    {
+        "terms": list[_CustomTerm],
+        "held_out_gain": float | None,
+        "without": dict[str, float | None],
+        "with": dict[str, float | None],
+    },
 )
 
 class _PlannedExperiment(TypedDict):
@@ -931,6 +971,5 @@ def replay(
     any_rig: bool = False,
     any_version: bool = False,
 ) -> Replay: ...
-
 def whiteness(residual: Sequence[float], lags: int = 25) -> dict[str, Any]: ...
 def timing(path: str | os.PathLike[str]) -> dict[str, Any]: ...

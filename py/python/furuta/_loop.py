@@ -61,7 +61,10 @@ def _decider(controller: Any, reference: Any, samples: int) -> tuple[Any, str]:
         controller.start()
         return lambda t, x, k: controller.update(x, [float(targets[k]), 0.0, 0.0, 0.0]), "balance"
     if not callable(controller):
-        raise TypeError(f"controller must be a furuta.Controller or a callable controller(t, x); a {type(controller).__name__} was given")
+        raise TypeError(
+            "controller must be a furuta.Controller or a callable controller(t, x); "
+            f"a {type(controller).__name__} was given"
+        )
     if reference is not None:
         raise SimulationError("reference belongs to a furuta.Controller: a callable knows its own")
     return lambda t, x, k: controller(t, x), "callable"
@@ -97,7 +100,9 @@ def _number(what: str, t: float, value: Any) -> float:
     """The one number that a callable gave."""
     array = np.asarray(value, dtype=float)
     if array.size != 1:
-        raise SimulationError(f"the {what} gave shape {array.shape} at t = {t:g} s; one number, the command in V, is expected")
+        raise SimulationError(
+            f"the {what} gave shape {array.shape} at t = {t:g} s; one number, the command in V, is expected"
+        )
     return float(array.reshape(()))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
@@ -10,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from furuta._columns import columns as _columns
+from furuta._frame import frame
 from furuta._furuta import RecordingError, _read_recording, _write_data
 
 if TYPE_CHECKING:
@@ -17,15 +20,17 @@ if TYPE_CHECKING:
 
 
 class Recording(Mapping[str, Any]):
-    """A recording: evenly sampled columns t (s), u (V, held until the next row), theta and alpha (rad, alpha from upright), and others.
+    """A recording: evenly sampled columns t (s), u (V), theta and alpha (rad), and others.
 
-    It is checked as it is made, as every recording is, and `notices` says what was noticed. Every function that takes a recording takes
-    it; it is a mapping from the columns' names to arrays.
+    u is held until the next row; alpha is measured from upright. A recording is checked as it is made, and `notices`
+    says what was noticed. Every function that takes a recording takes it; it is a mapping from the columns' names to
+    arrays.
 
     Parameters
     ----------
     data : path, pandas.DataFrame, mapping or array_like of shape (N, 4), optional
-        A CSV file or MCAP log; columns by name (a DataFrame may have t as its index); an array with the columns t, u, theta, alpha.
+        A CSV file or MCAP log; columns by name (a DataFrame may have t as its index); an array with the columns t, u,
+        theta, alpha.
     name : str, optional
         What messages call it; the file's path if not given.
     **columns : array_like, shape (N,)
@@ -39,7 +44,8 @@ class Recording(Mapping[str, Any]):
     Raises
     ------
     RecordingError
-        A recording that cannot be used: which, where, why. Rows in messages are indices, from 0, but for files, where they are lines.
+        A recording that cannot be used: which, where, why. Rows in messages are indices, from 0, but for files, where
+        they are lines.
 
     Examples
     --------
@@ -64,9 +70,13 @@ class Recording(Mapping[str, Any]):
     ) -> None:
         given: Any = data
         if not isinstance(data, (str, os.PathLike)):
-            given = {} if data is None else _columns(data if isinstance(data, Mapping) or hasattr(data, "columns") else np.asarray(data))
+            named = isinstance(data, Mapping) or hasattr(data, "columns")
+            given = {} if data is None else _columns(data if named else np.asarray(data))
             if given is None:
-                raise TypeError(f"a recording is a path, a DataFrame, a mapping of columns or an array; a {type(data).__name__} was given")
+                raise TypeError(
+                    "a recording is a path, a DataFrame, a mapping of columns or an array; "
+                    f"a {type(data).__name__} was given"
+                )
             given = _Named(given | columns, name or getattr(data, "name", None))
         elif columns:
             raise RecordingError("a file has its columns: read it first, Recording(path), and add to that")
@@ -127,17 +137,18 @@ class Recording(Mapping[str, Any]):
 
     def to_pandas(self) -> Any:
         """The columns as a pandas.DataFrame, one row a sample; pandas must be installed."""
-        try:
-            import pandas  # type: ignore
-        except ImportError as e:
-            raise ImportError("to_pandas needs pandas, which is not installed: pip install pandas") from e
-        return pandas.DataFrame(self.to_dict())
+        return frame(self.to_dict())
 
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
-        """Writes a CSV file, from which the same numbers are read again. A file that is there already is replaced only with `force`."""
-        rows = zip(*(column.tolist() if isinstance(column, np.ndarray) else column for column in self._columns.values()))
-        text = [",".join(map(_field, self._columns)), *(",".join(map(_field, row)) for row in rows)]
-        _write_data(os.fspath(path), "\n".join(text) + "\n", force=force)
+        """Writes a CSV file, from which the same numbers are read again.
+
+        A file that is there already is replaced only with `force`.
+        """
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(self._columns)
+        writer.writerows(zip(*map(_fields, self._columns.values())))
+        _write_data(os.fspath(path), text.getvalue(), force=force)
 
     def plot(self, *, ax: Any = None) -> Figure:
         """Draws both angles and the command over time with matplotlib; see `furuta.plot.trajectory`."""
@@ -149,13 +160,13 @@ class Recording(Mapping[str, Any]):
         """Recordings are equal that have the same columns with the same numbers, whatever they are called."""
         if not isinstance(other, Recording):
             return NotImplemented
-        return self._columns.keys() == other._columns.keys() and all(_same(self[name], other[name]) for name in self)
+        return self.keys() == other.keys() and all(_same(self[name], other[name]) for name in self)
 
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        rate = 1 / self.dt
-        return f"<furuta.Recording {self.name!r}: {self.samples} samples, {self.duration:g} s at {rate:.6g} Hz; {', '.join(self)}>"
+        extent = f"{self.samples} samples, {self.duration:g} s at {1 / self.dt:.6g} Hz"
+        return f"<furuta.Recording {self.name!r}: {extent}; {', '.join(self)}>"
 
     def _repr_html_(self) -> str:
         from furuta import _cards
@@ -178,9 +189,8 @@ def _same(a: Any, b: Any) -> bool:
     return list(a) == list(b)
 
 
-def _field(value: Any) -> str:
-    """A field of a CSV file: the shortest decimal that reads back equal; nothing for what is not known."""
-    if isinstance(value, float):
-        return "" if np.isnan(value) else repr(value)
-    text = str(value)
-    return f'"{text}"' if any(c in text for c in ',"#') else text
+def _fields(column: Any) -> list[Any]:
+    """A column's values as the csv module takes them: None, an empty field, for what is not known."""
+    if not isinstance(column, np.ndarray):
+        return list(column)
+    return [None if value != value else value for value in column.tolist()]

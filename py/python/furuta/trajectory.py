@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from furuta._frame import frame
 from furuta._furuta import Rig, simulate
 from furuta.recording import Recording
 
@@ -49,7 +50,9 @@ class Trajectory:
     """What was simulated."""
 
     @classmethod
-    def simulate(cls, rig: Rig | str | os.PathLike[str], x0: ArrayLike, u: ArrayLike, dt: float, **keywords: Any) -> Trajectory:
+    def simulate(
+        cls, rig: Rig | str | os.PathLike[str], x0: ArrayLike, u: ArrayLike, dt: float, **keywords: Any
+    ) -> Trajectory:
         """Simulates as `furuta.simulate` does, with the same arguments, and returns a Trajectory.
 
         Parameters
@@ -71,7 +74,9 @@ class Trajectory:
         else:
             x, commands, modes, y = found
         held = np.append(commands, commands[-1:] if len(commands) else 0.0)
-        return cls(t=np.arange(len(x), dtype=np.float64) * dt, x=x, u=held, y=y, modes=modes, name=known.name, rig=known)
+        return cls(
+            t=np.arange(len(x), dtype=np.float64) * dt, x=x, u=held, y=y, modes=modes, name=known.name, rig=known
+        )
 
     @property
     def theta(self) -> NDArray[np.float64]:
@@ -109,11 +114,7 @@ class Trajectory:
 
     def to_pandas(self) -> Any:
         """The columns as a pandas.DataFrame, one row a sample; pandas must be installed."""
-        try:
-            import pandas  # type: ignore
-        except ImportError as e:
-            raise ImportError("to_pandas needs pandas, which is not installed: pip install pandas") from e
-        return pandas.DataFrame(self.columns())
+        return frame(self.columns())
 
     def to_recording(self, *, name: str | None = None) -> Recording:
         """What a rig would have recorded: time, command, and the angles that its encoders read."""

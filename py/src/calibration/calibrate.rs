@@ -95,7 +95,7 @@ impl PyCalibration {
         ax: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         slf.py()
-            .import("furuta._plot_calibration")?
+            .import("furuta.plot._calibration")?
             .call_method1("plot", (&slf, run, ax))
     }
 
@@ -280,7 +280,8 @@ impl PyCalibration {
 /// True
 #[pyfunction]
 #[pyo3(
-    signature = (recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, body_length=None, verify=None, every=1, span=None, accept_suspicious=false, hold=None),
+    signature = (recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, body_length=None, verify=None,
+        every=1, span=None, accept_suspicious=false, hold=None),
     text_signature = "(recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, \
         body_length=None, verify=None, every=1, span=None, accept_suspicious=False, hold=None)"
 )]

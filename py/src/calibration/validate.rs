@@ -55,8 +55,8 @@ impl PyValidation {
         ax: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         slf.py()
-            .import("furuta._plot_calibration")?
-            .call_method1("plot_validation", (&slf, ax))
+            .import("furuta.plot._validation")?
+            .call_method1("plot", (&slf, ax))
     }
 
     #[getter]

@@ -16,8 +16,8 @@ use pyo3::types::PyDict;
 /// The closed loop of a rig with its effects under u = -K x - ki * integral of theta: poles and margins.
 ///
 /// Springs, cables and tilt count where they let the rig rest under this law; a flexible drive, a lag and delays are
-/// states of the loop (a delay exactly, for any share of a sample; in continuous time by a Padé approximation). x is the
-/// true state at the sample: estimators, counts and limits are in `rehearse`.
+/// states of the loop (a delay exactly, for any share of a sample; in continuous time by a Padé approximation). x is
+/// the true state at the sample: estimators, counts and limits are in `rehearse`.
 ///
 /// Parameters
 /// ----------
@@ -38,12 +38,12 @@ use pyo3::types::PyDict;
 /// dict
 ///     states: names of the loop's states; A: the closed loop's matrix in their order; poles (in 1/s, or of the sampled
 ///     system); growth: largest real part of the poles as those of continuous time, 1/s; equilibrium: theta, alpha
-///     (rad), motor and command (V); delay: of command and encoders together, s; remarks: dict from effect to what of it
-///     is not in the matrices; margins: dict of stable, gain (lower and upper factor), phase (rad), delay (s), disk (0 to
-///     2) and frequencies (rad/s) of the lower gain, upper gain, phase and disk margin; with_estimator (where a rate is
-///     given): growth, poles and margins of the same loop as it is run, the law given the standard estimator's state,
-///     which looks ahead over one sample and the command's delay; response: L at omega, the loop
-///     broken at the command, where -1 is the edge of stability.
+///     (rad), motor and command (V); delay: of command and encoders together, s; remarks: dict from effect to what of
+///     it is not in the matrices; margins: dict of stable, gain (lower and upper factor), phase (rad), delay (s), disk
+///     (0 to 2) and frequencies (rad/s) of the lower gain, upper gain, phase and disk margin; with_estimator (where a
+///     rate is given): growth, poles and margins of the same loop as it is run, the law given the standard estimator's
+///     state, which looks ahead over one sample and the command's delay; response: L at omega, the loop broken at the
+///     command, where -1 is the edge of stability.
 ///
 /// Raises
 /// ------
@@ -144,8 +144,8 @@ pub(crate) fn closed_loop<'py>(
 /// Returns
 /// -------
 /// dict
-///     fell: when it fell or was stopped, s, or None; fault: why it was stopped, or None; arm, pendulum: furthest angles
-///     in the last half, rad; at_limit: share of the samples at the command limit.
+///     fell: when it fell or was stopped, s, or None; fault: why it was stopped, or None; arm, pendulum: furthest
+///     angles in the last half, rad; at_limit: share of the samples at the command limit.
 ///
 /// Raises
 /// ------

@@ -43,7 +43,7 @@ type Reach<'py> = (Bound<'py, PyArray2<f64>>, usize, f64);
 /// >>> W, rank, condition = furuta.controllability(A, B)
 /// >>> rank
 /// 4
-/// >>> furuta.controllability(A.T, [[0], [1], [0], [0]])[1]  # the pendulum's encoder alone never shows where the arm points
+/// >>> furuta.controllability(A.T, [[0], [1], [0], [0]])[1]  # the pendulum's encoder alone does not show theta
 /// 3
 #[pyfunction]
 #[pyo3(signature = (A, B), text_signature = "(A, B)")]

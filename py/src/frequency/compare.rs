@@ -124,8 +124,8 @@ impl PyComparison {
         ax: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         slf.py()
-            .import("furuta._bode")?
-            .call_method1("comparison", (slf, ax))
+            .import("furuta.plot._comparison")?
+            .call_method1("plot", (slf, ax))
     }
 }
 

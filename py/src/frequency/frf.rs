@@ -245,7 +245,7 @@ impl PyFrf {
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
         let models = models.unwrap_or_else(|| pyo3::types::PyDict::new(py));
-        py.import("furuta._bode")?
+        py.import("furuta.plot._frf")?
             .call_method1("plot", (slf, models, ax))
     }
 

@@ -60,7 +60,8 @@ use pyo3::prelude::*;
 /// >>> bool(np.median(response.coherence) > 0.9)
 /// True
 #[pyfunction]
-#[pyo3(signature = (recordings, *, output="alpha", input="u", reference=None, estimator="H1", resolution=None, window="hann", overlap=0.5, period=None, discard=1, band=None, accept_suspicious=false))]
+#[pyo3(signature = (recordings, *, output="alpha", input="u", reference=None, estimator="H1", resolution=None,
+    window="hann", overlap=0.5, period=None, discard=1, band=None, accept_suspicious=false))]
 #[allow(clippy::too_many_arguments)] // keywords of a Python function
 pub(crate) fn frf(
     py: Python<'_>,

@@ -1,4 +1,5 @@
-//! Fong, Jamaludin, Abdullah 2014: the EMECS rig, upright and downward, and the transfer function fitted to its measurements.
+//! Fong, Jamaludin, Abdullah 2014: the EMECS rig, upright and downward, and the transfer function fitted to its
+//! measurements.
 
 use super::{ROUNDING, assert_poles, hanging, printed, rig, same, sorted_poles, states, upright};
 use furuta_model::dynamics::acceleration;
@@ -62,7 +63,8 @@ impl Table1 {
     }
 }
 
-/// The entries that are 0 or 1 because they say that a speed is the rate of an angle, and that nothing depends on the arm's angle.
+/// The entries that are 0 or 1 because they say that a speed is the rate of an angle, and that nothing depends on the
+/// arm's angle.
 fn assert_structure(linear: &Linear) {
     for row in 0..2 {
         for col in 0..4 {
@@ -152,7 +154,8 @@ fn equation_27_is_the_model_hanging() {
         let found = [1, 2, 3].map(|col| linear.a[(row, col)]);
         for (found, expected) in found.into_iter().chain([linear.b[row]]).zip(expected) {
             let expected = expected / t.det();
-            // The sine of pi is 1e-16, not 0: an error of that order, times the velocity terms, is in the linearisation.
+            // The sine of pi is 1e-16, not 0: an error of that order, times the velocity terms, is in the
+            // linearisation.
             assert!(
                 (found - expected).abs() <= ROUNDING * expected.abs(),
                 "{found} {expected}"
@@ -185,7 +188,8 @@ fn downward_coupling_and_gravity_change_sign() {
 
 #[test]
 fn equation_28_as_a_transfer_function() {
-    // The numbers of (28) are not printed anywhere: they follow from Table 1 (SciPy: ss2tf of (27) with the corrected C_2).
+    // The numbers of (28) are not printed anywhere: they follow from Table 1 (SciPy: ss2tf of (27) with the corrected
+    // C_2).
     let Linear { a, b } = hanging(&rig(RIG));
     let output = RowSVector::<f64, 4>::new(0.0, 1.0, 0.0, 0.0);
     let g = transfer_function(&a, &b, &output);
@@ -233,7 +237,8 @@ fn equation_28_as_a_transfer_function() {
 
 #[test]
 fn equation_29_agrees_in_its_leading_numerator_and_not_in_its_poles() {
-    // What the fit to measurements has and (28) has not: no pole at the origin (a spring on the arm), more damping, a faster resonance.
+    // What the fit to measurements has and (28) has not: no pole at the origin (a spring on the arm), more damping, a
+    // faster resonance.
     let d = |power| -printed(RIG, HangingDenominator(power));
     #[rustfmt::skip]
     let companion = SMatrix::<f64, 4, 4>::from_row_slice(&[
@@ -259,7 +264,8 @@ fn erratum_table_1_c2_is_3_167e_4_not_390() {
     let t = Table1::corrected();
     let arm = t.j1 + t.m2 * t.l1.powi(2);
     let coupling = t.m2 * t.l1 * t.c2;
-    // Both entries of (24) that hold C_2, solved for it, give the corrected value; to the four digits that are printed of them.
+    // Both entries of (24) that hold C_2, solved for it, give the corrected value; to the four digits that are printed
+    // of them.
     let from_arm = -printed(RIG, StateMatrix(2, 3)) * t.det() / coupling;
     let from_pendulum = -printed(RIG, StateMatrix(3, 3)) * t.det() / arm;
     assert!((from_arm / t.friction2 - 1.0).abs() < 5e-4, "{from_arm}");

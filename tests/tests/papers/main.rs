@@ -1,6 +1,6 @@
-//! The papers behind the built-in rigs, reproduced number by number; one file each. What they printed is in `furuta_model::published`,
-//! with the tolerance that rounding in print asks for. An erratum has a test of its own: the equation as printed and as corrected, both
-//! evaluated, and which of them the model is.
+//! The papers behind the built-in rigs, reproduced number by number; one file each. What they printed is in
+//! `furuta_model::published`, with the tolerance that rounding in print asks for. An erratum has a test of its own: the
+//! equation as printed and as corrected, both evaluated, and which of them the model is.
 
 mod fong2014;
 mod ramos_velasco;

@@ -178,7 +178,8 @@ fn equation_38_is_the_planar_model_at_every_state() {
     }
 }
 
-/// The model has the `m l2² sin²` inertia that the paper leaves out. To first order upright it is not there; in motion it is.
+/// The model has the `m l2² sin²` inertia that the paper leaves out. To first order upright it is not there; in motion
+/// it is.
 #[test]
 fn planar_motion_is_the_model_to_first_order_only() {
     let t = Table1::printed();
@@ -193,9 +194,9 @@ fn planar_motion_is_the_model_to_first_order_only() {
     // Central differences with steps of 1e-5.
     assert!((mirror * ours.a * mirror - paper.a).norm() <= 1e-8 * paper.a.norm());
     assert!((mirror * ours.b - paper.b).norm() <= ROUNDING * paper.b.norm());
-    // Tracking 0.1 sin(t), the paper's arm passes upright at 81 * 0.1 = 8 rad/s: there the centrifugal moment per radian of lean,
-    // which is left out, is five times gravity's.
-    // The rate of pi_1 = -81.23 w2 + ... at w1 = 0.1: published twice, here from the parameters.
+    // Tracking 0.1 sin(t), the paper's arm passes upright at 81 * 0.1 = 8 rad/s: there the centrifugal moment per
+    // radian of lean, which is left out, is five times gravity's. The rate of pi_1 = -81.23 w2 + ... at w1 = 0.1:
+    // published twice, here from the parameters.
     let speed = 0.1 * (t.g + t.l2) / t.l1;
     let ratio = c.swing * speed * speed / c.weight;
     assert!((4.9..5.2).contains(&ratio), "{ratio}");
@@ -235,7 +236,8 @@ fn erratum_table_1_kg_is_a_ratio_not_centimetres() {
     assert!(is_hurwitz(&(a - b * mirrored)));
 }
 
-/// Erratum, sec. 3: printed `tau = T1 v - T2 beta'`, corrected `tau = T1 v - T2 alpha'` (the arm's speed), which the model has.
+/// Erratum, sec. 3: printed `tau = T1 v - T2 beta'`, corrected `tau = T1 v - T2 alpha'` (the arm's speed), which the
+/// model has.
 #[test]
 fn erratum_motor_equation_damps_the_wrong_axis() {
     let t = Table1::printed();
@@ -245,7 +247,8 @@ fn erratum_motor_equation_damps_the_wrong_axis() {
         let [model, _] = torque(&c, &mirrored(&x), v);
         let corrected = t.t1 * v - t.t2 * x.theta_dot;
         assert!((model - corrected).abs() <= ROUNDING * corrected.abs().max(1.0));
-        // A motor with its terminals short-circuited can only brake: its torque times its own speed is never positive. As printed it is.
+        // A motor with its terminals short-circuited can only brake: its torque times its own speed is never positive.
+        // As printed it is.
         assert!(-t.t2 * x.theta_dot * x.theta_dot <= 0.0);
         let printed_power = -t.t2 * x.alpha_dot * x.theta_dot;
         given_away += usize::from(printed_power > 0.0);
@@ -257,7 +260,8 @@ fn erratum_motor_equation_damps_the_wrong_axis() {
     assert!((poles[0].0 + 47.410).abs() < 1e-2, "{poles:?}");
 }
 
-/// Erratum, (39): printed damping without `d22` in `f31` and without `d12` in `f41`; corrected by solving (38), as the model does.
+/// Erratum, (39): printed damping without `d22` in `f31` and without `d12` in `f41`; corrected by solving (38), as the
+/// model does.
 #[test]
 fn erratum_equation_39_lacks_d22_and_d12_at_the_damping() {
     let (t, planar) = (Table1::printed(), planar());

@@ -1,5 +1,6 @@
-//! Ramos-Velasco, Ruiz-Leon, Celikovsky: the zero dynamics of `y = beta`, and the solutions of the regulator equation printed in
-//! sec. 4.1 and 4.2. A polynomial in the exosystem's states is differentiated along them, so each is tested by substitution.
+//! Ramos-Velasco, Ruiz-Leon, Celikovsky: the zero dynamics of `y = beta`, and the solutions of the regulator equation
+//! printed in sec. 4.1 and 4.2. A polynomial in the exosystem's states is differentiated along them, so each is tested
+//! by substitution.
 
 use super::ramos_velasco::{RIG, Table1, planar};
 use super::{ROUNDING, rig};
@@ -89,7 +90,8 @@ fn right_hand_side(t: &Table1) -> Polynomial {
     ])
 }
 
-/// The solution of the regulator equation to fifth order, lambda = 1, found by SymPy from the series of the right-hand side.
+/// The solution of the regulator equation to fifth order, lambda = 1, found by SymPy from the series of the right-hand
+/// side.
 fn fifth_order() -> Polynomial {
     Polynomial::from([
         ((0, 1), -81.230_77),
@@ -152,8 +154,8 @@ fn fifth_order_solution_satisfies_the_zero_dynamics() {
     assert!((coefficient(&speed, (1, 2)) - 28.038_46).abs() < 1e-4);
 }
 
-/// Erratum, sec. 4.1: the coefficients printed for lambda = 1 satisfy `pi_2 = d pi_1/dt` only for lambda = 3, and the zero dynamics for
-/// neither. The model's are -81.23 and 81.23.
+/// Erratum, sec. 4.1: the coefficients printed for lambda = 1 satisfy `pi_2 = d pi_1/dt` only for lambda = 3, and the
+/// zero dynamics for neither. The model's are -81.23 and 81.23.
 #[test]
 fn erratum_section_4_1_coefficients_belong_to_lambda_3() {
     let t = Table1::printed();
@@ -164,7 +166,8 @@ fn erratum_section_4_1_coefficients_belong_to_lambda_3() {
     let (first, second) = (coefficient(&angle, (0, 1)), coefficient(&speed, (1, 0)));
     assert!((-first * 3.0 - second).abs() < 0.005, "lambda = 3");
     assert!((-first - second).abs() > 30.0, "not lambda = 1");
-    // Terms of second order have rates of second order: printed is third. Read as w1² w2 and w2³ they come within 6 % of it at lambda = 3.
+    // Terms of second order have rates of second order: printed is third. Read as w1² w2 and w2³ they come within 6 %
+    // of it at lambda = 3.
     assert!(coefficient(&angle, (1, 1)) != 0.0 && coefficient(&speed, (3, 0)) != 0.0);
     let cubic = Polynomial::from([
         ((2, 1), coefficient(&angle, (1, 1))),
@@ -184,12 +187,13 @@ fn erratum_section_4_1_coefficients_belong_to_lambda_3() {
     assert!((first - correct(3.0)).abs() > 1.0);
 }
 
-/// Erratum, sec. 4.2: the printed solution solves the zero dynamics of (39) as printed, but for the sign of the `w2³` term; the model's is
-/// -81.23 w2 - 18.69 w1² w2 - 21.81 w2³.
+/// Erratum, sec. 4.2: the printed solution solves the zero dynamics of (39) as printed, but for the sign of the `w2³`
+/// term; the model's is -81.23 w2 - 18.69 w1² w2 - 21.81 w2³.
 #[test]
 fn erratum_section_4_2_solution_carries_the_lost_factors() {
     let t = Table1::printed();
-    // Zero dynamics of (39) as printed: pi'' = f31 + (d22/d12)(w2 + f41). Beyond the right terms it has (T2 + c12) x4 (1 - d22/d12) / p.
+    // Zero dynamics of (39) as printed: pi'' = f31 + (d22/d12)(w2 + f41). Beyond the right terms it has (T2 + c12) x4
+    // (1 - d22/d12) / p.
     let lost = |beta: f64| (1.0 - t.d22 / t.d12(beta)) / t.p(beta);
     for (w1, w2) in [(0.3, 0.2), (-0.7, 0.5), (0.1, -0.9)] {
         let x = State::new(0.0, w2, 0.0, -w1);
@@ -243,7 +247,8 @@ fn erratum_section_4_2_solution_carries_the_lost_factors() {
     );
 }
 
-/// `f_31 + d22/d12 (lambda² w2 + f_41)` of (39) as printed, on series: what `pi_eta1` must accelerate by for the printed model.
+/// `f_31 + d22/d12 (lambda² w2 + f_41)` of (39) as printed, on series: what `pi_eta1` must accelerate by for the
+/// printed model.
 fn printed_demand(t: &Table1, x: &State<Series<f64>>, beta_ddot: Series<f64>) -> Series<f64> {
     let (sin, cos) = x.alpha.sin_cos();
     let number = Series::constant;
@@ -257,8 +262,8 @@ fn printed_demand(t: &Table1, x: &State<Series<f64>>, beta_ddot: Series<f64>) ->
     f31 + number(t.d22) / d12 * (f41 - beta_ddot)
 }
 
-/// The solver for the regulator equation finds the coefficients of sec. 4.2: from the model those that are right, from (39) as printed those
-/// that carry its lost factors; from the printed equation with the sign of one term turned, all.
+/// The solver for the regulator equation finds the coefficients of sec. 4.2: from the model those that are right, from
+/// (39) as printed those that carry its lost factors; from the printed equation with the sign of one term turned, all.
 #[test]
 fn the_series_solver_gives_both_the_corrected_and_the_printed_coefficients() {
     let t = Table1::printed();
@@ -298,8 +303,8 @@ fn the_series_solver_gives_both_the_corrected_and_the_printed_coefficients() {
     assert!((three.angle.coefficient(0, 1) - 14.1538).abs() < 1e-4);
 }
 
-/// Erratum, (46) and (53): printed `z_2' = f_41 + g_41 u` for the error `z_2 = beta' + lambda w1`; corrected `z_2' = f_41 + g_41 u + lambda² w2`,
-/// as sec. 4.1 has it (`c(w) = -(w2 + f_41) / g_41`).
+/// Erratum, (46) and (53): printed `z_2' = f_41 + g_41 u` for the error `z_2 = beta' + lambda w1`; corrected `z_2' =
+/// f_41 + g_41 u + lambda² w2`, as sec. 4.1 has it (`c(w) = -(w2 + f_41) / g_41`).
 #[test]
 fn erratum_equation_46_lacks_the_references_acceleration() {
     let (t, planar) = (Table1::printed(), planar());

@@ -250,7 +250,8 @@ fn erratum_equation_32_has_one_cosine_too_many() {
     assert!((printed_slope - t.m * t.r * t.g / t.j_eq).abs() < 1e-6);
 }
 
-/// Erratum, (33): printed `r cos / (L sin² (L² + r²) + J_eq/m)`; corrected `r cos / (L [sin² (L² + r²) + J_eq/m])`, as in (31).
+/// Erratum, (33): printed `r cos / (L sin² (L² + r²) + J_eq/m)`; corrected `r cos / (L [sin² (L² + r²) + J_eq/m])`, as
+/// in (31).
 #[test]
 fn erratum_equation_33_lacks_a_bracket() {
     let t = Table2::printed();
@@ -271,7 +272,8 @@ fn erratum_equation_33_lacks_a_bracket() {
         let corrected = with(t.l * t.inertia(x.alpha), &x, torque);
         assert!((corrected - model).abs() <= ROUNDING * model.abs().max(100.0));
     }
-    // As printed even the linear model would be wrong, by the factor L = 0.1675 in the input: (57), (62) and (B) come from the corrected.
+    // As printed even the linear model would be wrong, by the factor L = 0.1675 in the input: (57), (62) and (B) come
+    // from the corrected.
     let up = State::upright();
     let gain = as_printed(&up, t.drive) - as_printed(&up, 0.0);
     assert!((gain / upright(&rig(RIG)).b[3] - t.l).abs() < 1e-9);
@@ -302,7 +304,8 @@ fn equation_42_is_the_derivative_of_equation_30() {
     }
 }
 
-/// Erratum, (52): printed `(p) - (q) x [...]`; corrected `((p) - (q)) x [...]`: both are terms of the derivative of one factor.
+/// Erratum, (52): printed `(p) - (q) x [...]`; corrected `((p) - (q)) x [...]`: both are terms of the derivative of one
+/// factor.
 #[test]
 fn erratum_equation_52_lacks_a_bracket() {
     let t = Table2::printed();

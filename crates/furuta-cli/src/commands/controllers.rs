@@ -133,7 +133,8 @@ fn spec_json(spec: &Spec) -> Value {
             };
             json!({
                 "name": p.name, "unit": p.unit, "sentence": p.sentence, "numbers": p.shape.len(), "words": words,
-                "whole": p.shape == Shape::Whole, "switch": p.shape == Shape::Switch, "min": p.min, "max": p.max, "default": p.default,
+                "whole": p.shape == Shape::Whole, "switch": p.shape == Shape::Switch, "min": p.min, "max": p.max,
+                "default": p.default,
             })
         })
         .collect();

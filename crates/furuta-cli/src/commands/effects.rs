@@ -153,13 +153,15 @@ fn explained_json(spec: &Spec, rig: &Rig) -> Value {
                 _ => Value::Null,
             };
             json!({
-                "name": p.name, "unit": p.unit, "choices": choices, "whole": choices.is_null() && !p.kind.is_continuous(), "min": p.min, "max": p.max,
+                "name": p.name, "unit": p.unit, "choices": choices,
+                "whole": choices.is_null() && !p.kind.is_continuous(), "min": p.min, "max": p.max,
                 "off": value(p.off), "default": p.default.map(value), "typical": value(typical(p, rig)),
             })
         })
         .collect();
     json!({
-        "id": spec.id, "name": spec.name, "law": spec.law, "sentence": spec.sentence, "shows": spec.shows, "look_alikes": spec.look_alikes,
+        "id": spec.id, "name": spec.name, "law": spec.law, "sentence": spec.sentence, "shows": spec.shows,
+        "look_alikes": spec.look_alikes,
         "experiment": spec.experiment, "rig": rig.name, "parameters": parameters,
     })
 }

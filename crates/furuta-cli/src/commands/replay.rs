@@ -84,7 +84,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 /// A recording with the replayed columns behind the logged ones: `furuta diagnose` and every spreadsheet read it.
 fn csv(log: &Log, replayed: &Replay) -> String {
     let mut text = String::from(
-        "t,u,theta,alpha,theta_dot,alpha_dot,reference,command,mode,replayed_theta_dot,replayed_alpha_dot,replayed_reference,replayed_command,replayed_mode\n",
+        "t,u,theta,alpha,theta_dot,alpha_dot,reference,command,mode,replayed_theta_dot,replayed_alpha_dot,\
+         replayed_reference,replayed_command,replayed_mode\n",
     );
     for (logged, r) in log.records.iter().zip(&replayed.samples) {
         // Writing to a String cannot fail.
@@ -121,7 +122,9 @@ fn report(args: &Args, log: &Log, replayed: &Replay) -> Value {
         "equal": replayed.equal,
         "first": replayed.first.as_ref().map(first),
         "largest": replayed.largest.map(|(index, value)| json!({ "index": index, "value": value, "unit": "V" })),
-        "missing": replayed.hole.map(|Hole { index, records, t }| json!({ "index": index, "records": records, "t": t })),
+        "missing": replayed.hole.map(|Hole { index, records, t }| {
+            json!({ "index": index, "records": records, "t": t })
+        }),
         "fault": replayed.fault.as_ref().map(|(index, fault)| json!({ "index": index, "says": fault.to_string() })),
         "notice": log.notice.as_ref().map(ToString::to_string),
         "summary": replayed.to_string(),
@@ -131,7 +134,8 @@ fn report(args: &Args, log: &Log, replayed: &Replay) -> Value {
 fn first(finding: &Finding) -> Value {
     match finding {
         Finding::Impossible(found) => json!({
-            "index": found.index, "seq": found.seq, "column": found.name, "value": found.value, "says": found.to_string(),
+            "index": found.index, "seq": found.seq, "column": found.name, "value": found.value,
+            "says": found.to_string(),
         }),
         Finding::Differs(found) => {
             let quantities = found.quantities.iter().map(|q| {

@@ -45,8 +45,8 @@ pub(crate) struct Args {
     /// its host.
     #[arg(long)]
     any_clock: bool,
-    /// Run a controller that falls in the rehearsal all the same. Before anything moves, the closed loop is tried on the
-    /// nonlinear model of the rig file with its effects, encoders and one sample of delay.
+    /// Run a controller that falls in the rehearsal all the same. Before anything moves, the closed loop is tried on
+    /// the nonlinear model of the rig file with its effects, encoders and one sample of delay.
     #[arg(long)]
     any_loop: bool,
     /// Controller file; the standard control system of the rig if not given.

@@ -19,7 +19,7 @@ int clock_gettime(clockid_t clock, struct timespec *now) {
     return failed;
 }
 
-/* Says at the end how often somebody looked, or the test would not know that it tested anything. */
+/* Says at the end how often the time of day was read: a test that counts none has tested nothing. */
 __attribute__((destructor)) static void count(void) {
     if (getenv("STEPPING_CLOCK_COUNTS")) fprintf(stderr, "looks at the time of day: %u\n", atomic_load(&looks));
 }

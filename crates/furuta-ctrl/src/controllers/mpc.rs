@@ -1,8 +1,8 @@
 //! Model predictive control: the linear-quadratic regulator with limits that it knows of.
 
 use super::{Controller, Design, StateFeedback, weights};
-use crate::error::ConfigError;
 use crate::design::{DesignError, Predicted, Prediction, Weights, balance_weights, dlqr, solve};
+use crate::error::ConfigError;
 use crate::real::{Real, c, command, is_finite, wrap};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
@@ -16,7 +16,10 @@ pub(super) static SPEC: Spec = Spec {
     sentence: "Model predictive control: that of `lqr` where no limit is near, else the cheapest commands \
         that keep command, pendulum and arm within theirs",
     parameters: &[
-        weights::q(4, "diagonal of the state's weight Q; that of `lqr` if left out"),
+        weights::q(
+            4,
+            "diagonal of the state's weight Q; that of `lqr` if left out",
+        ),
         weights::r("weight R of the command; that of `lqr` if left out"),
         ParameterSpec::number(
             "horizon",
@@ -192,7 +195,8 @@ impl<const M: usize> Mpc<f64, M> {
         for row in rows.iter().flat_map(|r| r.forced) {
             normal += SMatrix::from_fn(|i, j| row[i] * row[j]);
         }
-        let inverse = solve::<f64, M, M>(normal, SMatrix::identity()).ok_or(DesignError::NoStabilisingSolution { measure: f64::NAN })?;
+        let inverse = solve::<f64, M, M>(normal, SMatrix::identity())
+            .ok_or(DesignError::NoStabilisingSolution { measure: f64::NAN })?;
         Ok(Self {
             gain: regulator.gain.into(),
             rows,

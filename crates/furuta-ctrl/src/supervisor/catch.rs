@@ -36,7 +36,8 @@ pub struct Catch<T: Real> {
 }
 
 impl<T: Real> Catch<T> {
-    /// For a rig with these parameters and without effects under `feedback`, the arm staying within `arm_angle` (rad) of zero.
+    /// For a rig with these parameters and without effects under `feedback`, the arm staying within `arm_angle` (rad)
+    /// of zero.
     pub fn new(params: &Params<T>, feedback: StateFeedback<T>, arm_angle: T) -> Self {
         let coefficients = params.coefficients();
         Self {
@@ -50,8 +51,8 @@ impl<T: Real> Catch<T> {
         }
     }
 
-    /// The same on a plant with effects, none of them dry friction; `holds` says whether the voltage is added that holds
-    /// the arm where it is asked to be against them.
+    /// The same on a plant with effects, none of them dry friction; `holds` says whether the voltage is added that
+    /// holds the arm where it is asked to be against them.
     #[must_use]
     pub fn on(self, plant: Plant<T>, holds: bool) -> Self {
         Self {
@@ -121,7 +122,8 @@ impl<T: Real> Catch<T> {
         self.prediction(x, theta, times).is_some()
     }
 
-    /// How far the arm goes from where it is, rad, the pendulum of `times` the weight; `None` where it does not come up.
+    /// How far the arm goes from where it is, rad, the pendulum of `times` the weight; `None` where it does not come
+    /// up.
     fn prediction(&self, x: &State<T>, theta: T, times: T) -> Option<T> {
         if !x.is_finite() {
             return None;

@@ -2,9 +2,10 @@
 
     python -m venv venv && venv/bin/pip install numpy scipy mpmath && venv/bin/python riccati.py > riccati.rs
 
-SciPy orders the generalised Schur form of an extended pencil (QZ), so it shares neither method nor code with the doubling
-iteration under test. Its answers are good to between 4e-9 and 1e-16 of their size, less than the doubling iteration reaches, so each is
-refined with Newton's method in 40 digits first. Every number is written with 17 digits: reading them back gives the same doubles.
+SciPy orders the generalised Schur form of an extended pencil (QZ), so it shares neither method nor code with the
+doubling iteration under test. Its answers are good to between 4e-9 and 1e-16 of their size, less than the doubling
+iteration reaches, so each is refined with Newton's method in 40 digits first. Every number is written with 17 digits:
+reading them back gives the same doubles.
 """
 
 import mpmath as mp
@@ -21,7 +22,9 @@ def refine(discrete, a, b, q, r, cross, x):
     n = a.shape[0]
     a, b, q, r, cross, x = (mp.matrix(m.tolist()) for m in (a, b, q, r, cross, x))
     one = mp.eye(n)
-    kron = lambda p, s: mp.matrix([[p[i, k] * s[j, l] for k in range(n) for l in range(n)] for i in range(n) for j in range(n)])
+    kron = lambda p, s: mp.matrix(
+        [[p[i, k] * s[j, l] for k in range(n) for l in range(n)] for i in range(n) for j in range(n)]
+    )
     gain = lambda x: (r + b.T * x * b) ** -1 * (b.T * x * a + cross.T) if discrete else r**-1 * (b.T * x + cross.T)
     start = x
     for _ in range(4):
@@ -34,7 +37,6 @@ def refine(discrete, a, b, q, r, cross, x):
     assert mp.norm(x - start) < 1e-7 * mp.norm(x)
     array = lambda m: np.array(m.tolist(), dtype=float)
     return array(x), array(gain(x)), float(mp.norm(x - start) / mp.norm(x))
-
 
 
 def zero_order_hold(a, b, h):

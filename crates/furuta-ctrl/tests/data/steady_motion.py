@@ -1,7 +1,7 @@
 """The steady motion of a rotary pendulum that follows alpha = w2, by SymPy: the answers in steady_motion.rs.
 
-Undetermined coefficients on the equations of motion written out again, in rational arithmetic to the end; nothing is shared with the crate.
-Run: python steady_motion.py > steady_motion.rs
+Undetermined coefficients on the equations of motion written out again, in rational arithmetic to the end; nothing is
+shared with the crate. Run: python steady_motion.py > steady_motion.rs
 """
 
 import sympy as sp
@@ -10,7 +10,9 @@ w1, w2, e = sp.symbols("w1 w2 e")
 ORDER = 7
 
 
-def solve(length, hub, mass, com, inertia, transverse, axial, arm_viscous, viscous, resistance, kt, km, gravity, lam, swing=1):
+def solve(
+    length, hub, mass, com, inertia, transverse, axial, arm_viscous, viscous, resistance, kt, km, gravity, lam, swing=1
+):
     def truncated(f, order):
         """Terms of degree <= order in (w1, w2); f is a polynomial or a series in sin, cos of w2."""
         return sp.expand(sp.series(sp.expand(f.subs({w1: e * w1, w2: e * w2})), e, 0, order + 1).removeO()).subs(e, 1)
@@ -50,7 +52,11 @@ RAMOS = [R(x) for x in "0.13 0.005 0.55 0.75 0 0 0 0 0 1.9 0.572 0.572 9.81".spl
 
 print("//! Steady motions by SymPy: exponents of w1 and w2, coefficient of the arm's angle (rad), of the command (V).")
 print(f"//! Made by steady_motion.py with SymPy {sp.__version__}; do not edit.")
-for name, rig, lam, swing in [("QUBE", QUBE, R(3), 1), ("RAMOS_VELASCO_PLANAR", RAMOS, R(1), 0), ("RAMOS_VELASCO", RAMOS, R(1), 1)]:
+for name, rig, lam, swing in [
+    ("QUBE", QUBE, R(3), 1),
+    ("RAMOS_VELASCO_PLANAR", RAMOS, R(1), 0),
+    ("RAMOS_VELASCO", RAMOS, R(1), 1),
+]:
     theta, command = solve(*rig, lam, swing)
     print(f"\npub(crate) const {name}: [(usize, usize, f64, f64); 20] = [")
     for degree in range(1, ORDER + 1, 2):

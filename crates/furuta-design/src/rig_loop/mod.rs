@@ -128,8 +128,8 @@ impl RigLoop {
         later
     }
 
-    /// The names of its states: the rig's, then `command 1` (the last one), ... or `delay 1`, ... for what is late, then
-    /// `integral`.
+    /// The names of its states: the rig's, then `command 1` (the last one), ... or `delay 1`, ... for what is late,
+    /// then `integral`.
     #[must_use]
     pub fn states(&self) -> Vec<String> {
         let mut names: Vec<String> = self.plant.states.iter().map(|s| (*s).to_owned()).collect();

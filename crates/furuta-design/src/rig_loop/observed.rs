@@ -1,8 +1,8 @@
 //! The whole loop as it is run: the law is given what an estimator with the rig's model makes of the encoders, looking
 //! ahead to when a command begins to act.
 //!
-//! The estimator steps the same linear model, corrects it by what is read, and is one step and the command's delay ahead
-//! (between two samples by a line); a command decided at a sample is held from the next one on.
+//! The estimator steps the same linear model, corrects it by what is read, and is one step and the command's delay
+//! ahead (between two samples by a line); a command decided at a sample is held from the next one on.
 
 use super::RigLoop;
 use super::margins::{Broken, Margins, margins};
@@ -19,7 +19,7 @@ pub struct ObservedLoop {
     sampled: Sampled,
     /// The delay of the encoders in whole periods and the rest as a share of one, where there is any.
     late: Option<(usize, f64)>,
-    /// The rig's commands are multiplied by this, and later by so many seconds, than the estimator knows.
+    /// What the rig does to its commands unknown to the estimator: a factor, and a delay in seconds.
     unknown: (f64, f64),
 }
 

@@ -123,7 +123,9 @@ mod tests {
     fn what_cannot_be_is_refused() {
         let excite = |signal: &str| {
             let text = format!(
-                r#"{{"excite":{{"excitation":{{"signal":{signal},"duration":1.0,"fade_in":0.0,"fade_out":0.0,"limit":null}}}}}}"#
+                r#"{{"excite":{{"excitation":{{
+                    "signal":{signal},"duration":1.0,"fade_in":0.0,"fade_out":0.0,"limit":null
+                }}}}}}"#
             );
             Task::from_json(&text)
         };
@@ -142,7 +144,8 @@ mod tests {
                 "unknown field `begin`",
             ),
             (
-                r#"{"kind":"multisine","rms":1.0,"fundamental":0.1,"lines":[{"harmonic":2,"phase":0.0},{"harmonic":1,"phase":0.0}]}"#,
+                r#"{"kind":"multisine","rms":1.0,"fundamental":0.1,
+                    "lines":[{"harmonic":2,"phase":0.0},{"harmonic":1,"phase":0.0}]}"#,
                 "rising harmonics",
             ),
             (r#"{"kind":"whistle"}"#, "unknown variant `whistle`"),

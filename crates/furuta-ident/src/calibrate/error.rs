@@ -19,7 +19,8 @@ pub enum CalibrateError {
     },
     /// The recordings determine none of the parameters asked for.
     #[error(
-        "these recordings determine none of {keys}: {reason}; `furuta identify plan --rig RIG` proposes recordings that would"
+        "these recordings determine none of {keys}: {reason}; `furuta identify plan --rig RIG` proposes recordings \
+         that would"
     )]
     NothingIdentifiable {
         /// The keys asked for.
@@ -43,7 +44,9 @@ pub enum CalibrateError {
     },
     /// Whatever the parameters, the model does not come near the recordings.
     #[error(
-        "no parameters make the model follow these recordings: it is off by {chi:.0} times the encoders' noise over {horizon} s; check that rig file and recordings belong together, then ask `furuta diagnose` what the model lacks"
+        "no parameters make the model follow these recordings: it is off by {chi:.0} times the encoders' noise over \
+         {horizon} s; check that rig file and recordings belong together, then ask `furuta diagnose` what the model \
+         lacks"
     )]
     DoesNotFollow {
         /// Root mean square of the residuals over the noise.

@@ -249,7 +249,8 @@ impl Plan {
     #[must_use]
     pub fn summary(&self, rig: &str) -> String {
         let mut out = format!(
-            "Predicted standard deviations after one experiment of {SECONDS} s at {} Hz, in per cent of each parameter\n  {:<56} {:>6} {:>6} {:>5} {:>6}",
+            "Predicted standard deviations after one experiment of {SECONDS} s at {} Hz, in per cent of each \
+             parameter\n  {:<56} {:>6} {:>6} {:>5} {:>6}",
             self.rate, "", "V peak", "V RMS", "rad", "D-eff."
         );
         for key in &self.parameters {
@@ -292,7 +293,8 @@ impl Plan {
             };
             let n = i + 1;
             out += &format!(
-                "  furuta run --port PORT --rig {rig} --task {} --log experiment-{n}.mcap\n  furuta simulate --rig {rig} --rate {} --input {} --output experiment-{n}.csv\n",
+                "  furuta run --port PORT --rig {rig} --task {} --log experiment-{n}.mcap\n  furuta simulate --rig \
+                 {rig} --rate {} --input {} --output experiment-{n}.csv\n",
                 e.arguments, self.rate, e.arguments
             );
         }

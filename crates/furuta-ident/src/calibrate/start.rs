@@ -6,7 +6,8 @@
 //!
 //! ```text
 //! -∫ b' (arm θ' + swing sin²α θ' - coupling cos α α')  = ∫ b (drive u - arm_damping θ')
-//! -∫ b' (pendulum α' - coupling cos α θ') = ∫ b (swing sin α cos α θ'² + coupling sin α θ' α' + weight sin α - pendulum_damping α')
+//! -∫ b' (pendulum α' - coupling cos α θ') =
+//!     ∫ b (swing sin α cos α θ'² + coupling sin α θ' α' + weight sin α - pendulum_damping α')
 //! ```
 //!
 //! From angles and voltage one scale of torque cannot be seen, so `weight` is held at the rig file's value. The seven

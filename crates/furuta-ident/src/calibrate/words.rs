@@ -23,7 +23,8 @@ pub(super) fn notices(c: &Calibration, space: &Space, free: &[usize]) -> Vec<Str
     let mut out = Vec::new();
     if c.chi > EXPLAINED {
         out.push(format!(
-            "the calibrated model is off by {:.2} times the encoders' noise: it lacks something, and the parameters carry what it lacks; `furuta diagnose` names it",
+            "the calibrated model is off by {:.2} times the encoders' noise: it lacks something, and the parameters \
+             carry what it lacks; `furuta diagnose` names it",
             c.chi
         ));
     }
@@ -33,10 +34,12 @@ pub(super) fn notices(c: &Calibration, space: &Space, free: &[usize]) -> Vec<Str
         };
         let what = match key.as_str() {
             "arm.viscous" => {
-                "the back-EMF of the rig file alone damps the arm more than the recordings show: hold arm.viscous and free motor.back_emf_constant, or mend the motor's constants"
+                "the back-EMF of the rig file alone damps the arm more than the recordings show: hold arm.viscous and \
+                 free motor.back_emf_constant, or mend the motor's constants"
             }
             "pendulum.inertia" => {
-                "the pendulum swings faster than a point mass at its centre of mass: pendulum.com is too long in the rig file, or free it as well"
+                "the pendulum swings faster than a point mass at its centre of mass: pendulum.com is too long in the \
+                 rig file, or free it as well"
             }
             _ => {
                 "what is held is wrong, or the model lacks something: `furuta diagnose` looks for it"
@@ -60,7 +63,8 @@ pub(super) fn notices(c: &Calibration, space: &Space, free: &[usize]) -> Vec<Str
     }
     if c.identifiability.condition > ILL {
         out.push(format!(
-            "the fitted parameters are known as a bundle (condition number {:.0}): their correlations are large, and the combinations are known far better than each",
+            "the fitted parameters are known as a bundle (condition number {:.0}): their correlations are large, and \
+             the combinations are known far better than each",
             c.identifiability.condition
         ));
     }
@@ -85,7 +89,8 @@ impl Calibration {
     pub fn identifiability_text(&self) -> String {
         let i = &self.identifiability;
         let mut out = format!(
-            "What these recordings can tell: {} of {} parameters' combinations show; condition number of the fitted {}: {}\n",
+            "What these recordings can tell: {} of {} parameters' combinations show; condition number of the fitted \
+             {}: {}\n",
             i.rank,
             i.parameters,
             self.fitted.len(),

@@ -163,12 +163,14 @@ mod tests {
             ),
             (
                 "windows",
-                "effective number of windows that a gain must come from (an eighth of them where there are few), each counted up to the least gain",
+                "effective number of windows that a gain must come from (an eighth of them where there are few), each \
+                 counted up to the least gain",
                 windows,
             ),
             (
                 "weak",
-                "below this many least gains, the strength must also be as far from none in deviations that are robust within windows",
+                "below this many least gains, the strength must also be as far from none in deviations that are robust \
+                 within windows",
                 weak,
             ),
             (
@@ -183,7 +185,8 @@ mod tests {
             ),
             (
                 "stands_out",
-                "a kick must gain this many times what nine of ten windows have left, in each window over which it lasts",
+                "a kick must gain this many times what nine of ten windows have left, in each window over which it \
+                 lasts",
                 stands_out,
             ),
             (

@@ -91,7 +91,8 @@ impl Expression {
     #[must_use]
     pub fn sentence(&self) -> String {
         format!(
-            "An empirical expression, fitted and no law of physics, takes {:.0} % of the squared error that is left on held-out data.",
+            "An empirical expression, fitted and no law of physics, takes {:.0} % of the squared error that is left on \
+             held-out data.",
             100.0 * self.held_out_gain
         )
     }

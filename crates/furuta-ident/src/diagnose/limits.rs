@@ -1,8 +1,8 @@
 //! How large each effect that was not named could still be.
 //!
 //! A score test gives the strength at which an effect would explain most of what the fit leaves, and how sharply the
-//! data say so, errors being as correlated as they are for the fitted numbers. Its shape (a rest angle, a frequency) is taken from the starts of a search: of those the largest bound
-//! counts.
+//! data say so, errors being as correlated as they are for the fitted numbers. Its shape (a rest angle, a frequency) is
+//! taken from the starts of a search: of those the largest bound counts.
 
 use furuta_model::Spec;
 use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};

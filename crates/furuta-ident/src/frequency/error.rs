@@ -8,7 +8,8 @@ use std::fmt;
 pub enum FrequencyError {
     /// No stretch of the data is as long as a segment.
     #[error(
-        "a resolution of {resolution:.4} Hz needs {needed:.3} s without a gap, and the longest stretch has {longest:.3} s: ask for a coarser resolution (at least {possible:.4} Hz), or record longer"
+        "a resolution of {resolution:.4} Hz needs {needed:.3} s without a gap, and the longest stretch has \
+         {longest:.3} s: ask for a coarser resolution (at least {possible:.4} Hz), or record longer"
     )]
     TooShort {
         /// The distance of lines asked for, Hz.
@@ -22,7 +23,8 @@ pub enum FrequencyError {
     },
     /// One segment alone has no spread: its coherence is 1, whatever the data.
     #[error(
-        "only one segment of {seconds:.3} s fits: without an average there is neither coherence nor confidence; ask for a coarser resolution, more overlap, or record longer"
+        "only one segment of {seconds:.3} s fits: without an average there is neither coherence nor confidence; ask \
+         for a coarser resolution, more overlap, or record longer"
     )]
     OneSegment {
         /// Length of a segment, s.
@@ -30,7 +32,8 @@ pub enum FrequencyError {
     },
     /// The input never changes.
     #[error(
-        "{signal} is constant at {value}: it excites nothing; drive the rig with a test signal (multisine, noise, chirp, PRBS)"
+        "{signal} is constant at {value}: it excites nothing; drive the rig with a test signal (multisine, noise, \
+         chirp, PRBS)"
     )]
     Constant {
         /// Which signal.
@@ -103,7 +106,8 @@ pub enum FrequencyError {
     NoData,
     /// A period that is no whole number of samples.
     #[error(
-        "a period of {period} s is {samples:.3} samples of {sample_period} s: it must be a whole number; give the period that `furuta run` printed"
+        "a period of {period} s is {samples:.3} samples of {sample_period} s: it must be a whole number; give the \
+         period that `furuta run` printed"
     )]
     PeriodNotWhole {
         /// The period, s.
@@ -115,7 +119,8 @@ pub enum FrequencyError {
     },
     /// Not enough periods.
     #[error(
-        "{found} whole periods of {period} s are in the data after the first {discarded}; at least 2 are needed to know their spread: record longer, or give the right period"
+        "{found} whole periods of {period} s are in the data after the first {discarded}; at least 2 are needed to \
+         know their spread: record longer, or give the right period"
     )]
     TooFewPeriods {
         /// Periods that remain.
@@ -127,7 +132,8 @@ pub enum FrequencyError {
     },
     /// The input does not repeat.
     #[error(
-        "the input does not repeat after {period} s: {percent:.1} % of its power differs from period to period; give the right period, or leave it out to average over windows"
+        "the input does not repeat after {period} s: {percent:.1} % of its power differs from period to period; give \
+         the right period, or leave it out to average over windows"
     )]
     NotPeriodic {
         /// The period, s.
@@ -202,24 +208,28 @@ impl fmt::Display for FrequencyNotice {
         match self {
             Self::Gaps { stretches, unused } => write!(
                 f,
-                "samples are missing: the recording falls into {stretches} stretches, {unused} of them too short for a segment; no segment runs across a gap"
+                "samples are missing: the recording falls into {stretches} stretches, {unused} of them too short for a \
+                 segment; no segment runs across a gap"
             ),
             Self::FewAverages {
                 averages,
                 by_chance,
             } => write!(
                 f,
-                "{averages:.1} independent averages: a coherence of {by_chance:.2} comes by chance; record longer or ask for a coarser resolution"
+                "{averages:.1} independent averages: a coherence of {by_chance:.2} comes by chance; record longer or \
+                 ask for a coarser resolution"
             ),
             Self::AliasingSuspected { share, nyquist } => write!(
                 f,
-                "{:.1} % of the output's power lies above {:.1} Hz, near half the sampling rate ({nyquist:.1} Hz): what is faster may have folded down; sample faster or filter before sampling",
+                "{:.1} % of the output's power lies above {:.1} Hz, near half the sampling rate ({nyquist:.1} Hz): \
+                 what is faster may have folded down; sample faster or filter before sampling",
                 100.0 * share,
                 0.8 * nyquist
             ),
             Self::LowCoherence { share } => write!(
                 f,
-                "{:.0} % of the lines have a coherence below 0.5: the output there comes from something else (noise, encoder steps, friction); excite more strongly or narrow the band",
+                "{:.0} % of the lines have a coherence below 0.5: the output there comes from something else (noise, \
+                 encoder steps, friction); excite more strongly or narrow the band",
                 100.0 * share
             ),
             Self::CoherenceEnds {
@@ -228,11 +238,13 @@ impl fmt::Display for FrequencyNotice {
                 left_out,
             } => write!(
                 f,
-                "the coherence ends at {at:.3} Hz: the {left_out} lines beyond it, whose coherence is no higher than chance makes it ({by_chance:.2}), are left out of the fit; a band of your own puts them back"
+                "the coherence ends at {at:.3} Hz: the {left_out} lines beyond it, whose coherence is no higher than \
+                 chance makes it ({by_chance:.2}), are left out of the fit; a band of your own puts them back"
             ),
             Self::FeedbackSuspected { mode } => write!(
                 f,
-                "the recording was made under feedback (mode {mode}): H1 and H2 are biased then; give --reference COLUMN, the excitation that the controller did not choose"
+                "the recording was made under feedback (mode {mode}): H1 and H2 are biased then; give --reference \
+                 COLUMN, the excitation that the controller did not choose"
             ),
         }
     }

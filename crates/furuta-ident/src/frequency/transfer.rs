@@ -38,7 +38,8 @@ pub enum TransferError {
     },
     /// More zeros than poles.
     #[error(
-        "the numerator is of order {numerator}, the denominator of order {denominator}: a rig has no more zeros than poles"
+        "the numerator is of order {numerator}, the denominator of order {denominator}: a rig has no more zeros than \
+         poles"
     )]
     Improper {
         /// Order of the numerator.

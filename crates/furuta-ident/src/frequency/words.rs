@@ -135,7 +135,8 @@ pub fn roots(roots: &[Uncertain<Complex<f64>>]) -> String {
 /// let g = Transfer::new(&[1.0], &[1.0, 1.0])?;
 /// let frf = Frf::exact(&[0.5, 1.0], |f| g.response(f));
 /// let text = csv(&frf, &[("fit", &frf.response)]);
-/// assert_eq!(text.lines().next(), Some("frequency,real,imaginary,magnitude_db,phase_deg,coherence,std,fit_real,fit_imaginary"));
+/// let header = "frequency,real,imaginary,magnitude_db,phase_deg,coherence,std,fit_real,fit_imaginary";
+/// assert_eq!(text.lines().next(), Some(header));
 /// assert_eq!(text.lines().count(), 3);
 /// # Ok::<(), furuta_ident::frequency::transfer::TransferError>(())
 /// ```

@@ -39,7 +39,8 @@ pub enum RecordingError {
     },
     /// Bytes that were never written.
     #[error(
-        "{file}: row {row}: a zero byte, which no text has: the file was not written or copied whole there; cut it before that row"
+        "{file}: row {row}: a zero byte, which no text has: the file was not written or copied whole there; cut it \
+         before that row"
     )]
     ZeroBytes {
         /// The file.
@@ -131,7 +132,8 @@ pub enum RecordingError {
     },
     /// A row has more or fewer fields than the header.
     #[error(
-        "{file}: row {row}: {found} fields where the header has {expected}; the row is cut off or has a stray comma: mend or delete it"
+        "{file}: row {row}: {found} fields where the header has {expected}; the row is cut off or has a stray comma: \
+         mend or delete it"
     )]
     FieldCount {
         /// The file.
@@ -145,7 +147,8 @@ pub enum RecordingError {
     },
     /// A field of a column of numbers is something else.
     #[error(
-        "{file}: row {row}, column {column}: `{}` is not a number; write a number with a decimal point, or delete the row",
+        "{file}: row {row}, column {column}: `{}` is not a number; write a number with a decimal point, or delete the \
+         row",
         quoted(value)
     )]
     NotANumber {
@@ -160,7 +163,8 @@ pub enum RecordingError {
     },
     /// A field is NaN or infinite.
     #[error(
-        "{file}: row {row}, column {column}: the value is {value}, not a finite number; delete the row or cut the recording there"
+        "{file}: row {row}, column {column}: the value is {value}, not a finite number; delete the row or cut the \
+         recording there"
     )]
     NotFinite {
         /// The file.
@@ -189,7 +193,8 @@ pub enum RecordingError {
     },
     /// Two rows of different content have one time stamp.
     #[error(
-        "{file}: row {row}, column t: {} s again, with other values than the row before; give time stamps that tell the rows apart",
+        "{file}: row {row}, column t: {} s again, with other values than the row before; give time stamps that tell \
+         the rows apart",
         number(*t)
     )]
     TimeStandsStill {
@@ -202,7 +207,8 @@ pub enum RecordingError {
     },
     /// The intervals between time stamps scatter too much for an evenly sampled recording.
     #[error(
-        "{file}: {irregular} of {intervals} intervals between time stamps differ by more than {percent:.0} % from the sample period of {} s \
+        "{file}: {irregular} of {intervals} intervals between time stamps differ by more than {percent:.0} % from the \
+         sample period of {} s \
          (first: {} s before row {row}); record at a fixed rate, or resample the recording",
         number(*period), number(*interval)
     )]

@@ -153,7 +153,8 @@ impl Shape {
                 .entry(name)
                 .or_insert_with(|| json!({"type": kind, "description": "as recorded"}));
         }
-        json!({"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "furuta.Sample", "type": "object", "properties": properties})
+        json!({"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "furuta.Sample", "type": "object",
+            "properties": properties})
     }
 }
 

@@ -336,7 +336,8 @@ impl fmt::Display for NoticeKind {
                 ),
                 count => write!(
                     f,
-                    "{count} stretches between gaps, {samples} samples from {} on, are too short to be of use and left out",
+                    "{count} stretches between gaps, {samples} samples from {} on, are too short to be of use and left \
+                     out",
                     Rows(rows)
                 ),
             },
@@ -347,7 +348,8 @@ impl fmt::Display for NoticeKind {
             ),
             Self::Jump { column, row, by } => write!(
                 f,
-                "{column} jumps by {by:.3} rad at row {row}, which is neither motion nor a turn: check the encoder or cut the recording there"
+                "{column} jumps by {by:.3} rad at row {row}, which is neither motion nor a turn: check the encoder or \
+                 cut the recording there"
             ),
             Self::TooShort { duration, required } => {
                 write!(
@@ -358,7 +360,8 @@ impl fmt::Display for NoticeKind {
             Self::ConstantCommand { value } => {
                 write!(
                     f,
-                    "the command is {} V throughout: the motor cannot be told from this recording alone; add one with a changing command",
+                    "the command is {} V throughout: the motor cannot be told from this recording alone; add one with \
+                     a changing command",
                     number(*value)
                 )
             }
@@ -372,7 +375,8 @@ impl fmt::Display for NoticeKind {
                 largest,
             } => write!(
                 f,
-                "{column} looks as if it were in degrees (steps of {resolution:.4}, up to {largest:.1}); radians are required: multiply by pi/180"
+                "{column} looks as if it were in degrees (steps of {resolution:.4}, up to {largest:.1}); radians are \
+                 required: multiply by pi/180"
             ),
             Self::TimeUnitSuspected { period, unit } => write!(
                 f,
@@ -381,26 +385,31 @@ impl fmt::Display for NoticeKind {
             ),
             Self::HangingSuspected => write!(
                 f,
-                "the pendulum swings about alpha = 0, so alpha looks as if measured from hanging; it must be 0 upright: add pi to it"
+                "the pendulum swings about alpha = 0, so alpha looks as if measured from hanging; it must be 0 \
+                 upright: add pi to it"
             ),
             Self::SwappedSuspected { columns: [a, b] } => write!(
                 f,
-                "the pendulum moves as it should if the columns {a} and {b} are swapped, so they look as if exchanged: give each its name"
+                "the pendulum moves as it should if the columns {a} and {b} are swapped, so they look as if exchanged: \
+                 give each its name"
             ),
             Self::ClippedSuspected { column, at, times } => write!(
                 f,
-                "{column} stops dead at {at:.4} rad {times} times while it moves, so its encoder (or the file's format) looks as if it ended there, or the axis met a stop: \
+                "{column} stops dead at {at:.4} rad {times} times while it moves, so its encoder (or the file's \
+                 format) looks as if it ended there, or the axis met a stop: \
                  record with less motion, or leave those stretches out"
             ),
             Self::FrequencySuspected { found, expected } => write!(
                 f,
-                "the pendulum swings at {found:.2} Hz, the rig's at {expected:.2} Hz: either time stamps are off by a factor of {:.2}, or the recording is of another rig; \
+                "the pendulum swings at {found:.2} Hz, the rig's at {expected:.2} Hz: either time stamps are off by a \
+                 factor of {:.2}, or the recording is of another rig; \
                  check the sample rate and --rig",
                 expected / found
             ),
             Self::ScaleSuspected { ratio } => write!(
                 f,
-                "the arm moves the pendulum {ratio:.3} times as much as on this rig, so theta looks as if in another unit than alpha (degrees?), or the recording is of another rig: \
+                "the arm moves the pendulum {ratio:.3} times as much as on this rig, so theta looks as if in another \
+                 unit than alpha (degrees?), or the recording is of another rig: \
                  check the units and --rig"
             ),
             Self::CountsSuspected {
@@ -491,7 +500,8 @@ impl fmt::Display for NoticeKind {
             ),
             Self::CommandSignSuspected => write!(
                 f,
-                "the arm answers the command with the wrong sign, so u or theta looks as if counted the other way: change the sign of u, or of theta (and of alpha, if both angles are mirrored)"
+                "the arm answers the command with the wrong sign, so u or theta looks as if counted the other way: \
+                 change the sign of u, or of theta (and of alpha, if both angles are mirrored)"
             ),
             Self::LeftOut { why } => write!(f, "left out: {why}"),
             Self::OtherRigSuspected { than, why } => write!(
@@ -500,7 +510,8 @@ impl fmt::Display for NoticeKind {
             ),
             Self::SignSuspected => write!(
                 f,
-                "the pendulum answers the arm with the wrong sign, so theta or alpha looks as if counted the other way: change the sign of one"
+                "the pendulum answers the arm with the wrong sign, so theta or alpha looks as if counted the other \
+                 way: change the sign of one"
             ),
         }
     }

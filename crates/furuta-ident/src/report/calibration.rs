@@ -20,7 +20,8 @@ pub fn calibration(outcome: &Outcome) -> String {
     let mut body = format!("<h1>{title}</h1>\n");
     let _ = write!(
         body,
-        "<p>{} parameters fitted; the model is off by {} times the encoders' noise.</p>\n<section><h2>Parameters and their 95 % intervals</h2>{}</section>\n",
+        "<p>{} parameters fitted; the model is off by {} times the encoders' noise.</p>\n<section><h2>Parameters and \
+         their 95 % intervals</h2>{}</section>\n",
         c.fitted.len(),
         significant(c.chi, 3),
         intervals(c)
@@ -39,7 +40,8 @@ pub fn calibration(outcome: &Outcome) -> String {
         );
     }
     body += "<section><h2>Measured and predicted</h2>";
-    body += r#"<p class="legend"><span class="key"><i class="measured"></i>measured</span><span class="key"><i class="nominal"></i>rig file</span><span class="key"><i class="after"></i>calibrated</span></p>"#;
+    body += "<p class=\"legend\"><span class=\"key\"><i class=\"measured\"></i>measured</span><span class=\"key\"><i \
+             class=\"nominal\"></i>rig file</span><span class=\"key\"><i class=\"after\"></i>calibrated</span></p>";
     for curve in &outcome.curves {
         let _ = write!(body, "<h3>{}</h3>", escape(&curve.run));
         for (c, channel) in Channel::ALL.into_iter().enumerate() {
@@ -53,7 +55,8 @@ pub fn calibration(outcome: &Outcome) -> String {
 /// How lines over time look on this page, which has no script to draw them.
 const LINES: &str = "pre { overflow-x: auto; font-size: .82rem; line-height: 1.35; }\n\
     svg polyline[class] { fill: none; stroke-width: 1.3; } svg polyline.measured { stroke: var(--measured); } \
-    svg polyline.nominal { stroke: var(--nominal); stroke-dasharray: 4 3; } svg polyline.after { stroke: var(--after); }\n";
+    svg polyline.nominal { stroke: var(--nominal); stroke-dasharray: 4 3; } svg polyline.after \
+    { stroke: var(--after); }\n";
 
 /// A calibration at a glance, a fragment of HTML for notebooks: the fitted parameters with their intervals, and how
 /// well the model follows.
@@ -83,7 +86,8 @@ pub fn calibration_card(c: &Calibration) -> String {
         .map(|f| format!("{} {}: {:.1} %", escape(&f.run), f.channel, f.fit_percent))
         .collect();
     format!(
-        "<div><b>Calibration of {}</b><table><tr><th>parameter</th><th>rig file</th><th>calibrated</th><th>95 %</th><th>unit</th></tr>{rows}</table><div>fit: {}</div></div>",
+        "<div><b>Calibration of {}</b><table><tr><th>parameter</th><th>rig file</th><th>calibrated</th><th>95 \
+         %</th><th>unit</th></tr>{rows}</table><div>fit: {}</div></div>",
         escape(&c.rig),
         fits.join(", ")
     )
@@ -119,7 +123,8 @@ fn intervals(c: &Calibration) -> String {
         let x = at(tick);
         let _ = write!(
             svg,
-            r#"<line class="{}" x1="{x:.1}" x2="{x:.1}" y1="4" y2="{bottom}"/><text class="soft small" x="{x:.1}" y="{:.1}" text-anchor="middle">{:.0} %</text>"#,
+            "<line class=\"{}\" x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"4\" y2=\"{bottom}\"/><text class=\"soft small\" \
+             x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{:.0} %</text>",
             if tick == 1.0 { "axis" } else { "grid" },
             bottom + 16.0,
             100.0 * tick
@@ -129,7 +134,8 @@ fn intervals(c: &Calibration) -> String {
         let y = 20.0 + 28.0 * i as f64;
         let _ = write!(
             svg,
-            r#"<text class="mono" x="0" y="{:.1}">{}</text><rect class="after" x="{:.1}" y="{:.1}" width="{:.1}" height="6" rx="3"/><circle class="after" cx="{:.1}" cy="{y:.1}" r="4.5"/>"#,
+            "<text class=\"mono\" x=\"0\" y=\"{:.1}\">{}</text><rect class=\"after\" x=\"{:.1}\" y=\"{:.1}\" \
+             width=\"{:.1}\" height=\"6\" rx=\"3\"/><circle class=\"after\" cx=\"{:.1}\" cy=\"{y:.1}\" r=\"4.5\"/>",
             y + 4.0,
             escape(key),
             at(*a),
@@ -139,7 +145,8 @@ fn intervals(c: &Calibration) -> String {
         );
     }
     format!(
-        r#"<svg viewBox="0 0 {WIDTH:.0} {:.0}" role="img" aria-label="fitted parameters as a share of the rig file's, with 95 % intervals">{svg}</svg><p class="soft">as a share of the rig file's value</p>"#,
+        "<svg viewBox=\"0 0 {WIDTH:.0} {:.0}\" role=\"img\" aria-label=\"fitted parameters as a share of the rig \
+         file's, with 95 % intervals\">{svg}</svg><p class=\"soft\">as a share of the rig file's value</p>",
         bottom + 24.0
     )
 }
@@ -169,7 +176,8 @@ fn lines(curve: &Curve, c: usize, channel: Channel) -> String {
     for (v, words) in [(low + margin, "min"), (high - margin, "max")] {
         let _ = write!(
             svg,
-            r#"<line class="grid" x1="{from}" x2="{to}" y1="{0:.1}" y2="{0:.1}"/><text class="soft small" x="{1:.1}" y="{2:.1}" text-anchor="end">{3}<title>{words}</title></text>"#,
+            "<line class=\"grid\" x1=\"{from}\" x2=\"{to}\" y1=\"{0:.1}\" y2=\"{0:.1}\"/><text class=\"soft small\" \
+             x=\"{1:.1}\" y=\"{2:.1}\" text-anchor=\"end\">{3}<title>{words}</title></text>",
             y(v),
             from - 6.0,
             y(v) + 4.0,
@@ -178,7 +186,8 @@ fn lines(curve: &Curve, c: usize, channel: Channel) -> String {
     }
     let _ = write!(
         svg,
-        r#"<text class="strong" x="0" y="{:.1}">{channel}</text><text class="soft small" x="{from}" y="{:.1}">{} s</text><text class="soft small" x="{to}" y="{:.1}" text-anchor="end">{} s</text>"#,
+        "<text class=\"strong\" x=\"0\" y=\"{:.1}\">{channel}</text><text class=\"soft small\" x=\"{from}\" \
+         y=\"{:.1}\">{} s</text><text class=\"soft small\" x=\"{to}\" y=\"{:.1}\" text-anchor=\"end\">{} s</text>",
         0.5 * (top + bottom),
         bottom + 16.0,
         significant(first, 3),

@@ -26,7 +26,8 @@ pub fn card(diagnosis: &Diagnosis) -> String {
         Verdict::Unexplained => ("unexplained", "#c2434b"),
     };
     let mut out = format!(
-        "<div style=\"max-width:46em;border:1px solid #8886;border-left:5px solid {colour};border-radius:8px;padding:.7em 1em;line-height:1.45\">\
+        "<div style=\"max-width:46em;border:1px solid #8886;border-left:5px solid \
+         {colour};border-radius:8px;padding:.7em 1em;line-height:1.45\">\
          <div><b style=\"color:{colour}\">{word}</b></div><div style=\"font-size:1.08em;margin:.2em 0 .5em\">{}</div>",
         escape(&diagnosis.sentence())
     );
@@ -145,7 +146,8 @@ fn errors(out: &mut String, diagnosis: &Diagnosis) {
         .collect();
     let _ = write!(
         out,
-        "<table style=\"border-collapse:collapse;font-size:.92em;margin-top:.4em\"><tr><th style=\"text-align:left;padding:.1em .7em .1em 0\">RMS error over {} s, rad</th>{head}</tr>{rows}</table>",
+        "<table style=\"border-collapse:collapse;font-size:.92em;margin-top:.4em\"><tr><th \
+         style=\"text-align:left;padding:.1em .7em .1em 0\">RMS error over {} s, rad</th>{head}</tr>{rows}</table>",
         significant(gap.horizon, 2)
     );
 }

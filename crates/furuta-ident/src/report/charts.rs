@@ -67,7 +67,8 @@ pub(super) fn ladder(gap: &Gap) -> String {
         let x = axis.at(decade);
         let _ = write!(
             svg,
-            r#"<line class="grid" x1="{x:.1}" x2="{x:.1}" y1="{top}" y2="{bottom}"/><text class="soft small" x="{x:.1}" y="{:.1}" text-anchor="middle">{} rad</text>"#,
+            "<line class=\"grid\" x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{top}\" y2=\"{bottom}\"/><text class=\"soft small\" \
+             x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{} rad</text>",
             bottom + 17.0,
             power_of_ten(decade)
         );
@@ -166,7 +167,8 @@ pub(super) fn gap_bars(bars: &[GapBar]) -> String {
         for (class, times, dy) in [("before", before, 2.0), ("after", after, 11.0)] {
             let _ = write!(
                 svg,
-                r#"<rect class="{class}" x="{from}" y="{:.1}" width="{:.1}" height="8" rx="2"><title>{} times the noise floor; {samples}</title></rect>"#,
+                "<rect class=\"{class}\" x=\"{from}\" y=\"{:.1}\" width=\"{:.1}\" height=\"8\" rx=\"2\"><title>{} \
+                 times the noise floor; {samples}</title></rect>",
                 y + dy,
                 (at(times) - from).max(1.0),
                 significant(times, 3)
@@ -216,7 +218,8 @@ pub(super) fn evidence(candidates: &[CandidateEvidence]) -> String {
         );
         let _ = write!(
             svg,
-            r#"<line class="grid" x1="{x:.1}" x2="{x:.1}" y1="{top}" y2="{bottom:.1}"/><text class="soft small" x="{x:.1}" y="{:.1}" text-anchor="middle">{tick}</text>"#,
+            "<line class=\"grid\" x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{top}\" y2=\"{bottom:.1}\"/><text class=\"soft \
+             small\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{tick}</text>",
             bottom + 16.0
         );
     }
@@ -234,7 +237,9 @@ pub(super) fn evidence(candidates: &[CandidateEvidence]) -> String {
         };
         let _ = write!(
             svg,
-            r#"<text class="mono{weight}" x="0" y="{:.1}">{}</text><rect class="{class}" x="{from}" y="{:.1}" width="{:.1}" height="13" rx="3"/><text class="small{weight}" x="{WIDTH}" y="{:.1}" text-anchor="end">{bic}</text>"#,
+            "<text class=\"mono{weight}\" x=\"0\" y=\"{:.1}\">{}</text><rect class=\"{class}\" x=\"{from}\" \
+             y=\"{:.1}\" width=\"{:.1}\" height=\"13\" rx=\"3\"/><text class=\"small{weight}\" x=\"{WIDTH}\" \
+             y=\"{:.1}\" text-anchor=\"end\">{bic}</text>",
             y + 13.0,
             escape(&candidate.id),
             y + 3.0,
@@ -269,7 +274,9 @@ pub(super) fn profile(profile: &Profile) -> String {
     let x = |v: f64| from + (v - low) / (high - low).max(1e-300) * (to - from);
     let y = |r: f64| bottom - r.clamp(0.0, HIGHEST) / HIGHEST * (bottom - top);
     let mut svg = format!(
-        r#"<line class="floorline" x1="{from}" x2="{to}" y1="{0:.1}" y2="{0:.1}"/><text class="soft small" x="0" y="{1:.1}">95 %</text><line class="axis" x1="{from}" x2="{to}" y1="{bottom}" y2="{bottom}"/>"#,
+        "<line class=\"floorline\" x1=\"{from}\" x2=\"{to}\" y1=\"{0:.1}\" y2=\"{0:.1}\"/><text class=\"soft small\" \
+         x=\"0\" y=\"{1:.1}\">95 %</text><line class=\"axis\" x1=\"{from}\" x2=\"{to}\" y1=\"{bottom}\" \
+         y2=\"{bottom}\"/>",
         y(BOUND),
         y(BOUND) + 4.0
     );
@@ -313,6 +320,7 @@ fn power_of_ten(value: f64) -> String {
 
 pub(super) fn figure(label: &str, [width, height]: [f64; 2], content: &str) -> String {
     format!(
-        r#"<svg viewBox="0 0 {width:.0} {height:.0}" style="max-width:{width:.0}px" role="img" aria-label="{label}">{content}</svg>"#
+        "<svg viewBox=\"0 0 {width:.0} {height:.0}\" style=\"max-width:{width:.0}px\" role=\"img\" \
+         aria-label=\"{label}\">{content}</svg>"
     )
 }

@@ -54,7 +54,8 @@ fn encode(run: &RunCurves, stride: usize) -> Value {
         "t": base64(&times),
         "u": series(&keep(&run.u)),
         "measured": measured.iter().map(|values| series(values)).collect::<Value>(),
-        "residual": {"nominal": residual(&run.nominal), "recalibrated": residual(&run.recalibrated), "augmented": residual(&run.augmented)},
+        "residual": {"nominal": residual(&run.nominal), "recalibrated": residual(&run.recalibrated),
+            "augmented": residual(&run.augmented)},
         "restarts": run.restarts.iter().map(|index| index.div_ceil(stride)).collect::<Vec<_>>(),
     })
 }

@@ -29,7 +29,8 @@ pub fn frequency(title: &str, plot: Bode, text: &str, notices: &[String]) -> Str
         body += "</ul></section>\n";
     }
     body += &format!(
-        "<section><h2>Response</h2>\n<figure>{}</figure></section>\n<section><h2>In numbers</h2><pre>{}</pre></section>\n",
+        "<section><h2>Response</h2>\n<figure>{}</figure></section>\n<section><h2>In \
+         numbers</h2><pre>{}</pre></section>\n",
         plot.chart().svg(),
         escape(text)
     );
@@ -37,5 +38,6 @@ pub fn frequency(title: &str, plot: Bode, text: &str, notices: &[String]) -> Str
 }
 
 /// The plot has a ground of its own, light in the dark as well.
-const FIGURE: &str = "figure { margin: 1rem 0; } figure svg { display: block; width: 100%; height: auto; border-radius: 8px; }\n\
+const FIGURE: &str = "figure { margin: 1rem 0; } figure svg \
+                      { display: block; width: 100%; height: auto; border-radius: 8px; }\n\
     pre { overflow-x: auto; font-size: .82rem; line-height: 1.35; }\n";

@@ -88,10 +88,14 @@ fn gap(diagnosis: &Diagnosis) -> String {
             )
         });
     format!(
-        "<section class=\"card\"><div class=\"grid2\"><div class=\"scroll\"><table><thead><tr><th>RMS error, rad</th><th class=\"n\"><span class=\"key\"><i class=\"dot nominal\"></i>rig file</span></th>\
-         <th class=\"n\"><span class=\"key\"><i class=\"dot before\"></i>refitted</span></th><th class=\"n\"><span class=\"key\"><i class=\"dot after\"></i>repaired</span></th>\
-         <th class=\"n\"><span class=\"key\"><i class=\"floor\"></i>noise</span></th></tr></thead><tbody>{}</tbody></table></div><div>{ladder}</div></div>\
-         <p class=\"note\">Prediction{horizon}: by the rig file as given, with its parameters refitted, and repaired with the effects named. No model can be better than the noise.</p>{held_out}</section>\n",
+        "<section class=\"card\"><div class=\"grid2\"><div class=\"scroll\"><table><thead><tr><th>RMS error, \
+         rad</th><th class=\"n\"><span class=\"key\"><i class=\"dot nominal\"></i>rig file</span></th>\
+         <th class=\"n\"><span class=\"key\"><i class=\"dot before\"></i>refitted</span></th><th class=\"n\"><span \
+         class=\"key\"><i class=\"dot after\"></i>repaired</span></th>\
+         <th class=\"n\"><span class=\"key\"><i \
+         class=\"floor\"></i>noise</span></th></tr></thead><tbody>{}</tbody></table></div><div>{ladder}</div></div>\
+         <p class=\"note\">Prediction{horizon}: by the rig file as given, with its parameters refitted, and repaired \
+         with the effects named. No model can be better than the noise.</p>{held_out}</section>\n",
         rows.concat()
     )
 }
@@ -108,13 +112,15 @@ pub(super) fn effects(diagnosis: &Diagnosis, curves: &Curves) -> String {
         .collect();
     let whole = curves.repaired_rig.as_ref().map_or_else(String::new, |rig| {
         format!(
-            "<details><summary>The whole repaired rig file, with refitted parameters</summary><div class=\"snippet\"><button data-copy>copy</button><pre>{}</pre></div></details>",
+            "<details><summary>The whole repaired rig file, with refitted parameters</summary><div \
+             class=\"snippet\"><button data-copy>copy</button><pre>{}</pre></div></details>",
             escape(rig)
         )
     });
     format!(
         "<section><h2>What the model is missing</h2>{cards}\
-         <p class=\"lead\">Paste this into the rig file, and <code>simulate</code>, <code>design</code> and <code>run</code> use it:</p>\
+         <p class=\"lead\">Paste this into the rig file, and <code>simulate</code>, <code>design</code> and \
+         <code>run</code> use it:</p>\
          <div class=\"snippet\"><button data-copy>copy</button><pre>{}</pre></div>{whole}</section>\n",
         escape(&snippet(&diagnosis.effects))
     )
@@ -135,7 +141,8 @@ fn effect(effect: &NamedEffect, compared: bool) -> String {
         let unit = plain(&estimate.unit);
         let _ = write!(
             facts,
-            "<div class=\"fact\"><span class=\"label\">{}</span><span class=\"value\">{} <small>{} {}</small></span></div>",
+            "<div class=\"fact\"><span class=\"label\">{}</span><span class=\"value\">{} <small>{} \
+             {}</small></span></div>",
             escape(name),
             match &estimate.word {
                 Some(word) => escape(word),
@@ -155,14 +162,17 @@ fn effect(effect: &NamedEffect, compared: bool) -> String {
     if effect.delta_bic.is_finite() {
         let _ = write!(
             facts,
-            "<div class=\"fact\" title=\"Fall of the Bayesian information criterion; above 10 counts as very strong\"><span class=\"label\">evidence</span><span class=\"value\">{:.0} <small>ΔBIC</small></span></div>",
+            "<div class=\"fact\" title=\"Fall of the Bayesian information criterion; above 10 counts as very \
+             strong\"><span class=\"label\">evidence</span><span class=\"value\">{:.0} \
+             <small>ΔBIC</small></span></div>",
             effect.delta_bic
         );
     }
     if effect.held_out_gain.is_finite() {
         let _ = write!(
             facts,
-            "<div class=\"fact\"><span class=\"label\">held-out error removed</span><span class=\"value\">{:.0} <small>%</small></span></div>",
+            "<div class=\"fact\"><span class=\"label\">held-out error removed</span><span class=\"value\">{:.0} \
+             <small>%</small></span></div>",
             100.0 * effect.held_out_gain
         );
     }
@@ -185,7 +195,8 @@ fn effect(effect: &NamedEffect, compared: bool) -> String {
         )
     };
     format!(
-        "<article class=\"card effect\"><header><h3>{}</h3><code class=\"id\">{}</code></header>{says}<div class=\"facts\">{facts}</div>{confusable}</article>\n",
+        "<article class=\"card effect\"><header><h3>{}</h3><code class=\"id\">{}</code></header>{says}<div \
+         class=\"facts\">{facts}</div>{confusable}</article>\n",
         escape(&effect.name),
         escape(&effect.id)
     )
@@ -207,7 +218,8 @@ pub(super) fn expression(diagnosis: &Diagnosis) -> String {
         .filter_map(|t| Some((t, t.parameters.get("coefficient")?)))
         .map(|(t, c)| {
             format!(
-                "<div class=\"fact\"><span class=\"label\">{}</span><span class=\"value\">{} <small>± {} {}</small></span></div>",
+                "<div class=\"fact\"><span class=\"label\">{}</span><span class=\"value\">{} <small>± {} \
+                 {}</small></span></div>",
                 escape(&t.id),
                 number(c.value, digits(c.value, c.std)),
                 significant(c.std, 2),
@@ -225,9 +237,12 @@ pub(super) fn expression(diagnosis: &Diagnosis) -> String {
     };
     let [theta, alpha] = Channel::ALL.map(part);
     format!(
-        "<section><h2>An expression for the rest</h2><article class=\"card effect\"><header><h3>Empirical torque</h3><code class=\"id\">fitted, no law</code></header>\
-         {torques}<p class=\"says\">{} It says nothing of why, and nothing outside the motions recorded.</p><div class=\"facts\">{rows}</div>\
-         <p class=\"note\">On data kept apart from search and fit, without and with it: {theta}, {alpha}. Angles in rad, speeds in rad/s, u the motor's voltage in V.</p></article></section>\n",
+        "<section><h2>An expression for the rest</h2><article class=\"card effect\"><header><h3>Empirical \
+         torque</h3><code class=\"id\">fitted, no law</code></header>\
+         {torques}<p class=\"says\">{} It says nothing of why, and nothing outside the motions recorded.</p><div \
+         class=\"facts\">{rows}</div>\
+         <p class=\"note\">On data kept apart from search and fit, without and with it: {theta}, {alpha}. Angles in \
+         rad, speeds in rad/s, u the motor's voltage in V.</p></article></section>\n",
         escape(&custom.sentence())
     )
 }
@@ -305,7 +320,12 @@ fn plot(title: &str, lead: &str, id: &str, runs: &[RunCurves]) -> String {
     let buttons: String = models
         .iter()
         .filter(|(.., there)| *there)
-        .map(|(key, class, word, _)| format!("<button data-model=\"{key}\"><span class=\"key\"><i class=\"{class}\"></i>{word}</span></button>"))
+        .map(|(key, class, word, _)| {
+            format!(
+                "<button data-model=\"{key}\"><span class=\"key\"><i \
+                                              class=\"{class}\"></i>{word}</span></button>"
+            )
+        })
         .collect();
     let choice = if runs.len() > 1 {
         let options: String = runs
@@ -331,8 +351,10 @@ fn plot(title: &str, lead: &str, id: &str, runs: &[RunCurves]) -> String {
         String::new()
     };
     format!(
-        "<section><h2>{title}</h2><p class=\"lead\">{lead}</p><div class=\"card plot\" data-source=\"data-{id}\"><div class=\"bar\">{choice}\
-         <span class=\"key note\"><i class=\"measured\"></i>measured</span>{buttons}<button class=\"push\" data-whole>whole run</button></div>\
+        "<section><h2>{title}</h2><p class=\"lead\">{lead}</p><div class=\"card plot\" data-source=\"data-{id}\"><div \
+         class=\"bar\">{choice}\
+         <span class=\"key note\"><i class=\"measured\"></i>measured</span>{buttons}<button class=\"push\" \
+         data-whole>whole run</button></div>\
          <div><canvas tabindex=\"0\" role=\"img\" aria-label=\"{title}\"></canvas></div><p class=\"readout\"></p>\
          <noscript>The curves are drawn by a script in this page.</noscript></div>{thinned}\
          <script type=\"application/json\" id=\"data-{id}\">{}</script></section>\n",
@@ -376,8 +398,10 @@ pub(super) fn location(diagnosis: &Diagnosis, curves: &Curves) -> String {
         String::new()
     } else {
         format!(
-            "<div class=\"card\"><div class=\"legend\"><span class=\"key\"><i class=\"before\"></i>refitted</span><span class=\"key\"><i class=\"after\"></i>repaired</span>\
-             <span class=\"key\"><i class=\"floor\"></i>noise floor = 1</span></div>{}<p class=\"note\">RMS error under each condition, in multiples of the noise floor: before → after.</p></div>",
+            "<div class=\"card\"><div class=\"legend\"><span class=\"key\"><i \
+             class=\"before\"></i>refitted</span><span class=\"key\"><i class=\"after\"></i>repaired</span>\
+             <span class=\"key\"><i class=\"floor\"></i>noise floor = 1</span></div>{}<p class=\"note\">RMS error \
+             under each condition, in multiples of the noise floor: before → after.</p></div>",
             charts::gap_bars(&curves.bars)
         )
     };
@@ -394,7 +418,8 @@ pub(super) fn evidence(diagnosis: &Diagnosis, curves: &Curves) -> String {
         " Those named in the end are coloured: a candidate that looks strong alone may be explained away by another."
     };
     format!(
-        "<section><h2>What was tried</h2><p class=\"lead\">Each candidate added alone to the refitted model: the evidence (fall of the Bayesian information criterion, \
+        "<section><h2>What was tried</h2><p class=\"lead\">Each candidate added alone to the refitted model: the \
+         evidence (fall of the Bayesian information criterion, \
          logarithmic).{named}</p><div class=\"card\">{}</div></section>\n",
         charts::evidence(&curves.evidence)
     )
@@ -416,9 +441,12 @@ pub(super) fn limits(diagnosis: &Diagnosis) -> String {
         );
     }
     format!(
-        "<section><h2>What was ruled out, and how firmly</h2><p class=\"lead\">How large each effect that is not named could still be, at a confidence of 95 %, beside \
-         what is named; the last column compares that with a size that would be noticed on this rig.</p><div class=\"card scroll\"><table><thead><tr><th>effect</th><th>parameter</th>\
-         <th class=\"n\">at most</th><th>unit</th><th class=\"n\">of a noticeable size</th></tr></thead><tbody>{rows}</tbody></table></div></section>\n"
+        "<section><h2>What was ruled out, and how firmly</h2><p class=\"lead\">How large each effect that is not named \
+         could still be, at a confidence of 95 %, beside \
+         what is named; the last column compares that with a size that would be noticed on this rig.</p><div \
+         class=\"card scroll\"><table><thead><tr><th>effect</th><th>parameter</th>\
+         <th class=\"n\">at most</th><th>unit</th><th class=\"n\">of a noticeable \
+         size</th></tr></thead><tbody>{rows}</tbody></table></div></section>\n"
     )
 }
 
@@ -445,7 +473,8 @@ pub(super) fn parameters(diagnosis: &Diagnosis) -> String {
                 }
             )
         } else {
-            "<td class=\"n unknown\">kept</td><td class=\"n unknown\">–</td><td class=\"n unknown\">–</td><td class=\"unknown\">no</td>".into()
+            "<td class=\"n unknown\">kept</td><td class=\"n unknown\">–</td><td class=\"n unknown\">–</td><td \
+             class=\"unknown\">no</td>".into()
         };
         let _ = write!(
             rows,
@@ -456,9 +485,12 @@ pub(super) fn parameters(diagnosis: &Diagnosis) -> String {
         );
     }
     format!(
-        "<section><h2>Parameters</h2><p class=\"lead\">Commands and angles fix every mass and inertia only up to one common factor, so <code>mass × com</code> is kept at the rig file's value \
-         and torques are in its units.</p><div class=\"card scroll\"><table><thead><tr><th>parameter</th><th class=\"n\">rig file</th><th class=\"n\">refitted</th><th class=\"n\">std</th>\
-         <th class=\"n\">change</th><th>identifiable</th><th>unit</th></tr></thead><tbody>{rows}</tbody></table></div></section>\n"
+        "<section><h2>Parameters</h2><p class=\"lead\">Commands and angles fix every mass and inertia only up to one \
+         common factor, so <code>mass × com</code> is kept at the rig file's value \
+         and torques are in its units.</p><div class=\"card scroll\"><table><thead><tr><th>parameter</th><th \
+         class=\"n\">rig file</th><th class=\"n\">refitted</th><th class=\"n\">std</th>\
+         <th class=\"n\">change</th><th>identifiable</th><th>unit</th></tr></thead><tbody>{rows}</tbody></table></div>\
+         </section>\n"
     )
 }
 
@@ -482,12 +514,14 @@ pub(super) fn verification(diagnosis: &Diagnosis, curves: &Curves) -> String {
         String::new()
     } else {
         format!(
-            "<div class=\"card scroll\"><table><thead><tr><th>recording</th><th>angle</th><th class=\"n\">rig file</th><th class=\"n\">refitted</th><th class=\"n\">repaired</th></tr></thead>\
+            "<div class=\"card scroll\"><table><thead><tr><th>recording</th><th>angle</th><th class=\"n\">rig \
+             file</th><th class=\"n\">refitted</th><th class=\"n\">repaired</th></tr></thead>\
              <tbody>{rows}</tbody></table><p class=\"note\">RMS error over the whole run, rad.</p></div>"
         )
     };
     let heading = format!(
-        "<section><h2>Verified on recordings the search never saw</h2><p class=\"lead\">Predicted from the first sample to the last, from the command alone.</p>{table}</section>\n"
+        "<section><h2>Verified on recordings the search never saw</h2><p class=\"lead\">Predicted from the first \
+         sample to the last, from the command alone.</p>{table}</section>\n"
     );
     heading
         + &plot(
@@ -519,7 +553,8 @@ fn plan(diagnosis: &Diagnosis) -> String {
         .iter()
         .map(|row| {
             format!(
-                "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td><code>{}</code> or <code>{}</code></td><td class=\"n\">{:.0}</td></tr>",
+                "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td \
+                 class=\"n\">{}</td><td><code>{}</code> or <code>{}</code></td><td class=\"n\">{:.0}</td></tr>",
                 escape(&row.excitation),
                 number(row.seconds, 2),
                 number(row.volts, 2),
@@ -531,10 +566,13 @@ fn plan(diagnosis: &Diagnosis) -> String {
         })
         .collect();
     format!(
-        "<div class=\"scroll\"><table><thead><tr><th>experiment</th><th class=\"n\">s</th><th class=\"n\">V peak</th><th class=\"n\">V RMS</th><th>tells apart</th>\
+        "<div class=\"scroll\"><table><thead><tr><th>experiment</th><th class=\"n\">s</th><th class=\"n\">V \
+         peak</th><th class=\"n\">V RMS</th><th>tells apart</th>\
          <th class=\"n\">expected ΔBIC</th></tr></thead><tbody>{rows}</tbody></table></div>\
-         <p class=\"note\">Expected from simulations of both with these encoders, whichever is right; above 10 counts as very strong. To record the first:</p>\
-         <div class=\"snippet\"><button data-copy>copy</button><pre>furuta run --port PORT --rig RIG.toml --task {} --log next.mcap</pre></div>",
+         <p class=\"note\">Expected from simulations of both with these encoders, whichever is right; above 10 counts \
+         as very strong. To record the first:</p>\
+         <div class=\"snippet\"><button data-copy>copy</button><pre>furuta run --port PORT --rig RIG.toml --task {} \
+         --log next.mcap</pre></div>",
         escape(&first.arguments)
     )
 }
@@ -558,7 +596,8 @@ pub(super) fn footer(diagnosis: &Diagnosis) -> String {
         String::new()
     };
     format!(
-        "<footer>furuta {}, diagnosed{took}. SI units, radians; alpha is zero upright. The same numbers are in the JSON of <code>furuta diagnose --json</code>.</footer>\n",
+        "<footer>furuta {}, diagnosed{took}. SI units, radians; alpha is zero upright. The same numbers are in the \
+         JSON of <code>furuta diagnose --json</code>.</footer>\n",
         env!("CARGO_PKG_VERSION")
     )
 }

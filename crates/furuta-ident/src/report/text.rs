@@ -250,7 +250,8 @@ fn plan(d: &Diagnosis, rig: &str, out: &mut Vec<String>) {
             row.expected_evidence
         ));
     }
-    out.push("Expected rise of the wrong one's BIC, whichever is right (simulated with these encoders; above 10 is very strong). The first:".into());
+    out.push("Expected rise of the wrong one's BIC, whichever is right (simulated with these encoders; above 10 is \
+              very strong). The first:".into());
     out.push(format!(
         "  furuta run --port PORT --rig {rig} --task {} --log next.mcap",
         first.arguments

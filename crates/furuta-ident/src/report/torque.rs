@@ -42,11 +42,16 @@ pub(super) fn section(diagnosis: &Diagnosis, curves: &Curves) -> String {
         .map(|(c, axis)| course(c, axis, &curves.torque_in_time))
         .collect();
     format!(
-        "<section><h2>The torque that is missing</h2><p class=\"lead\">What would have to push on arm and pendulum beside the model for it to follow the recordings: \
-         against one state after the other, and over time.</p>{told}<div class=\"card\"><div class=\"legend\"><span class=\"key\"><i class=\"before\"></i>refitted</span>\
-         <span class=\"key\"><i class=\"after\"></i>repaired</span></div>{by_state}<p class=\"note\">mN m, with 95 % intervals; between two points lie equally many samples; \
-         a friction is a step at speed zero, a spring a line over the angle, a dead zone a kink over the command.</p></div><div class=\"card\">{in_time}\
-         <p class=\"note\">mN m over time in the recording that lacks most, with the 95 % band of the refitted model: the most likely smooth course.</p></div></section>\n"
+        "<section><h2>The torque that is missing</h2><p class=\"lead\">What would have to push on arm and pendulum \
+         beside the model for it to follow the recordings: \
+         against one state after the other, and over time.</p>{told}<div class=\"card\"><div class=\"legend\"><span \
+         class=\"key\"><i class=\"before\"></i>refitted</span>\
+         <span class=\"key\"><i class=\"after\"></i>repaired</span></div>{by_state}<p class=\"note\">mN m, with 95 % \
+         intervals; between two points lie equally many samples; \
+         a friction is a step at speed zero, a spring a line over the angle, a dead zone a kink over the \
+         command.</p></div><div class=\"card\">{in_time}\
+         <p class=\"note\">mN m over time in the recording that lacks most, with the 95 % band of the refitted model: \
+         the most likely smooth course.</p></div></section>\n"
     )
 }
 
@@ -132,7 +137,10 @@ fn panels(axis: Channel, all: &[TorqueByState]) -> String {
         };
         let _ = write!(
             svg,
-            r#"<line class="axis" x1="{from:.1}" x2="{to:.1}" y1="{0:.1}" y2="{0:.1}"/><text class="mono small" x="{1:.1}" y="{2:.1}" text-anchor="middle">{3} [{4}]</text><text class="soft small" x="{from:.1}" y="{5:.1}">{6}</text><text class="soft small" x="{to:.1}" y="{5:.1}" text-anchor="end">{7}</text>"#,
+            "<line class=\"axis\" x1=\"{from:.1}\" x2=\"{to:.1}\" y1=\"{0:.1}\" y2=\"{0:.1}\"/><text class=\"mono \
+             small\" x=\"{1:.1}\" y=\"{2:.1}\" text-anchor=\"middle\">{3} [{4}]</text><text class=\"soft small\" \
+             x=\"{from:.1}\" y=\"{5:.1}\">{6}</text><text class=\"soft small\" x=\"{to:.1}\" y=\"{5:.1}\" \
+             text-anchor=\"end\">{7}</text>",
             y.at(0.0),
             0.5 * (from + to),
             TOP + PANEL + 30.0,
@@ -170,7 +178,8 @@ fn panels(axis: Channel, all: &[TorqueByState]) -> String {
                 );
                 let _ = write!(
                     svg,
-                    r#"<rect class="{class}" x="{:.1}" y="{high:.1}" width="1" height="{:.1}"/><circle class="{class}" cx="{at:.1}" cy="{:.1}" r="2.5"/>"#,
+                    "<rect class=\"{class}\" x=\"{:.1}\" y=\"{high:.1}\" width=\"1\" height=\"{:.1}\"/><circle \
+                     class=\"{class}\" cx=\"{at:.1}\" cy=\"{:.1}\" r=\"2.5\"/>",
                     at - 0.5,
                     (low - high).max(0.5),
                     y.at(1e3 * value)
@@ -217,7 +226,8 @@ fn course(c: usize, axis: Channel, runs: &[TorqueInTime]) -> String {
     lower.reverse();
     band.append(&mut lower);
     let mut svg = format!(
-        r#"<text class="strong" x="0" y="14">Torque missing on the {}, {}</text><line class="axis" x1="{LEFT}" x2="{WIDTH}" y1="{zero:.1}" y2="{zero:.1}"/><polygon class="band" points="{}"/>"#,
+        "<text class=\"strong\" x=\"0\" y=\"14\">Torque missing on the {}, {}</text><line class=\"axis\" x1=\"{LEFT}\" \
+         x2=\"{WIDTH}\" y1=\"{zero:.1}\" y2=\"{zero:.1}\"/><polygon class=\"band\" points=\"{}\"/>",
         axis.part(),
         escape(&run.run),
         band.join(" "),

@@ -67,8 +67,8 @@ impl<M: Model> Fit<M> {
     }
 }
 
-/// Up to this mean square of the residuals over the noise's a fit leaves noise alone: the floor is estimated to 3 % (its
-/// square to 6), and models at the truth leave 1.00 to 1.06 (docs/diagnosis.md).
+/// Up to this mean square of the residuals over the noise's a fit leaves noise alone: the floor is estimated to 3 %
+/// (its square to 6), and models at the truth leave 1.00 to 1.06 (docs/diagnosis.md).
 pub(crate) const WHITE: f64 = 1.12;
 /// Of fewer blocks a variance says little.
 const BLOCKS: usize = 8;

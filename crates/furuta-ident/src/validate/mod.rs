@@ -152,7 +152,8 @@ pub fn validate(recordings: &[Recording], rig: &Rig) -> Result<Validation, Insuf
         let steps = steps(&windows, &data, i);
         if !simulated {
             notices.push(format!(
-                "{} comes near upright, where no model can be simulated for long: its fit is that of predictions over {UPRIGHT} s",
+                "{} comes near upright, where no model can be simulated for long: its fit is that of predictions over \
+                 {UPRIGHT} s",
                 run.name
             ));
         }

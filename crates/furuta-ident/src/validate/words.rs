@@ -58,9 +58,11 @@ impl Validation {
             }
             out.push('\n');
         }
-        out += "\nfit: 100 (1 - |y - yhat| / |y - mean y|). Outside: beyond the bound that holds 99 % of the lags of a perfect model; p: Ljung-Box.\n";
+        out += "\nfit: 100 (1 - |y - yhat| / |y - mean y|). Outside: beyond the bound that holds 99 % of the lags of a \
+                perfect model; p: Ljung-Box.\n";
         if self.channels.iter().any(|c| c.whiteness.p_value < UNLIKELY) {
-            out += "Residuals that are not white: the model lacks something, or the encoder is coarse (its rounding repeats itself with the motion): compare RMS and noise.\n";
+            out += "Residuals that are not white: the model lacks something, or the encoder is coarse (its rounding \
+                    repeats itself with the motion): compare RMS and noise.\n";
         }
         for notice in &self.notices {
             out += &format!("note: {notice}\n");

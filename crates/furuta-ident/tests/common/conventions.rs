@@ -1,4 +1,5 @@
-//! Recordings with a broken convention, and the name each mistake must be given. Also included by `tests/tests/shared.rs`.
+//! Recordings with a broken convention, and the name each mistake must be given. Also included by
+//! `tests/tests/shared.rs`.
 
 #![allow(dead_code)] // each test file uses some of it
 
@@ -215,8 +216,8 @@ pub(crate) fn sound_recordings_are_not_accused(cases: &[Case]) {
     }
 }
 
-/// A recording of each of two rigs whose pendulums swing: where their pendulums differ by a quarter or more, it is said. Returns of how many
-/// pairs of neighbours.
+/// A recording of each of two rigs whose pendulums swing: where their pendulums differ by a quarter or more, it is
+/// said. Returns of how many pairs of neighbours.
 pub(crate) fn rigs_are_told_apart(cases: &[Case]) -> usize {
     let frequency = |rig: &Rig| {
         let c = rig.params.coefficients();

@@ -25,7 +25,8 @@ fn too_short_for_the_resolution() {
     let error = spectra(&u, &y, 1000).expect_err("5 s cannot have lines 0.1 Hz apart");
     assert_eq!(
         error.to_string(),
-        "a resolution of 0.1000 Hz needs 10.000 s without a gap, and the longest stretch has 5.000 s: ask for a coarser resolution (at least 0.4000 Hz), or record longer"
+        "a resolution of 0.1000 Hz needs 10.000 s without a gap, and the longest stretch has 5.000 s: ask for a \
+         coarser resolution (at least 0.4000 Hz), or record longer"
     );
     let one = spectra(&u, &y, 500).expect("one segment");
     let error = Frf::of(&one, Estimator::H1).expect_err("no average");
@@ -102,9 +103,8 @@ fn few_averages_and_aliasing_are_said() {
         .expect("a response")
         .1
     };
-    assert!(
-        matches!(measure(&y, 400)[..], [FrequencyNotice::FewAverages { averages, .. }] if (3.5..4.1).contains(&averages))
-    );
+    assert!(matches!(measure(&y, 400)[..],
+            [FrequencyNotice::FewAverages { averages, .. }] if (3.5..4.1).contains(&averages)));
     assert!(measure(&y, 50).is_empty());
     // White up to half the sampling rate: what was above is not known.
     let notices = measure(&white(2, 1000), 50);

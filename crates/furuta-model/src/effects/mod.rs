@@ -108,7 +108,10 @@ macro_rules! catalogue {
             }
             #[inline(always)]
             fn travelled(&self, memory: S, travel: S) -> S {
-                match self { $(Self::$name(e) => e.travelled(memory, travel),)+ Self::Custom(e) => e.travelled(memory, travel) }
+                match self {
+                    $(Self::$name(e) => e.travelled(memory, travel),)+
+                    Self::Custom(e) => e.travelled(memory, travel),
+                }
             }
             #[inline(always)]
             fn jump_after(&self, run: usize, t: S) -> Option<S> {

@@ -1,8 +1,9 @@
 //! Describing functions: what friction and voltage maps without a slope are to a sine of a given amplitude.
 //!
 //! For a speed `A sin(phi)` a friction torque `F` against it is, in its first harmonic, the damping
-//! `2/(pi A) integral_0^pi F(A sin phi) sin(phi) dphi`: `4 F/(pi A)` for dry friction, `8 c A/(3 pi)` for quadratic drag.
-//! For a command `u + A sin(phi)` a voltage map `f` is the gain `1/(pi A) integral_0^2pi f(u + A sin phi) sin(phi) dphi`.
+//! `2/(pi A) integral_0^pi F(A sin phi) sin(phi) dphi`: `4 F/(pi A)` for dry friction, `8 c A/(3 pi)` for quadratic
+//! drag. For a command `u + A sin(phi)` a voltage map `f` is the gain `1/(pi A) integral_0^2pi f(u + A sin phi)
+//! sin(phi) dphi`.
 
 use super::hold::Equilibrium;
 use crate::dynamics::Angle;

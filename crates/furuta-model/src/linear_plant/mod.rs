@@ -38,8 +38,8 @@ pub struct LinearPlant {
     pub at: Equilibrium,
     /// Arm and pendulum alone, rotor and arm one body, without lag and delay: what a state feedback is designed for.
     pub rigid: Linear,
-    /// Names of all states: `theta`, `alpha`, `theta_dot`, `alpha_dot`, then `rotor`, `rotor_dot` (rad, rad/s) where the
-    /// coupling twists, then `volts` (V) where the voltage lags.
+    /// Names of all states: `theta`, `alpha`, `theta_dot`, `alpha_dot`, then `rotor`, `rotor_dot` (rad, rad/s) where
+    /// the coupling twists, then `volts` (V) where the voltage lags.
     pub states: ArrayVec<&'static str, MAX_STATES>,
     /// `A` in its first `states.len()` rows and columns, zero beyond.
     pub a: SMatrix<f64, MAX_STATES, MAX_STATES>,

@@ -66,7 +66,8 @@ fn rk4_converges_with_the_fourth_order() {
 /// The order that is reached with an effect, and why not four where it is less.
 fn expected_order(id: &str) -> f64 {
     match id {
-        // |v| v has a kink in its slope at a reversal, which no event marks: a step over it errs by h³ at each reversal.
+        // |v| v has a kink in its slope at a reversal, which no event marks: a step over it errs by h³ at each
+        // reversal.
         "arm.quadratic" | "pendulum.quadratic" => 2.5,
         _ => 3.6,
     }

@@ -131,12 +131,14 @@ proptest! {
                 centre.theta + radius[0] * s.cos(), centre.alpha + radius[1] * (s + lag).cos(),
                 -radius[0] * s.sin(), -radius[1] * (s + lag).sin(),
             );
-            let at = Instant { clock: Clock::at(0.0), x: &x, angle: Angle::of(x.alpha), coefficients: &c, memory: 0.0, volts: 0.0 };
+            let at = Instant { clock: Clock::at(0.0), x: &x, angle: Angle::of(x.alpha), coefficients: &c, memory: 0.0,
+                volts: 0.0 };
             let torque = e.torque(&at);
             let share = torque[0] * x.theta_dot + torque[1] * x.alpha_dot;
             work += share;
             turnover += share.abs();
         }
-        prop_assert!(work.abs() <= 1e-12 * turnover, "{} {:?}: {work} of {turnover}", spec.id, typical(spec, &params, size));
+        prop_assert!(work.abs() <= 1e-12 * turnover, "{} {:?}: {work} of {turnover}", spec.id,
+            typical(spec, &params, size));
     }
 }

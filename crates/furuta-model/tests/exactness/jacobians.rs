@@ -146,10 +146,13 @@ proptest! {
                     let scale = complex[r].iter().fold(1.0 + rate[r].abs(), |m, v| m.max(v.abs()));
                     for c in 0..5 {
                         let exact = if c < 4 { linear.a[(r, c)] } else { linear.b[r] };
-                        prop_assert!((exact - complex[r][c]).abs() <= 1e-12 * scale, "{} {id} [{r},{c}]: {exact} {}", rig.name, complex[r][c]);
+                        prop_assert!((exact - complex[r][c]).abs() <= 1e-12 * scale,
+                            "{} {id} [{r},{c}]: {exact} {}", rig.name, complex[r][c]);
                         // truncation 1e-10 of the third derivative, rounding 1e-16/1e-5 of the rate
-                        let kink = !smooth || ["arm.coulomb", "arm.stribeck", "pendulum.coulomb", "motor.deadzone", "motor.saturation"].contains(&id);
-                        prop_assert!(kink || (exact - differences[r][c]).abs() <= 1e-6 * scale, "{} {id} [{r},{c}]: {exact} {}", rig.name, differences[r][c]);
+                        let kink = !smooth || ["arm.coulomb", "arm.stribeck", "pendulum.coulomb", "motor.deadzone",
+                            "motor.saturation"].contains(&id);
+                        prop_assert!(kink || (exact - differences[r][c]).abs() <= 1e-6 * scale,
+                            "{} {id} [{r},{c}]: {exact} {}", rig.name, differences[r][c]);
                     }
                 }
             }

@@ -42,13 +42,15 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn an_effect_of_zero_strength_changes_no_bit(start in any_state(), u in -10.0_f64..10.0, h in 1e-4..5e-3_f64, rig in 0..Rig::BUILTIN.len()) {
+    fn an_effect_of_zero_strength_changes_no_bit(start in any_state(), u in -10.0_f64..10.0, h in 1e-4..5e-3_f64,
+        rig in 0..Rig::BUILTIN.len()) {
         let rig = Rig::builtin(Rig::BUILTIN[rig]).expect("built in");
         let without = bits(&rig.nominal_plant(), start, u, h);
         let mut all_off = Vec::new();
         for spec in CATALOGUE {
             let off = ways_to_be_off(spec, &rig.params);
-            prop_assert!(off.len() >= 2, "{}: all zero is off, and so are strengths of {:?}", spec.id, spec.parameters[0].off);
+            prop_assert!(off.len() >= 2, "{}: all zero is off, and so are strengths of {:?}", spec.id,
+                spec.parameters[0].off);
             for e in &off {
                 prop_assert!(e.is_off(), "{e:?}");
                 let with = bits(&Plant::new(&rig.params, &[*e]).expect("one"), start, u, h);

@@ -104,7 +104,8 @@ proptest! {
     /// `dE/dt`, by the chain rule along the plant's own rate, is the power of motor, viscous friction and effect: every
     /// effect, every rig.
     #[test]
-    fn what_the_rig_gains_is_what_is_put_in(x in any_state(), u in -10.0_f64..10.0, t in 0.0..2.0_f64, size in 0.1..3.0_f64) {
+    fn what_the_rig_gains_is_what_is_put_in(x in any_state(), u in -10.0_f64..10.0, t in 0.0..2.0_f64,
+        size in 0.1..3.0_f64) {
         // Axes that slide, rather than are about to stop.
         prop_assume!(x.theta_dot.abs() > 1e-3 && x.alpha_dot.abs() > 1e-3);
         for rig in rigs() {
@@ -113,7 +114,8 @@ proptest! {
                 let plant = Plant::new(&rig.params, &[e]).expect("one");
                 let c = plant.coefficients;
                 let hooks = || {
-                    let at = Instant { clock: Clock::at(t), x: &x, angle: Angle::of(x.alpha), coefficients: &c, memory: 0.0, volts: 0.0 };
+                    let at = Instant { clock: Clock::at(t), x: &x, angle: Angle::of(x.alpha), coefficients: &c,
+                        memory: 0.0, volts: 0.0 };
                     (e.voltage(t, u), by_hooks(&e, &at))
                 };
                 let (volts, extra) = by_formula(&e, &rig.params, &x, t, u).unwrap_or_else(hooks);
@@ -127,22 +129,26 @@ proptest! {
                 // Rounding of torques that nearly cancel: 1e-16 of M q'' q'.
                 let turnover = energy::kinetic(&c, &x) * (rate[2].abs() + rate[3].abs()) + c.weight * x.alpha_dot.abs();
                 let input = motor + hinge + extra;
-                prop_assert!((gain - input).abs() < 1e-11 * (turnover + motor.abs() + extra.abs()), "{} {}: {gain} {input}", rig.name, spec.id);
+                prop_assert!((gain - input).abs() < 1e-11 * (turnover + motor.abs() + extra.abs()),
+                    "{} {}: {gain} {input}", rig.name, spec.id);
             }
         }
     }
 
     /// What rubs never gives, whatever its parameters and wherever the rig is: not by rounding either.
     #[test]
-    fn what_rubs_only_takes(x in prop::array::uniform4(-1e3..1e3_f64), exponents in prop::array::uniform3(-9.0..3.0_f64)) {
+    fn what_rubs_only_takes(x in prop::array::uniform4(-1e3..1e3_f64),
+        exponents in prop::array::uniform3(-9.0..3.0_f64)) {
         let x = State::from(x);
         let params = rigs().next().expect("one").params;
         let c = params.coefficients();
         for id in ["arm.coulomb", "arm.stribeck", "arm.quadratic", "pendulum.coulomb", "pendulum.quadratic"] {
             let spec = effects::spec(id).expect("in the catalogue");
-            let values: Vec<f64> = spec.parameters.iter().zip(exponents).map(|(p, e)| 10_f64.powf(e).clamp(p.min, p.max)).collect();
+            let pairs = spec.parameters.iter().zip(exponents);
+            let values: Vec<f64> = pairs.map(|(p, e)| 10_f64.powf(e).clamp(p.min, p.max)).collect();
             let e = Effect::new(id, &values).expect("within its range");
-            let at = Instant { clock: Clock::at(0.0), x: &x, angle: Angle::of(x.alpha), coefficients: &c, memory: 0.0, volts: 0.0 };
+            let at = Instant { clock: Clock::at(0.0), x: &x, angle: Angle::of(x.alpha), coefficients: &c, memory: 0.0,
+                volts: 0.0 };
             let power = by_hooks(&e, &at);
             prop_assert!(power <= 0.0, "{id} {values:?}: {power} W");
             // and only on the axis that moves
@@ -154,7 +160,8 @@ proptest! {
     /// Dahl's bristles store `½ stiffness z²` and give no more back than they were given: over any way the arm's work
     /// against them is that and what sliding burns.
     #[test]
-    fn bristles_only_take_beyond_what_they_store(torque in 1e-4..1.0_f64, stiffness in 1e-2..1e3_f64, bend in -1.0..1.0_f64, way in -5.0..5.0_f64) {
+    fn bristles_only_take_beyond_what_they_store(torque in 1e-4..1.0_f64, stiffness in 1e-2..1e3_f64,
+        bend in -1.0..1.0_f64, way in -5.0..5.0_f64) {
         let e: Effect<f64> = Effect::new("arm.presliding", &[torque, stiffness]).expect("valid");
         let most = torque / stiffness;
         let (bend, way) = (bend * most, way * most);
@@ -162,7 +169,8 @@ proptest! {
         let n = 200;
         let part = way / f64::from(n);
         let force = |k: i32| stiffness * e.travelled(bend, part * f64::from(k));
-        let work: f64 = (0..n / 2).map(|k| part / 3.0 * (force(2 * k) + 4.0 * force(2 * k + 1) + force(2 * k + 2))).sum();
+        let over_two = |k: i32| part / 3.0 * (force(2 * k) + 4.0 * force(2 * k + 1) + force(2 * k + 2));
+        let work: f64 = (0..n / 2).map(over_two).sum();
         let store = |z: f64| 0.5 * stiffness * z * z;
         let end = e.travelled(bend, way);
         let burnt = work - (store(end) - store(bend));

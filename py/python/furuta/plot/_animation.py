@@ -9,14 +9,20 @@ from typing import Any
 import numpy as np
 
 from furuta._furuta import Rig
-from furuta._axes import AFTER, BEFORE, FAINT, MEASURED, new_figure
+from furuta.plot._axes import new_figure
+from furuta.plot._style import AFTER, BEFORE, FAINT, MEASURED
 
 # Where no rig is known: lengths of arm and pendulum, m.
 LENGTHS = (0.1, 0.15)
 
 
 def animation(
-    run: Any, path: str | os.PathLike[str] | None = None, *, rig: Rig | None = None, fps: float = 25.0, speed: float = 1.0
+    run: Any,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    rig: Rig | None = None,
+    fps: float = 25.0,
+    speed: float = 1.0,
 ) -> Any:
     """Draws arm and pendulum moving, and the angles beside them.
 
@@ -25,7 +31,8 @@ def animation(
     run : Trajectory, Recording, DataFrame or mapping of arrays
         With t, theta, alpha.
     path : path, optional
-        Where to write it: `.gif`, `.html` (a page with a player, no network needed) or `.mp4` (where ffmpeg is installed).
+        Where to write it: `.gif`, `.html` (a page with a player, no network needed) or `.mp4` (where ffmpeg is
+        installed).
     rig : Rig, optional
         For the lengths of arm and pendulum; the run's own if it has one.
     fps : float, optional
@@ -47,8 +54,8 @@ def animation(
     Examples
     --------
     >>> import numpy as np, furuta
-    >>> run = furuta.Trajectory.simulate("qube-servo-2", [0, 2, 0, 0], np.zeros(500), 0.002)
-    >>> moving = furuta.plot.animation(run, "swing.gif")  # doctest: +SKIP
+    >>> run = furuta.Trajectory.simulate("qube-servo-2", [0, 2, 0, 0], np.zeros(200), 0.002)
+    >>> moving = furuta.plot.animation(run, "swing.gif")
     """
     for name, value in [("fps", fps), ("speed", speed)]:
         if not (value > 0 and np.isfinite(value)):
@@ -102,7 +109,10 @@ def animation(
 
 
 def _joints(theta: Any, alpha: Any, arm: float, rod: float) -> tuple[Any, Any]:
-    """Where hinge and tip are, m: the arm turns about the vertical, the pendulum in the plane that the arm is normal to."""
+    """Where hinge and tip are, m.
+
+    The arm turns about the vertical, the pendulum in the plane that the arm is normal to.
+    """
     along = np.stack([np.cos(theta), np.sin(theta), np.zeros_like(theta)], axis=1)
     across = np.stack([-np.sin(theta), np.cos(theta), np.zeros_like(theta)], axis=1)
     up = np.array([0.0, 0.0, 1.0])
@@ -122,8 +132,8 @@ def _frame(scene: Any, arm: float, rod: float) -> None:
 
 def _write(moving: Any, path: pathlib.Path, ending: str | None, fps: float, mpl: Any) -> None:
     if ending == ".html":
-        page = "<!doctype html>\n<meta charset=utf-8>\n<title>rotary inverted pendulum</title>\n" + moving.to_jshtml(fps=fps)
-        path.write_text(page, encoding="utf-8")
+        head = "<!doctype html>\n<meta charset=utf-8>\n<title>rotary inverted pendulum</title>\n"
+        path.write_text(head + moving.to_jshtml(fps=fps), encoding="utf-8")
     elif ending == ".gif":
         moving.save(path, writer=mpl.PillowWriter(fps=fps))
     else:

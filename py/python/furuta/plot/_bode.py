@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from furuta._furuta import Frf, Rig, TransferFit, linearize
-from furuta._axes import AFTER, BEFORE, FLOOR, MEASURED, axes
+from furuta.plot._axes import axes
+from furuta.plot._response import curve, grid, label
+from furuta.plot._style import AFTER, BEFORE, FLOOR, MEASURED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def bode(*systems: Any, frequency: ArrayLike | None = None, output: str = "alpha", ax: Any = None, **named: Any) -> Figure:
+def bode(
+    *systems: Any, frequency: ArrayLike | None = None, output: str = "alpha", ax: Any = None, **named: Any
+) -> Figure:
     """Draws magnitude and phase over frequency.
 
     Parameters
@@ -49,23 +54,16 @@ def bode(*systems: Any, frequency: ArrayLike | None = None, output: str = "alpha
         frequency = measured[0].frequency if measured else np.geomspace(0.1, 30.0, 300)
     f = np.asarray(frequency, dtype=float)
     figure, drawn = axes(ax, 2, (9, 6), "furuta.plot.bode", at_least=1)
-    colours = [MEASURED, AFTER, BEFORE, FLOOR]
     first = None
-    for (name, system), colour in zip(shown, colours * (1 + len(shown) // len(colours))):
-        at, response = (system.frequency, system.response) if isinstance(system, Frf) else (f, _response(system, f, output))
-        drawn[0].semilogx(at, 20 * np.log10(np.abs(response)), color=colour, lw=1.3, label=name)
-        if len(drawn) > 1:
-            phase = np.degrees(np.unwrap(np.angle(response)))
-            # Whole turns are added so that the curves lie together.
-            first = phase[len(phase) // 2] if first is None else first
-            phase += 360 * np.round((first - phase[len(phase) // 2]) / 360)
-            drawn[1].semilogx(at, phase, color=colour, lw=1.3)
-    drawn[0].set_ylabel("magnitude [dB]")
-    if len(drawn) > 1:
-        drawn[1].set_ylabel("phase [deg]")
-    drawn[-1].set_xlabel("frequency [Hz]")
-    for one in drawn:
-        one.grid(True, which="both", color="#e4e4e4", lw=0.6)
+    for (name, system), colour in zip(shown, cycle((MEASURED, AFTER, BEFORE, FLOOR))):
+        if isinstance(system, Frf):
+            at, response = system.frequency, system.response
+        else:
+            at, response = f, _response(system, f, output)
+        middle = curve(drawn, at, response, first, label=name, color=colour, lw=1.3)
+        first = middle if first is None else first
+    label(drawn)
+    grid(drawn)
     if len(shown) > 1:
         drawn[0].legend(frameon=False, fontsize=9)
     return figure
@@ -91,4 +89,5 @@ def _response(system: Any, f: Any, output: str) -> Any:
         return np.array([np.linalg.solve(2j * np.pi * at * np.eye(4) - a, b)[row, 0] for at in f])
     if callable(getattr(system, "frequency_response", None)):
         return Frf.from_control(system, f).response
-    raise TypeError(f"bode draws an Frf, a TransferFit, a Rig or a python-control system; a {type(system).__name__} was given")
+    given = type(system).__name__
+    raise TypeError(f"bode draws an Frf, a TransferFit, a Rig or a python-control system; a {given} was given")

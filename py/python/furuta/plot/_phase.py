@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from furuta._axes import AFTER, BEFORE, FAINT, MEASURED, axes
+from furuta.plot._axes import axes
+from furuta.plot._style import AFTER, BEFORE, FAINT, MEASURED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,8 +41,7 @@ def phase_portrait(*runs: Any, of: str = "alpha", ax: Any = None) -> Figure:
     if not runs:
         raise TypeError("phase_portrait needs something to draw: a Trajectory, a Recording or columns")
     figure, (one,) = axes(ax, 1, (6, 5), "furuta.plot.phase_portrait")
-    colours = [AFTER, BEFORE, MEASURED, FAINT]
-    for run, colour in zip(runs, colours * (1 + len(runs) // len(colours))):
+    for run, colour in zip(runs, cycle((AFTER, BEFORE, MEASURED, FAINT))):
         angle = np.asarray(run[of], dtype=float)
         try:
             speed = np.asarray(run[f"{of}_dot"], dtype=float)

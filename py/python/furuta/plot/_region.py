@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from furuta import _furuta
-from furuta._axes import AFTER, axes
+from furuta._furuta import region_of_attraction as computed
+from furuta.plot._axes import axes
+from furuta.plot._style import AFTER
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,7 +41,7 @@ def region_of_attraction(*region: Any, ax: Any = None, **keywords: Any) -> Figur
     if len(region) == 1 and isinstance(region[0], tuple):
         region = region[0]
     if len(region) == 2:
-        region = _furuta.region_of_attraction(*region, **keywords)
+        region = computed(*region, **keywords)
     elif keywords:
         raise TypeError(f"{', '.join(keywords)}: only with a rig and a controller")
     if len(region) != 3:

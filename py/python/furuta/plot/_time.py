@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from furuta._axes import AFTER, BEFORE, FAINT, MEASURED, axes
+from furuta.plot._axes import axes
+from furuta.plot._style import AFTER, ANGLES, BEFORE, FAINT, MEASURED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-ROWS = [("theta", "arm, theta [rad]"), ("alpha", "pendulum, alpha [rad]"), ("u", "command, u [V]")]
+ROWS = [("theta", ANGLES[0]), ("alpha", ANGLES[1]), ("u", "command, u [V]")]
 
 
 def trajectory(*runs: Any, ax: Any = None) -> Figure:
@@ -39,8 +41,7 @@ def trajectory(*runs: Any, ax: Any = None) -> Figure:
         raise TypeError("trajectory needs something to draw: a Trajectory, a Recording or columns")
     figure, drawn = axes(ax, 3, (9, 7), "furuta.plot.trajectory", at_least=1)
     rows = ROWS[1:2] if len(drawn) == 1 else ROWS[: len(drawn)]
-    colours = [MEASURED, AFTER, BEFORE, FAINT]
-    for run, colour in zip(runs, colours * (1 + len(runs) // len(colours))):
+    for run, colour in zip(runs, cycle((MEASURED, AFTER, BEFORE, FAINT))):
         name = getattr(run, "name", None)
         label = name if isinstance(name, str) else None
         for one, (column, _) in zip(drawn, rows):

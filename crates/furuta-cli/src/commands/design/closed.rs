@@ -184,7 +184,8 @@ impl Judged {
         let (rate, rehearsal) = &self.rehearsal;
         let rehearsal = match rehearsal {
             Ok(r) => json!({
-                "rate": rate, "fell": r.fell, "fault": r.fault.map(|f| f.to_string()), "arm": r.swept[0], "pendulum": r.swept[1],
+                "rate": rate, "fell": r.fell, "fault": r.fault.map(|f| f.to_string()), "arm": r.swept[0],
+                "pendulum": r.swept[1],
                 "at_limit": r.at_limit,
             }),
             Err(why) => json!({"rate": rate, "error": why}),
@@ -194,7 +195,8 @@ impl Judged {
                 "loop",
                 json!({
                     "equilibrium": {"theta": at.x.theta, "alpha": at.x.alpha, "motor": at.volts, "command": at.command},
-                    "states": self.closed.states(), "delay": self.closed.delay(), "remarks": remarks, "growth": self.closed.growth(),
+                    "states": self.closed.states(), "delay": self.closed.delay(), "remarks": remarks,
+                    "growth": self.closed.growth(),
                 }),
             ),
             ("margins", margins_json(&self.margins)),

@@ -71,7 +71,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut out = streams::output();
     if args.common.json {
         let mut line = json!({
-            "rig": rig.name, "rate": args.common.rate, "q": weights.q.diagonal().as_slice(), "r": weights.r[0], "k": k.as_slice(),
+            "rig": rig.name, "rate": args.common.rate, "q": weights.q.diagonal().as_slice(), "r": weights.r[0],
+            "k": k.as_slice(),
             "poles": print::poles_json(&judged.poles),
         });
         judged.extend(&mut line);

@@ -93,7 +93,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut out = streams::output();
     if args.common.json {
         let mut line = json!({
-            "rig": rig.name, "rate": args.common.rate, "wanted": print::poles_json(&wanted), "k": k.as_slice(), "poles": print::poles_json(&judged.poles),
+            "rig": rig.name, "rate": args.common.rate, "wanted": print::poles_json(&wanted), "k": k.as_slice(),
+            "poles": print::poles_json(&judged.poles),
         });
         judged.extend(&mut line);
         return Ok(writeln!(out, "{line}")?);

@@ -83,10 +83,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut out = streams::output();
     if args.json {
         let mut line = json!({
-            "rig": rig.name, "spread": args.spread, "parameters": keys, "q": weights.q.diagonal().as_slice(), "r": weights.r[0],
-            "k": k.as_slice(), "k_nominal": nominal.as_slice(), "guaranteed_cost": found.regulator.guaranteed, "gap": found.regulator.gap,
-            "corners": corners, "vertices": found.polytope.control_points.len(), "slowest_pole": {"nominal": slowest[0], "robust": slowest[1]},
-            "rate": args.rate, "largest_sampled_pole": {"nominal": sampled[0], "robust": sampled[1]}, "poles": poles_json(&judged),
+            "rig": rig.name, "spread": args.spread, "parameters": keys, "q": weights.q.diagonal().as_slice(),
+            "r": weights.r[0],
+            "k": k.as_slice(), "k_nominal": nominal.as_slice(), "guaranteed_cost": found.regulator.guaranteed,
+            "gap": found.regulator.gap,
+            "corners": corners, "vertices": found.polytope.control_points.len(),
+            "slowest_pole": {"nominal": slowest[0], "robust": slowest[1]},
+            "rate": args.rate, "largest_sampled_pole": {"nominal": sampled[0], "robust": sampled[1]},
+            "poles": poles_json(&judged),
         });
         judged.extend(&mut line);
         return Ok(writeln!(out, "{line}")?);

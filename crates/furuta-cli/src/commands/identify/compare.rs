@@ -24,7 +24,8 @@ use crate::streams::{self, note};
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Recordings to measure the response from, in place of a transfer function.
-    #[arg(value_name = "DATA", conflicts_with_all = ["published", "numerator", "denominator"], required_unless_present_any = ["published", "numerator"])]
+    #[arg(value_name = "DATA", conflicts_with_all = ["published", "numerator", "denominator"],
+        required_unless_present_any = ["published", "numerator"])]
     data: Vec<PathBuf>,
     /// Built-in rig or rig file.
     #[arg(long, value_name = "RIG")]
@@ -33,7 +34,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "PAPER", conflicts_with = "numerator", value_parser = ["fong2014"])]
     published: Option<String>,
     /// CoefficientList of the measured numerator by falling power of s.
-    #[arg(long, value_name = "B,...", value_parser = coefficients, allow_hyphen_values = true, requires = "denominator")]
+    #[arg(long, value_name = "B,...", value_parser = coefficients, allow_hyphen_values = true,
+        requires = "denominator")]
     numerator: Option<CoefficientList>,
     /// The same of the denominator.
     #[arg(long, value_name = "A,...", value_parser = coefficients, allow_hyphen_values = true, requires = "numerator")]
@@ -154,7 +156,8 @@ fn as_json(e: &Explanation) -> Value {
     let values: Vec<Value> = e
         .values
         .iter()
-        .map(|v| json!({"effect": v.effect, "parameter": v.parameter, "value": v.value, "std": finite(v.std), "unit": v.unit}))
+        .map(|v| json!({"effect": v.effect, "parameter": v.parameter, "value": v.value, "std": finite(v.std),
+            "unit": v.unit}))
         .collect();
     let refitted: serde_json::Map<String, Value> = e
         .refitted
@@ -167,7 +170,8 @@ fn as_json(e: &Explanation) -> Value {
         })
         .collect();
     json!({
-        "effects": e.effects, "values": values, "refitted": refitted, "relative_error": e.relative_error, "parameters": e.parameters,
+        "effects": e.effects, "values": values, "refitted": refitted, "relative_error": e.relative_error,
+        "parameters": e.parameters,
         "bic": e.bic, "evidence": e.evidence, "same_as": e.same_as,
     })
 }

@@ -206,7 +206,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let line = json!({
             "what": what, "method": frf.method, "averages": frf.averages, "resolution": frf.resolution(),
             "sample_period": frf.sample_period, "notices": notices, "frequency": frf.frequency,
-            "real": frf.response.iter().map(|h| h.re).collect::<Vec<_>>(), "imaginary": frf.response.iter().map(|h| h.im).collect::<Vec<_>>(),
+            "real": frf.response.iter().map(|h| h.re).collect::<Vec<_>>(),
+            "imaginary": frf.response.iter().map(|h| h.im).collect::<Vec<_>>(),
             "coherence": frf.coherence, "std": frf.std,
         });
         return Ok(writeln!(out, "{line}")?);

@@ -139,7 +139,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         line["notices"] = json!(notices);
         line["tried"] = tried
             .iter()
-            .map(|f| json!({"orders": f.transfer.orders(), "aic": f.aic, "bic": f.bic, "chi2": f.chi2, "stable": f.is_stable()}))
+            .map(|f| {
+                json!({"orders": f.transfer.orders(), "aic": f.aic, "bic": f.bic, "chi2": f.chi2,
+                    "stable": f.is_stable()})
+            })
             .collect();
         return Ok(writeln!(out, "{line}")?);
     }

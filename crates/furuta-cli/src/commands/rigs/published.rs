@@ -41,7 +41,8 @@ pub(super) fn json(rig: &Rig) -> Value {
         .map(|f| {
             let (ours, difference) = compare(f, rig).unzip();
             json!({
-                "where": f.place, "what": f.what, "printed": f.printed, "ours": ours, "relative_difference": difference, "remark": f.remark,
+                "where": f.place, "what": f.what, "printed": f.printed, "ours": ours, "relative_difference": difference,
+                "remark": f.remark,
             })
         })
         .collect();

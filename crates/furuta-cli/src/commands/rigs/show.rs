@@ -93,7 +93,8 @@ pub(super) fn json(rig: &Rig) -> Result<Value, Failure> {
         .collect();
     Ok(json!({
         "name": rig.name, "source": rig.source, "parameters": parameters,
-        "sensors": {"arm_counts_per_rev": rig.sensors.arm_counts_per_rev, "pendulum_counts_per_rev": rig.sensors.pendulum_counts_per_rev},
+        "sensors": {"arm_counts_per_rev": rig.sensors.arm_counts_per_rev,
+            "pendulum_counts_per_rev": rig.sensors.pendulum_counts_per_rev},
         "limits": limits(rig).iter().map(|(name, value, _)| ((*name).to_owned(), json!(value))).collect::<Map<_, _>>(),
         "effects": effects, "linearisation": linearisation, "published": published::json(rig),
     }))

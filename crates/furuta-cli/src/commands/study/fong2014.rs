@@ -30,7 +30,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "EFFECT")]
     hide: Vec<String>,
     /// RMS of the noise, units of command.
-    #[arg(long, value_name = "VOLTS", default_value_t = Experiment::default().rms, value_parser = crate::commands::emulate::positive)]
+    #[arg(long, value_name = "VOLTS", default_value_t = Experiment::default().rms,
+        value_parser = crate::commands::emulate::positive)]
     rms: f64,
     /// Length of the recording, s.
     #[arg(long, value_name = "SECONDS", default_value_t = 180.0, value_parser = seconds)]
@@ -165,7 +166,10 @@ fn as_json(rig: &Rig, outcome: &Outcome) -> Value {
     let bands = |bands: &[Band]| -> Value {
         bands
             .iter()
-            .map(|b| json!({"low": b.low, "high": b.high, "lines": b.lines, "relative": b.relative, "magnitude_db": b.magnitude_db, "phase_deg": b.phase_deg}))
+            .map(|b| {
+                json!({"low": b.low, "high": b.high, "lines": b.lines, "relative": b.relative,
+                    "magnitude_db": b.magnitude_db, "phase_deg": b.phase_deg})
+            })
             .collect()
     };
     let fits = outcome.paper_orders.iter().chain([&outcome.chosen]);

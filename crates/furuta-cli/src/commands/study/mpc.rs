@@ -77,7 +77,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         let runs: Vec<_> = study.runs.iter().map(line).collect();
         let line = json!({
-            "rig": rig.name, "step": args.step, "rate": args.rate, "q": study.weights.0, "r": study.weights.1, "pendulum_limit": study.pendulum,
+            "rig": rig.name, "step": args.step, "rate": args.rate, "q": study.weights.0, "r": study.weights.1,
+            "pendulum_limit": study.pendulum,
             "command_limit": study.command, "iterations": args.iterations, "runs": runs,
         });
         return Ok(writeln!(out, "{line}")?);
@@ -89,7 +90,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 fn line(run: &Run) -> serde_json::Value {
     let f = &run.figures;
     json!({
-        "controller": run.contender.name(), "settle": f.settle, "overshoot": f.overshoot, "alpha_max": f.alpha, "u_max": f.command,
+        "controller": run.contender.name(), "settle": f.settle, "overshoot": f.overshoot, "alpha_max": f.alpha,
+        "u_max": f.command,
         "violations": f.violations, "saturated": f.saturated, "effort": f.effort, "cost": f.cost, "up": f.up,
         "update_us": 1e6 * f.time.as_secs_f64(),
     })

@@ -166,23 +166,29 @@ fn limits(e: &Experiment) -> Result<(f64, Option<f64>), Failure> {
 
 fn json(args: &Args, e: &Experiment, rows: &[Row]) -> Result<Value, Failure> {
     let (residual, largest) = limits(e)?;
-    let outcome = |o: &Outcome| json!({"up": o.up, "bound": finite(o.bound), "rms": finite(o.rms), "theta_max": o.theta, "u_max": o.command, "chatter": o.chatter});
+    let outcome = |o: &Outcome| {
+        json!({"up": o.up, "bound": finite(o.bound), "rms": finite(o.rms), "theta_max": o.theta,
+            "u_max": o.command, "chatter": o.chatter})
+    };
     let rows: Vec<_> = rows
         .iter()
         .map(|row| {
             let [nominal, above, below] = &row.runs;
             let drawn = row.draws.as_ref().map(|d| {
                 let s = d.summary();
-                json!({"up": s.up, "median_bound": finite(s.median), "worst_bound": s.worst, "median_rms": finite(s.rms), "median_chatter": s.chatter})
+                json!({"up": s.up, "median_bound": finite(s.median), "worst_bound": s.worst,
+                    "median_rms": finite(s.rms), "median_chatter": s.chatter})
             });
             json!({
-                "controller": row.contender.name(), "nominal": outcome(&nominal.0), "above": outcome(&above.0), "below": outcome(&below.0),
+                "controller": row.contender.name(), "nominal": outcome(&nominal.0), "above": outcome(&above.0),
+                "below": outcome(&below.0),
                 "draws": drawn,
             })
         })
         .collect();
     Ok(json!({
-        "rig": e.rig.name, "planar": e.planar, "lambda": e.lambda, "amplitude": e.amplitude, "start": e.start, "order": e.order,
+        "rig": e.rig.name, "planar": e.planar, "lambda": e.lambda, "amplitude": e.amplitude, "start": e.start,
+        "order": e.order,
         "rate": e.rate, "spread": args.spread, "draws": args.draws, "seed": args.seed, "off": e.off,
         "series_residual": residual, "largest_amplitude": largest, "controllers": rows,
     }))

@@ -48,8 +48,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut out = streams::output();
     if args.json {
         let line = json!({
-            "rig": rig.name, "set": args.set, "arm_range": args.arm, "nearest": {"value": r.nearest, "unit": "rad"}, "at": {"value": r.at, "unit": "s"},
-            "work": {"value": r.work, "unit": "J"}, "friction": {"value": r.friction, "unit": "J"}, "needed": {"value": r.needed, "unit": "J"},
+            "rig": rig.name, "set": args.set, "arm_range": args.arm, "nearest": {"value": r.nearest, "unit": "rad"},
+            "at": {"value": r.at, "unit": "s"},
+            "work": {"value": r.work, "unit": "J"}, "friction": {"value": r.friction, "unit": "J"},
+            "needed": {"value": r.needed, "unit": "J"},
             "arm": {"value": r.arm, "unit": "rad"},
         });
         writeln!(out, "{line}")?;

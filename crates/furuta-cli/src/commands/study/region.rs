@@ -206,7 +206,8 @@ fn print_json(args: &Args, rig: &Rig, possible: Option<f64>, rows: &[Row]) -> Re
         .collect();
     let line = json!({
         "rig": rig.name, "set": args.set, "rate": args.rate,
-        "grid": {"points": args.points, "alpha": {"value": args.alpha, "unit": "rad"}, "speed_over_frequency": args.speed},
+        "grid": {"points": args.points, "alpha": {"value": args.alpha, "unit": "rad"},
+            "speed_over_frequency": args.speed},
         "linear_share": possible, "controllers": controllers,
     });
     writeln!(streams::output(), "{line}")?;

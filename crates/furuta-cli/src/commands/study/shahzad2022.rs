@@ -94,8 +94,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             .iter()
             .map(|(task, on, f)| {
                 json!({
-                    "task": name(*task), "on": on.name(), "settle": f.settle, "overshoot": f.overshoot, "undershoot": f.undershoot,
-                    "alpha_max": f.alpha, "theta_error_max": f.theta, "u_max": f.command, "effort": f.effort, "up": f.up,
+                    "task": name(*task), "on": on.name(), "settle": f.settle, "overshoot": f.overshoot,
+                    "undershoot": f.undershoot,
+                    "alpha_max": f.alpha, "theta_error_max": f.theta, "u_max": f.command, "effort": f.effort,
+                    "up": f.up,
                 })
             })
             .collect();

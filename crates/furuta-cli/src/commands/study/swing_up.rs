@@ -176,16 +176,21 @@ fn print_text(rig: &Rig, o: &Outcome, limit: Option<&Reach>) -> Result<(), Failu
 }
 
 fn print_json(args: &Args, name: &str, o: &Outcome, limit: Option<&Reach>) -> Result<(), Failure> {
-    let times = |t: [f64; 3]| json!({"median": finite(t[0]), "p95": finite(t[1]), "longest": finite(t[2]), "unit": "s"});
+    let times = |t: [f64; 3]| {
+        json!({"median": finite(t[0]), "p95": finite(t[1]), "longest": finite(t[2]),
+            "unit": "s"})
+    };
     let limit = limit.map(|r| {
         json!({
-            "nearest": r.nearest, "nearest_unit": "rad", "work": r.work, "friction": r.friction, "needed": r.needed, "energy_unit": "J",
+            "nearest": r.nearest, "nearest_unit": "rad", "work": r.work, "friction": r.friction, "needed": r.needed,
+            "energy_unit": "J",
         })
     });
     let line = json!({
         "rig": name, "set": args.set, "draws": o.attempts, "seed": args.seed, "spread": args.spread, "rate": args.rate,
         "up": o.up, "time": times(o.time), "pushed": o.up, "up_again": o.up_again, "time_again": times(o.time_again),
-        "dropped_per_draw": o.dropped, "jump_of_range": {"median": o.jump[0], "largest": o.jump[1]}, "arm": {"largest": o.arm, "unit": "rad"}, "faults": o.faults, "limit": limit,
+        "dropped_per_draw": o.dropped, "jump_of_range": {"median": o.jump[0], "largest": o.jump[1]},
+        "arm": {"largest": o.arm, "unit": "rad"}, "faults": o.faults, "limit": limit,
     });
     writeln!(streams::output(), "{line}")?;
     Ok(())

@@ -80,7 +80,8 @@ impl MissingTorque {
     /// };
     /// assert_eq!(
     ///     friction.sentence(),
-    ///     "On the arm a torque against the sign of the arm's speed is missing (-0.0041 N m): it would explain 93 % of the gap."
+    ///     "On the arm a torque against the sign of the arm's speed is missing (-0.0041 N m): it would \
+    ///      explain 93 % of the gap."
     /// );
     /// ```
     #[must_use]

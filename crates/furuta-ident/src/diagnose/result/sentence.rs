@@ -23,7 +23,8 @@ impl Diagnosis {
                 self.gain()
             ),
             Verdict::Unexplained if self.effects.is_empty() => {
-                "Something is missing that no effect of the catalogue explains: nothing is named rather than the nearest guess.".into()
+                "Something is missing that no effect of the catalogue explains: nothing is named rather than the \
+                 nearest guess.".into()
             }
             Verdict::Unexplained => format!(
                 "With {} added, {}, but something remains that no effect of the catalogue explains.",

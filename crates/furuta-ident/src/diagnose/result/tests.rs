@@ -95,7 +95,8 @@ fn sentence_names_the_effect_and_the_larger_change() {
     let sentence = spring().sentence();
     assert_eq!(
         sentence,
-        "Missing from the model: spring on the arm; with it added, the prediction error of the arm falls from 0.46 to 0.060 rad."
+        "Missing from the model: spring on the arm; with it added, the prediction error of the arm falls from 0.46 to \
+         0.060 rad."
     );
 }
 

@@ -8,7 +8,8 @@ use nalgebra::Complex;
 pub enum FitError {
     /// Orders that cannot be.
     #[error(
-        "a numerator of order {zeros} over a denominator of order {poles}: the denominator's order is 1 to 12, the numerator's at most {most}"
+        "a numerator of order {zeros} over a denominator of order {poles}: the denominator's order is 1 to 12, the \
+         numerator's at most {most}"
     )]
     Orders {
         /// Order of the numerator.
@@ -20,7 +21,8 @@ pub enum FitError {
     },
     /// Not enough lines.
     #[error(
-        "{parameters} coefficients need at least {needed} lines, the response has {lines}: widen the band, ask for a finer resolution, or fit lower orders"
+        "{parameters} coefficients need at least {needed} lines, the response has {lines}: widen the band, ask for a \
+         finer resolution, or fit lower orders"
     )]
     TooFewLines {
         /// Parameters.
@@ -32,7 +34,8 @@ pub enum FitError {
     },
     /// A response that is no number or 0 somewhere.
     #[error(
-        "the response at {frequency} Hz is {value}, its deviation {std}: both must be finite, the response not 0; cut the band"
+        "the response at {frequency} Hz is {value}, its deviation {std}: both must be finite, the response not 0; cut \
+         the band"
     )]
     Unusable {
         /// Where, Hz.

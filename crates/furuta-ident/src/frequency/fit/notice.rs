@@ -42,17 +42,21 @@ impl std::fmt::Display for FitNotice {
         match self {
             Self::Unstable { pole } => write!(
                 f,
-                "the fit is unstable: a pole at {:.4} {:+.4}i rad/s (± {:.2}) in the right half plane; a hanging pendulum is stable: fit lower orders or a narrower band, or, if the rig stood upright, take the response by the joint method",
+                "the fit is unstable: a pole at {:.4} {:+.4}i rad/s (± {:.2}) in the right half plane; a hanging \
+                 pendulum is stable: fit lower orders or a narrower band, or, if the rig stood upright, take the \
+                 response by the joint method",
                 pole.value.re, pole.value.im, pole.std.re
             ),
             Self::Cancels { pole, zero } => write!(
                 f,
-                "the pole {:.4} {:+.4}i and the zero {:.4} {:+.4}i cancel within their deviations: lower orders say the same",
+                "the pole {:.4} {:+.4}i and the zero {:.4} {:+.4}i cancel within their deviations: lower orders say \
+                 the same",
                 pole.re, pole.im, zero.re, zero.im
             ),
             Self::MoreThanNoise { chi2 } => write!(
                 f,
-                "the fit leaves {chi2:.1} times the variance of the noise: higher orders, or something that no linear model has (friction, large swings); standard deviations are enlarged by {:.1}",
+                "the fit leaves {chi2:.1} times the variance of the noise: higher orders, or something that no linear \
+                 model has (friction, large swings); standard deviations are enlarged by {:.1}",
                 chi2.sqrt()
             ),
             Self::Undetermined { parameters, rank } => write!(

@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-# As in the reports.
-MEASURED, BEFORE, AFTER, FLOOR, FAINT = "#23282e", "#d9730d", "#1f6fd6", "#2f9e6e", "#8d959e"
-
 
 def new_figure(size: tuple[float, float], what: str = "this") -> Any:
     """An empty figure of `size` inches."""
@@ -20,9 +17,18 @@ def new_figure(size: tuple[float, float], what: str = "this") -> Any:
 
 
 def axes(
-    ax: Any, rows: int, size: tuple[float, float], what: str, *, at_least: int | None = None, heights: Sequence[float] | None = None
+    ax: Any,
+    rows: int,
+    size: tuple[float, float],
+    what: str,
+    *,
+    at_least: int | None = None,
+    heights: Sequence[float] | None = None,
 ) -> tuple[Any, list[Any]]:
-    """A figure and its axes, one below the other with a common x axis; or those that were given, `at_least` to `rows` of them."""
+    """A figure and its axes, one below the other with a common x axis.
+
+    Or those that were given: `at_least` to `rows` of them.
+    """
     if ax is None:
         figure = new_figure(size, what)
         made = figure.subplots(rows, 1, sharex=rows > 1, squeeze=False, height_ratios=heights)[:, 0]
