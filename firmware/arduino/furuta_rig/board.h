@@ -20,7 +20,7 @@
 #define ENCODER_MASK PCMSK1
 #define ENCODER_BIT PCIE1
 #define ENCODER_vect PCINT1_vect
-constexpr uint8_t ENABLE = 0, PWM_A = 1, PWM_B = 2, LED = 5;  // of port B: D8, D9, D10, D13
+constexpr uint8_t PWM_A = 1, PWM_B = 2, ENABLE = 4, LED = 5;  // of port B: D9, D10, D12, D13
 #define FORWARD_PORT PORTB
 #define FORWARD_DDR DDRB
 constexpr uint8_t FORWARD = 3;  // D11
@@ -32,7 +32,7 @@ constexpr uint8_t FORWARD = 3;  // D11
 #define ENCODER_MASK PCMSK0
 #define ENCODER_BIT PCIE0
 #define ENCODER_vect PCINT0_vect
-constexpr uint8_t ENABLE = 4, PWM_A = 5, PWM_B = 6, LED = 7;  // of port B: D10, D11, D12, D13
+constexpr uint8_t PWM_A = 5, PWM_B = 6, ENABLE = 4, LED = 7;  // of port B: D11, D12, D10, D13
 #define FORWARD_PORT PORTG
 #define FORWARD_DDR DDRG
 constexpr uint8_t FORWARD = 5;  // D4

@@ -11,7 +11,7 @@
 
 /* Addresses in data space and vectors, from the data sheets. */
 enum { DDRB = 0x24, PORTB = 0x25, TCCR1A = 0x80, TCCR1B = 0x81, ICR1 = 0x86, OCR1A = 0x88, OCR1B = 0x8a };
-enum { MCUSR = 0x54, UCSR0A = 0xc0, UBRR0 = 0xc4 };
+enum { MCUSR = 0x54, UCSR0A = 0xc0, UCSR0B = 0xc1, UBRR0 = 0xc4 };
 
 typedef struct {
     const char *name;
@@ -21,7 +21,7 @@ typedef struct {
 } chip_pins;
 
 static const chip_pins CHIPS[] = {
-    {"atmega328p", {4, 7, 18, 19}, {1, 2}, 0, 2, 'C'},
+    {"atmega328p", {4, 7, 18, 19}, {1, 2}, 4, 2, 'C'},
     {"atmega2560", {9, 13, 25, 26}, {5, 6}, 4, 6, 'B'},
 };
 static const chip_pins *chip;
@@ -29,7 +29,7 @@ static board *the_board; /* for callbacks whose parameter is another */
 
 static uint16_t word(const board *b, int at) { return b->avr->data[at] | b->avr->data[at + 1] << 8; }
 
-uint64_t board_cycle(const board *b) { return b->base + b->avr->cycle; }
+uint64_t board_cycle(const board *b) { return b->avr->cycle; }
 
 unsigned board_byte_cycles(const board *b) {
     unsigned per_bit = b->avr->data[UCSR0A] & 2 ? 8 : 16;
@@ -68,11 +68,12 @@ static void on_running(avr_irq_t *irq, uint32_t value, void *param) {
     uint64_t now = the_board->avr->cycle;
     if (value) {
         t->since = now;
+        if (t == &the_board->runs[RECEIVED] && the_board->in_chip) the_board->in_chip--;
     } else if (t->since) {
         uint32_t took = (uint32_t)(now - t->since);
         t->busy += took;
         if (took > t->longest) t->longest = took;
-        if (took > t->longest / 4) t->last = the_board->base + t->since; /* timer 2 comes between ticks, too */
+        if (took > t->longest / 4) t->last = t->since; /* timer 2 comes between ticks, too */
         t->since = 0;
     }
 }
@@ -121,27 +122,30 @@ static void after_reset(board *b) {
     if (b->is_hung) memcpy(b->avr->flash + b->hung_at, b->hung_code, 2);
     b->is_hung = false;
     b->first = b->end = 0;
-    b->next_byte = 0;
+    b->next_byte = b->in_chip = 0;
     for (int i = 0; i < INTERRUPTS; i++) b->waits[i].since = b->runs[i].since = 0;
     for (int axis = 0; axis < 2; axis++) show_encoder(b, axis);
+}
+
+/* The next byte from the host, when it has passed the wire. simavr begins with a byte when the one before is taken, so
+ * bytes wait here and not in its own buffer. */
+static void receive(board *b) {
+    if (b->first == b->end || board_cycle(b) < b->next_byte || b->in_chip == 2) return;
+    uint8_t byte = b->to_board[b->first++ % sizeof b->to_board];
+    b->next_byte = board_cycle(b) + board_byte_cycles(b);
+    if (!(b->avr->data[UCSR0B] & 0x10)) return; /* the receiver is off: nothing is there to hear it */
+    b->in_chip++;
+    avr_raise_irq(avr_io_getirq(b->avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT), byte);
 }
 
 void board_run(board *b, uint64_t until) {
     avr_t *avr = b->avr;
     while (board_cycle(b) < until) {
-        if (b->first != b->end && board_cycle(b) >= b->next_byte) {
-            avr_irq_t *in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT);
-            avr_raise_irq(in, b->to_board[b->first++ % sizeof b->to_board]);
-            b->next_byte = board_cycle(b) + board_byte_cycles(b);
-        }
-        uint64_t before = avr->cycle;
+        receive(b);
         int state = avr_run(avr);
-        if (avr->cycle < before) {
-            /* simavr resets on the watchdog by itself and counts cycles anew. */
-            b->base += before;
-            bool by_watchdog = avr->data[MCUSR] & 8;
+        if (avr->pc == 0) { /* simavr resets on the watchdog by itself */
             after_reset(b);
-            if (b->on_reset) b->on_reset(by_watchdog);
+            if (b->on_reset) b->on_reset(avr->data[MCUSR] & 8);
         }
         if (state == cpu_Crashed || state == cpu_Done) {
             fprintf(stderr, "bench: the program crashed at %#x\n", (unsigned)avr->pc);
@@ -185,9 +189,7 @@ void board_turn(board *b, int axis, int32_t counts) {
 }
 
 void board_reset(board *b) {
-    b->base = board_cycle(b);
     avr_reset(b->avr);
-    b->avr->cycle = 0;
     after_reset(b);
     if (b->on_reset) b->on_reset(false);
 }

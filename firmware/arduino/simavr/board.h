@@ -23,12 +23,12 @@ typedef struct {
 typedef struct {
     avr_t *avr;
     uint32_t ram_end; /* of static RAM: the stack comes from above */
-    uint64_t base;  /* cycles before the last reset: simavr begins anew */
     bool drives_by_direction;
     /* The line. */
     uint8_t to_board[4096];
     unsigned first, end;
     uint64_t next_byte;
+    unsigned in_chip; /* received, not yet taken by the program */
     void (*on_byte)(uint8_t);
     /* Faults. */
     uint32_t hung_at;
