@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <termios.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "host.h"
@@ -62,12 +63,21 @@ static void deliver(cable *c, uint64_t now) {
     }
 }
 
+static int64_t wall_ms(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
 /* What the host sent. The board's time stands still while the host thinks, if it answered the sample before. */
 static void hear(cable *c, uint64_t now) {
+    int64_t until = 0;
     for (;;) {
         struct pollfd host = {c->port, POLLIN, 0};
         bool owes = c->is_waiting && c->is_answering;
-        if (poll(&host, 1, owes ? PATIENCE_MS : 0) <= 0) {
+        if (owes && until == 0) until = wall_ms() + PATIENCE_MS;
+        int64_t left = owes ? until - wall_ms() : 0;
+        if (poll(&host, 1, left > 0 ? (int)left : 0) <= 0 || left < 0) {
             if (owes) c->is_answering = false;
             return;
         }

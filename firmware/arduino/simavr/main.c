@@ -1,9 +1,10 @@
 /* bench CHIP ELF [--direction] [--usb MICROSECONDS] [--measure]
  *
  * Runs the sketch in simavr at its 16 MHz, its line on a pseudo-terminal, with a simulated rig on its pins. Prints the
- * pseudo-terminal's name, then a line whenever the motor goes on or off and at each reset. Takes commands, one a line:
- * reset, hang, hang deaf, state. `--usb`: an adapter holds what passes for so long, each way. `--direction`: the driver
- * is one of PWM_AND_DIRECTION. `--measure`: prints what the sketch costs, and ends.
+ * pseudo-terminal's name, then a line whenever the motor goes on or off and at each reset. Takes commands from standard
+ * input, one a line, and ends where that ends: reset, hang, hang deaf, state. `--usb`: an adapter holds what passes for
+ * so long, each way. `--direction`: the driver is one of PWM_AND_DIRECTION. `--measure`: prints what the sketch costs,
+ * and ends.
  *
  * The simulated time is never faster than this machine's, and it stands still while the host thinks about a sample, as
  * long as it answered the one before: no run depends on how busy this machine is. */
@@ -62,7 +63,10 @@ static void pace(void) {
 static bool command(char *text, size_t size) {
     static size_t len;
     char byte;
-    while (read(STDIN_FILENO, &byte, 1) == 1) {
+    for (;;) {
+        ssize_t n = read(STDIN_FILENO, &byte, 1);
+        if (n == 0) exit(0);
+        if (n < 0) return false;
         if (byte != '\n') {
             if (len + 1 < size) text[len++] = byte;
             continue;
@@ -71,19 +75,22 @@ static bool command(char *text, size_t size) {
         len = 0;
         return true;
     }
-    return false;
 }
 
 static void obey(const char *text, double volts, bool open, const plant_state *x) {
     char state[128];
-    if (!strcmp(text, "reset")) board_reset(&b);
-    else if (!strcmp(text, "hang")) board_hang(&b, false);
-    else if (!strcmp(text, "hang deaf")) board_hang(&b, true);
-    else if (!strcmp(text, "state")) {
+    if (!strcmp(text, "reset")) {
+        board_reset(&b);
+    } else if (!strcmp(text, "hang") || !strcmp(text, "hang deaf")) {
+        board_hang(&b, text[4] != 0);
+        say("hangs");
+    } else if (!strcmp(text, "state")) {
         snprintf(state, sizeof state, "state: %.3f V%s, arm %.4f rad, pendulum %.4f rad", volts,
                  open ? " (driver off)" : "", x->theta, x->alpha);
         say(state);
-    } else fprintf(stderr, "bench: reset, hang, hang deaf or state, not: %s\n", text);
+    } else {
+        fprintf(stderr, "bench: reset, hang, hang deaf or state, not: %s\n", text);
+    }
 }
 
 static void run(const char *chip, const char *elf, bool by_direction, double usb_us) {
