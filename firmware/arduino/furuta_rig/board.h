@@ -21,9 +21,6 @@
 #define ENCODER_BIT PCIE1
 #define ENCODER_vect PCINT1_vect
 constexpr uint8_t PWM_A = 1, PWM_B = 2, ENABLE = 4, LED = 5;  // of port B: D9, D10, D12, D13
-#define FORWARD_PORT PORTB
-#define FORWARD_DDR DDRB
-constexpr uint8_t FORWARD = 3;  // D11
 #define LINE_RX_vect USART_RX_vect
 #define LINE_UDRE_vect USART_UDRE_vect
 #elif defined(__AVR_ATmega2560__)
@@ -33,9 +30,6 @@ constexpr uint8_t FORWARD = 3;  // D11
 #define ENCODER_BIT PCIE0
 #define ENCODER_vect PCINT0_vect
 constexpr uint8_t PWM_A = 5, PWM_B = 6, ENABLE = 4, LED = 7;  // of port B: D11, D12, D10, D13
-#define FORWARD_PORT PORTG
-#define FORWARD_DDR DDRG
-constexpr uint8_t FORWARD = 5;  // D4
 #define LINE_RX_vect USART0_RX_vect
 #define LINE_UDRE_vect USART0_UDRE_vect
 #else
@@ -54,24 +48,19 @@ inline void motor_begin() {
     TCCR1A = _BV(COM1A1) | (DRIVE == TWO_PWM ? _BV(COM1B1) : 0) | _BV(WGM11);
     TCCR1B = _BV(WGM13) | _BV(CS10);
     DDRB = _BV(PWM_A) | _BV(PWM_B) | _BV(ENABLE) | _BV(LED);
-    if (DRIVE == PWM_AND_DIRECTION) FORWARD_DDR |= _BV(FORWARD);
 }
 
+// Between its pulses the motor is shorted, not open: only so its mean voltage is the duty's share of the supply. Two
+// inputs that are both high do that in a DRV8871, where both low would leave it open; in a BTS7960 and an L298N as well.
 inline void drive(int16_t duty) {
 #if DRIVE == TWO_PWM
-    OCR1A = duty > 0 ? duty : 0;
-    OCR1B = duty < 0 ? -duty : 0;
+    OCR1A = duty < 0 ? PWM_TOP + duty : PWM_TOP;
+    OCR1B = duty > 0 ? PWM_TOP - duty : PWM_TOP;
 #else
-    if (duty < 0) {
-        FORWARD_PORT &= ~_BV(FORWARD);
-        PORTB |= _BV(PWM_B);
-    } else {
-        PORTB &= ~_BV(PWM_B);
-        FORWARD_PORT |= _BV(FORWARD);
-    }
+    if (duty < 0) PORTB |= _BV(PWM_B);
+    else PORTB &= ~_BV(PWM_B);
     OCR1A = duty < 0 ? -duty : duty;
 #endif
-    // At 0 V the driver stays on, which brakes.
     PORTB |= _BV(ENABLE);
 }
 

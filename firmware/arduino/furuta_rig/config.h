@@ -6,8 +6,8 @@
 #include <stdint.h>
 
 // Two ways to wire a driver (docs/arduino.md).
-#define TWO_PWM 1            // one PWM input for each direction: DRV8871, BTS7960
-#define PWM_AND_DIRECTION 2  // one PWM input, direction on another pin: L298N, MD10C
+#define TWO_PWM 1            // one input for each end of the motor: DRV8871, BTS7960, L298N
+#define PWM_AND_DIRECTION 2  // one PWM input, direction on another pin: MD10C
 
 #ifndef DRIVE
 #define DRIVE TWO_PWM
