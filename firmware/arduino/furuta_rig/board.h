@@ -50,8 +50,8 @@ inline void motor_begin() {
     DDRB = _BV(PWM_A) | _BV(PWM_B) | _BV(ENABLE) | _BV(LED);
 }
 
-// Between its pulses the motor is shorted, not open: only so its mean voltage is the duty's share of the supply. Two
-// inputs that are both high do that in a DRV8871, where both low would leave it open; in a BTS7960 and an L298N as well.
+// Between its pulses the motor is shorted, not open: only so is its mean voltage the duty's share of the supply. Two
+// inputs that are both high do that, also in a DRV8871, where both low would leave it open.
 inline void drive(int16_t duty) {
 #if DRIVE == TWO_PWM
     OCR1A = duty < 0 ? PWM_TOP + duty : PWM_TOP;

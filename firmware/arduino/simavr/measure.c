@@ -87,10 +87,9 @@ static void turn(bool asks) {
         board_turn(&b, 1, b.counts[1] - 1);
         if (asks && i % 4000 == 0) board_tell(&b, QUERY, sizeof QUERY);
     }
-    printf("%u samples until then, %u lost; %u commands late; from the tick to the sample's first byte %.0f us at most, to "
-           "its last %.0f us\n",
-           host.samples, host.gaps, host.late, (double)host.longest_to_line * 1e6 / HZ,
-           (double)host.longest_on_line * 1e6 / HZ);
+    printf("%u samples until then, %u lost; %u commands late\n", host.samples, host.gaps, host.late);
+    printf("from the tick to the sample's first byte %.0f us at most, to its last %.0f us\n",
+           (double)host.longest_to_line * 1e6 / HZ, (double)host.longest_on_line * 1e6 / HZ);
 }
 
 void measure(const char *chip, const char *elf) {
@@ -102,8 +101,8 @@ void measure(const char *chip, const char *elf) {
     printf("%s, both encoders at %d counts/s, the host answers each sample at once\n", chip, FAST);
     turn(false);
     printf("%-34s %8s %8s %11s\n", "interrupt", "cycles", "us", "of the time");
-    static const char *const NAMES[INTERRUPTS] = {"an encoder's edge", "tick (others may interrupt it)", "byte received",
-                                                  "byte sent"};
+    static const char *const NAMES[INTERRUPTS] = {
+        "an encoder's edge", "tick (others may interrupt it)", "byte received", "byte sent"};
     for (int i = 0; i < INTERRUPTS; i++)
         printf("%-34s %8u %8.1f %9.1f %%\n", NAMES[i], b.runs[i].longest, b.runs[i].longest * 1e6 / HZ,
                100 * (double)b.runs[i].busy / HZ);
