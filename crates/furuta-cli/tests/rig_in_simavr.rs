@@ -1,5 +1,5 @@
-//! `furuta run` against the sketch for an Arduino: its binary in simavr, behind a pseudo-terminal, a simulated rig on its
-//! pins (`firmware/arduino/simavr`).
+//! `furuta run` against the sketch for an Arduino: its binary in simavr, behind a pseudo-terminal, a simulated rig on
+//! its pins (`firmware/arduino/simavr`).
 //!
 //! Runs where FURUTA_ARDUINO names the folder of what was built (`make arduino` sets it), skipped otherwise. The chip's
 //! time stands still while the host thinks, so that no test depends on how fast this machine is.
@@ -206,8 +206,8 @@ fn the_host_swings_the_sketchs_pendulum_up_and_balances_it() {
     let told = |r: &furuta_log::Record| f64::from(r.command as f32);
     let answered = records.windows(2).filter(|r| r[1].u == told(&r[0])).count();
     assert!(answered > 2700, "{answered} of {}", records.len());
-    // What the pins do with the bench's rig, which has its own equations in C, is what the host's model predicts: within
-    // three counts over 0.2 s (PWM has steps of 30 mV).
+    // What the pins do with the bench's rig, which has its own equations in C, is what the host's model predicts:
+    // within three counts over 0.2 s (PWM has steps of 30 mV).
     let rig = furuta_model::Rig::builtin(RIG).expect("built in");
     let plant = rig.plant::<f64>();
     let count = rig.sensors.resolution()[1];

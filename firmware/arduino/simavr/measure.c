@@ -107,8 +107,9 @@ void measure(const char *chip, const char *elf) {
         printf("%-34s %8u %8.1f %9.1f %%\n", NAMES[i], b.runs[i].longest, b.runs[i].longest * 1e6 / HZ,
                100 * (double)b.runs[i].busy / HZ);
     printf("longest wait: an edge %u cycles, the tick %u, a received byte %u (lost after two more, %u)\n",
-           b.waits[ENCODERS].longest_waited, b.waits[TICK].longest_waited, b.waits[RECEIVED].longest_waited, 2 * board_byte_cycles(&b));
-    printf("with five queries: ");
+           b.waits[ENCODERS].longest_waited, b.waits[TICK].longest_waited, b.waits[RECEIVED].longest_waited,
+           2 * board_byte_cycles(&b));
+    printf("with five queries:\n");
     turn(true);
     uint32_t deepest = bottom;
     while (deepest <= top && b.avr->data[deepest] == UNTOUCHED) deepest++;
