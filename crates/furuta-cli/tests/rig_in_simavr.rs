@@ -98,10 +98,14 @@ impl Board {
         self.events.try_iter().map(|(_, event)| event).collect()
     }
 
-    /// Whether the motor went off and stayed off.
+    /// Whether the motor went off and stayed off, for half a second of this machine's time.
     fn is_off(&self) -> bool {
-        let mut happened = self.happened().into_iter().rev();
-        let last = happened.find(|event| event.starts_with("motor"));
+        let mut last = None;
+        while let Ok((_, event)) = self.events.recv_timeout(Duration::from_millis(500)) {
+            if event.starts_with("motor") {
+                last = Some(event);
+            }
+        }
         last.as_deref() == Some("motor off")
     }
 
