@@ -13,6 +13,7 @@
 #   make firmware   builds the programs for the microcontroller (folder firmware) and checks that no control step can panic
 #   make firmware-run   runs them in QEMU, `furuta run` against the board's serial line included: docs/firmware.md
 #   make firmware-cost  prints what they cost: flash, RAM, stack, instructions
+#   make arduino    builds the sketch for an Arduino, prints what it costs, runs `furuta run` against it in simavr: docs/arduino.md
 #   make same-bits  runs the model here and on a Cortex-M4 in QEMU and compares every bit: docs/target.md
 #   make clean      removes what was built, .venv included
 
@@ -30,7 +31,7 @@ TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 # The machine at hand, as cargo calls it: in firmware/ the microcontroller is what is built for.
 HOST = $(shell rustc -vV | sed -n 's/^host: //p')
 
-.PHONY: help demo build test test-rust test-python lint fmt no-std firmware firmware-run firmware-cost same-bits fuzz docs figures bench py clean
+.PHONY: help demo build test test-rust test-python lint fmt no-std firmware firmware-run firmware-cost arduino same-bits fuzz docs figures bench py clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -86,6 +87,9 @@ firmware-run:
 
 firmware-cost:
 	CARGO_TARGET_DIR=$(TARGET) bash .ci/firmware cost
+
+arduino:
+	CARGO_TARGET_DIR=$(TARGET) bash .ci/arduino run
 
 same-bits:
 	CARGO_TARGET_DIR=$(TARGET) bash .ci/same-bits
