@@ -350,12 +350,9 @@ fn a_command_in_another_unit_is_named() {
                 ("PWM counts of 8 bits", 255.0 / limit),
                 ("PWM counts of 10 bits", 1023.0 / limit),
                 ("millivolts", 1000.0),
-                // Within the limit: only the motor's gain tells.
-                ("a share of the limit, -1 to 1", 1.0 / limit),
             ] {
                 let kind = changed(&made, |[t, u, theta, alpha]| {
-                    let u = u * per_volt;
-                    [t, if per_volt > 1.0 { u.round() } else { u }, theta, alpha]
+                    [t, (u * per_volt).round(), theta, alpha]
                 });
                 match kind {
                     Some(NoticeKind::CommandUnitSuspected {

@@ -118,12 +118,14 @@ impl Board for Stm32f407 {
     }
 
     fn drive(&mut self, volts: f32) {
-        let full = f32::from(self.forward.get_max_duty());
+        let full = self.forward.get_max_duty();
         // A cast saturates, and makes 0 of what is not a number.
-        let duty = |volts: f32| (volts / SUPPLY * full).min(full) as u16;
-        self.forward.set_duty(duty(volts));
-        self.backward.set_duty(duty(-volts));
-        // At 0 V the driver stays on, which brakes; a program that has not come here leaves it off.
+        let duty = |volts: f32| ((volts / SUPPLY * f32::from(full)) as u16).min(full);
+        // Between its pulses the motor is shorted by two inputs that are high, so that its mean voltage is the command.
+        // Two inputs that are low would open it at a DRV8871 or DRV8874: their data sheets call that "coast".
+        self.forward.set_duty(full - duty(-volts));
+        self.backward.set_duty(full - duty(volts));
+        // A program that has not come here leaves the driver off.
         self.enable.set_high();
     }
 

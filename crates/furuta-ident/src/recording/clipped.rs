@@ -15,6 +15,9 @@ const SLOWING: f64 = 1.5;
 const BEYOND: f64 = 4.0;
 /// There are at least this many such plateaus.
 const TIMES: usize = 2;
+/// An arm that went on unseen leaves the pendulum's equation this many times less than one that stopped: small motion
+/// in coarse counts says neither.
+const DOUBT: f64 = 2.0;
 
 /// Suspects an encoder (or a column of fixed range) that ends at a value: motion that stops dead at the largest or
 /// smallest value, stays there and leaves it as suddenly, more than once.
@@ -64,8 +67,8 @@ pub(super) fn clipped(
 /// First and last sample of a plateau.
 type Stop = [usize; 2];
 
-/// Whether the pendulum feels that the arm stops and starts: whether its equation holds better with the arm's recorded
-/// acceleration at these moments than without. Within a plateau nothing is known of an arm whose encoder ended.
+/// Whether the pendulum may feel that the arm stops and starts: whether its equation holds about as well with the arm's
+/// recorded acceleration at these moments as without. Within a plateau nothing is known of an arm whose encoder ended.
 fn felt(recording: &Recording, stops: &[Stop]) -> bool {
     let (mut stopped, mut went_on) = (Regression::<3>::default(), Regression::<3>::default());
     let columns = [recording.theta.as_slice(), recording.alpha.as_slice()];
@@ -91,7 +94,7 @@ fn felt(recording: &Recording, stops: &[Stop]) -> bool {
         went_on.add([sin, pendulum.speed, known], pendulum.acceleration);
     });
     let left = |r: Regression<3>| r.solve((2 * lag + 1) as f64).map_or(1.0, |s| s.left);
-    left(stopped) < left(went_on)
+    left(stopped) < DOUBT * left(went_on)
 }
 
 /// Where the motion stops dead at a value and leaves it as suddenly.

@@ -5,17 +5,13 @@ use furuta_model::State;
 use furuta_model::dynamics::{Angle, bias, mass_matrix};
 
 use super::convention::{DIFFERENCE, differences};
-use super::regression::{Estimate, Regression};
+use super::regression::Regression;
 use super::{NoticeKind, Recording};
 
 /// Rounding of a command at its limit.
 const AT_THE_LIMIT: f64 = 1.01;
-/// A unit is told by the motor's gain if a command in it would be within this factor of the sheet's,
+/// A unit is told by the motor's gain if a command in it would be within this factor of the sheet's.
 const GAIN: f64 = 4.0;
-/// and, for a command within the limit, by this one: then volts must be off by more than [`GAIN`].
-const GAIN_WITHIN: f64 = 2.0;
-/// Standard deviations that such a gain must be away from zero.
-const SIGNIFICANT: f64 = 12.0;
 /// Smooth direction of the arm's motion, for its friction, rad/s.
 const SLOW: f64 = 0.1;
 /// Delays of the command that are tried, s.
@@ -30,14 +26,15 @@ const BETTER: f64 = 3.0;
 const TERMS: usize = 6;
 const ONE_SIDED: usize = 5;
 
-/// Suspects counts of a PWM, millivolts, per cent or a share of the limit behind a command: one beyond the rig's limit,
-/// or one that moves the arm far more or less than these volts would.
+/// Suspects counts of a PWM, millivolts or per cent behind a command beyond the rig's limit.
 pub(super) fn unit(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     let limit = rig.params.motor.command_limit;
     let largest = recording.u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+    if largest <= AT_THE_LIMIT * limit {
+        return None;
+    }
     let units = [
         ("volts of a rig with a larger limit", 1.0, f64::INFINITY),
-        ("a share of the limit, -1 to 1", limit, 1.0),
         ("per cent of the limit", limit / 100.0, 100.0),
         ("PWM counts of 8 bits", limit / 255.0, 255.0),
         ("PWM counts of 10 bits", limit / 1023.0, 1023.0),
@@ -51,42 +48,21 @@ pub(super) fn unit(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
         .filter(|(_, _, most)| largest <= AT_THE_LIMIT * most);
     // The motor's gain, in V per unit of the column, tells the unit; where it does not show, the smallest full scale
     // that holds the values does.
-    let beyond = largest > AT_THE_LIMIT * limit;
-    let gain = if beyond {
-        needs(recording, rig, 0.0).and_then(|needs| Some(volts_per_unit(&needs, rig)?.value))
-    } else {
-        Some(certain_gain(recording, rig)?)
-    };
-    let off = |f: f64| gain.map_or(f64::NAN, |known| (f / known).ln().abs());
-    let within = if beyond { GAIN } else { GAIN_WITHIN };
+    let factor = volts_per_unit(recording, rig);
+    let off = |f: f64| factor.map_or(f64::NAN, |known| (f / known).ln().abs());
     let by_gain = possible
         .clone()
-        .filter(|(_, f, _)| off(*f) < within.ln())
+        .filter(|(_, f, _)| off(*f) < GAIN.ln())
         .min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
-    let by_scale = || possible.clone().nth(1).or_else(|| possible.clone().next());
-    let (unit, factor, _) = if beyond {
-        by_gain.or_else(by_scale)?
-    } else {
-        by_gain?
-    };
+    let (unit, factor, _) = by_gain
+        .or_else(|| possible.clone().nth(1))
+        .or_else(|| possible.clone().next())?;
     Some(NoticeKind::CommandUnitSuspected {
         largest,
         limit,
         unit,
         factor,
     })
-}
-
-/// Volts for one unit of the column, where the recording shows that well and it is far from 1.
-fn certain_gain(recording: &Recording, rig: &Rig) -> Option<f64> {
-    let (left, needs) = DELAYS
-        .into_iter()
-        .filter_map(|delay| needs(recording, rig, delay))
-        .map(|needs| (needs.left_with_signs(ONE_SIDED, 1.0), needs))
-        .min_by(|(a, _), (b, _)| a.total_cmp(b))?;
-    let gain = volts_per_unit(&needs, rig)?;
-    let far = gain.value.ln().abs() > GAIN.ln();
-    (left < LEAVES && far && gain.value > SIGNIFICANT * gain.std).then_some(gain.value)
 }
 
 /// Suspects a command, or an arm's angle, that is counted the other way: what moves the arm would need a negative
@@ -108,18 +84,14 @@ pub(super) fn sign(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
 
 /// Volts for one unit of the column, by the sheet's inertias: from the arm's own or from the pendulum's pull, whichever
 /// shows better.
-fn volts_per_unit(needs: &Regression<TERMS>, rig: &Rig) -> Option<Estimate> {
-    let needed = needs.solve(1.0)?.coefficients;
+fn volts_per_unit(recording: &Recording, rig: &Rig) -> Option<f64> {
+    let needed = needs(recording, rig, 0.0)?.solve(1.0)?.coefficients;
     let c = rig.params.coefficients();
     [(needed[0], c.arm / c.drive), (needed[1], 1.0 / c.drive)]
         .into_iter()
         .filter(|(e, _)| e.value > 0.0)
-        .map(|(e, sheet)| {
-            let value = sheet / e.value;
-            let std = value * e.std / e.value;
-            Estimate { value, std }
-        })
-        .min_by(|a, b| (a.std / a.value).total_cmp(&(b.std / b.value)))
+        .min_by(|(a, _), (b, _)| (a.std / a.value).total_cmp(&(b.std / b.value)))
+        .map(|(e, sheet)| sheet / e.value)
 }
 
 /// The command regressed on what the arm does.

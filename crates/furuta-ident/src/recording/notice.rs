@@ -196,8 +196,7 @@ pub enum NoticeKind {
         /// Counts per turn in the rig file, where a rig is known.
         per_turn: Option<f64>,
     },
-    /// The command goes beyond the rig's limit, or moves the arm as other volts would: it looks as if it were in another
-    /// unit.
+    /// The command goes beyond the rig's limit: it looks as if it were in another unit than volts.
     CommandUnitSuspected {
         /// The largest command.
         largest: f64,
@@ -466,16 +465,6 @@ impl fmt::Display for NoticeKind {
                 }
                 Ok(())
             }
-            Self::CommandUnitSuspected {
-                largest,
-                limit,
-                unit,
-                factor,
-            } if largest <= limit => write!(
-                f,
-                "u (up to {largest}) moves the arm as {factor:.6} V for each unit would, so it looks as if it were in \
-                 {unit}; volts are required: multiply by {factor:.6}, or correct motor.torque_constant in the rig file"
-            ),
             Self::CommandUnitSuspected {
                 largest,
                 limit,
