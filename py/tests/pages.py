@@ -35,8 +35,12 @@ class Done(NamedTuple):
     span: tuple[int, int]
 
     def as_said(self) -> bool:
-        expected, printed = (re.sub(r"[ \t]+$", "", text, flags=re.MULTILINE) for text in (self.expected, self.printed))
-        return doctest.OutputChecker().check_output(expected, printed, doctest.ELLIPSIS)
+        return doctest.OutputChecker().check_output(self.expected, self.printed, doctest.ELLIPSIS)
+
+
+def without_blanks(text: str) -> str:
+    """The text without blanks at the ends of its lines."""
+    return re.sub(r"[ \t]+$", "", text, flags=re.MULTILINE)
 
 
 @contextlib.contextmanager
@@ -74,7 +78,7 @@ def run(text: str, folder: pathlib.Path) -> Iterator[Done]:
             with inside(folder), contextlib.redirect_stdout(io.StringIO()) as out:
                 exec(compile(code, "page", "exec"), session)
             printed = out.getvalue()
-        yield Done(code, expected or "", printed, block.span(3))
+        yield Done(code, expected or "", without_blanks(printed), block.span(3))
 
 
 def main(pages: list[str], write: bool) -> int:
