@@ -17,8 +17,9 @@ class FromTheExtension(griffe.Extension):
 
     def join(self, thing: griffe.Object, at_run_time: object) -> None:
         """Gives what the stub declares, and its public members, the docstrings of what is there at run time."""
-        if at_run_time is not None and not thing.docstring and (text := inspect.getdoc(at_run_time)):
-            thing.docstring = griffe.Docstring(text, parent=thing)
+        has_own = inspect.isroutine(at_run_time) or inspect.isclass(at_run_time) or inspect.isdatadescriptor(at_run_time)
+        if has_own and not thing.docstring and (text := inspect.getdoc(at_run_time)):
+            thing.docstring = griffe.Docstring(text, parent=thing, parser="numpy")
         for name, member in thing.members.items():
             if not name.startswith("_"):
                 self.join(member, getattr(at_run_time, name, None))

@@ -2,7 +2,7 @@
 
 A block marked `python` or `sh` is run; the names of a page's Python blocks are those of one session. Where a block marked `text` follows, it
 is what was printed, `...` standing for anything. `python py/tests/pages.py docs/tour.md` runs a page, and prints what differs; with
-`--write` it writes what was printed into the page, and the pictures that the page saves beside it.
+`--pictures` it puts the pictures that the page saves beside it, with `--write` it also writes what was printed into the page.
 """
 
 from __future__ import annotations
@@ -81,25 +81,26 @@ def run(text: str, folder: pathlib.Path) -> Iterator[Done]:
         yield Done(code, expected or "", without_blanks(printed), block.span(3))
 
 
-def main(pages: list[str], write: bool) -> int:
+def main(options: set[str], pages: list[str]) -> int:
     wrong = 0
     for page in map(pathlib.Path, pages):
         text = page.read_text()
         with tempfile.TemporaryDirectory() as folder:
-            blocks = list(run(text, pathlib.Path(folder)))
-            for done in reversed(blocks):
+            for done in reversed(list(run(text, pathlib.Path(folder)))):
                 if not done.as_said():
                     wrong += 1
                     print(f"{page}\n{done.code}prints\n{done.printed}")
-                    if write and done.span != (-1, -1):
+                    if done.span != (-1, -1):
                         text = text[: done.span[0]] + done.printed + text[done.span[1] :]
-            if write:
+            if "--write" in options:
                 page.write_text(text)
+            if options & {"--write", "--pictures"}:
                 for picture in pathlib.Path(folder).iterdir():
                     if picture.suffix in PICTURES:
                         shutil.copy(picture, page.parent)
-    return 0 if write else min(wrong, 1)
+    return min(wrong, 1)
 
 
 if __name__ == "__main__":
-    sys.exit(main([word for word in sys.argv[1:] if word != "--write"], "--write" in sys.argv))
+    options = {word for word in sys.argv[1:] if word.startswith("--")}
+    sys.exit(main(options, [word for word in sys.argv[1:] if word not in options]))

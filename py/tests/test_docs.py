@@ -11,7 +11,7 @@ import shlex
 import pytest
 from command_line import ROOT
 
-BUILT = {"target", ".venv", "out", "dist", "node_modules"}
+BUILT = {"target", ".venv", "out", "dist", "site", "node_modules"}
 PAGES = sorted(
     path for path in ROOT.rglob("*.md") if not set(path.relative_to(ROOT).parts[:-1]) & BUILT and not any(p.startswith(".") for p in path.relative_to(ROOT).parts)
 )
