@@ -1,4 +1,4 @@
-"""Classes of the extension have their types in the stub and their docstrings in the extension; the stub alone is seen of them. This joins the two."""
+"""Joins the types of the extension's classes, from the stub, and their docstrings, from the extension."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ class FromTheExtension(griffe.Extension):
 
     def join(self, thing: griffe.Object, at_run_time: object) -> None:
         """Gives what the stub declares, and its public members, the docstrings of what is there at run time."""
-        has_own = inspect.isroutine(at_run_time) or inspect.isclass(at_run_time) or inspect.isdatadescriptor(at_run_time)
+        has_own = (
+            inspect.isroutine(at_run_time) or inspect.isclass(at_run_time) or inspect.isdatadescriptor(at_run_time)
+        )
         if has_own and not thing.docstring and (text := inspect.getdoc(at_run_time)):
             thing.docstring = griffe.Docstring(text, parent=thing, parser="numpy")
         for name, member in thing.members.items():

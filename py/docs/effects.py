@@ -1,4 +1,4 @@
-"""The catalogue of effects: a page for each part of the rig, and for each effect what it does to a simulated QUBE-Servo 2."""
+"""The catalogue of effects: a page for each part of the rig, for each effect a picture of what it does."""
 
 from __future__ import annotations
 
@@ -37,7 +37,11 @@ def sine(amplitude: float, frequency: float, seconds: float = 4.0) -> Experiment
     return Experiment(says, lambda t: amplitude * np.sin(2 * np.pi * frequency * t), seconds)
 
 
-STEPS = Experiment("The command is 1 V, -1 V and 0 V for 1.5 s each, the pendulum hanging.", lambda t: np.select([t < 1.5, t < 3], [1.0, -1.0], 0.0), 6.0)
+STEPS = Experiment(
+    "The command is 1 V, -1 V and 0 V for 1.5 s each, the pendulum hanging.",
+    lambda t: np.select([t < 1.5, t < 3], [1.0, -1.0], 0.0),
+    6.0,
+)
 EDGE = Experiment("The command steps from 0 to 3 V after 10 ms.", lambda t: 3.0 * (t >= 0.01), 0.08, dt=0.001)
 REST = Experiment("No command, the rig begins at rest.")
 DECAY = Experiment("The pendulum is let go 1.5 rad from hanging, without a command.", seconds=5.0, alpha=np.pi - 1.5)
@@ -80,7 +84,8 @@ def runs(id: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     t = how.dt * np.arange(round(how.seconds / how.dt) + 1)
     x0 = [0.0, how.alpha, 0.0, how.alpha_dot]
     without, having = (
-        furuta.simulate(rig, x0, how.u(t[:-1]), how.dt, substeps=4, encoders=True)[1] for rig in (RIG, RIG.with_effect(id, **LARGER.get(id, {})))
+        furuta.simulate(rig, x0, how.u(t[:-1]), how.dt, substeps=4, encoders=True)[1]
+        for rig in (RIG, RIG.with_effect(id, **LARGER.get(id, {})))
     )
     return t, without, having
 
@@ -118,25 +123,25 @@ def section(id: str, entry: dict) -> str:
         for name, of in entry["details"].items()
     ]
     alike = ", ".join(f"[`{other}`]({other.split('.')[0]}.md#{other})" for other in entry["look_alikes"])
-    return f"""## {entry['name']} {{ #{id} }}
+    return f"""## {entry["name"]} {{ #{id} }}
 
-`{id}`: {entry['sentence']}
+`{id}`: {entry["sentence"]}
 
 ```text
-{entry['law']}
+{entry["law"]}
 ```
 
 | Parameter | Unit | Typical, on the QUBE | Does nothing at | Default |
 |---|---|---|---|---|
 {chr(10).join(rows)}
 
-**What it does to data.** {entry['shows']}
+**What it does to data.** {entry["shows"]}
 
 ![Both angles over time without and with {id}]({id}.svg)
 
 {experiment(id).says} Grey: the rig as its manual has it; red: with the effect {size(id)}.
 
-**Looks like** {alike or 'no other entry'}. **What tells them apart:** {entry['experiment']}.
+**Looks like** {alike or "no other entry"}. **What tells them apart:** {entry["experiment"]}.
 """
 
 
@@ -146,7 +151,8 @@ def pages() -> dict[str, str]:
     parts = {part: [id for id in catalogue if id.split(".")[0] == part] for part in PARTS}
     assert sum(map(len, parts.values())) == len(catalogue)
     return {
-        f"effects/{part}.md": f"# {PARTS[part]}\n\n" + "\n".join(section(id, catalogue[id]) for id in ids) for part, ids in parts.items()
+        f"effects/{part}.md": f"# {PARTS[part]}\n\n" + "\n".join(section(id, catalogue[id]) for id in ids)
+        for part, ids in parts.items()
     }
 
 

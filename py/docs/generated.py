@@ -1,4 +1,4 @@
-"""Generated pages: the reference of the Python package from its docstrings and types, the catalogue of effects with a picture each."""
+"""Generated pages: the reference of the Python package, the catalogue of effects with a picture each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Links that leave the folder docs: what they lead to becomes a page of the site, so that one link serves GitHub and the site."""
+"""Links that leave the folder docs: what they lead to becomes a page. One link serves GitHub and the site."""
 
 from __future__ import annotations
 
@@ -61,7 +61,14 @@ def shown(path: str) -> str:
 
 
 def on_files(files, config):
-    wanted = [*ALWAYS, *(path for page in (ROOT / "docs").rglob("*.md") for path in targets(str(page.relative_to(ROOT)), page.read_text()))]
+    wanted = [
+        *ALWAYS,
+        *(
+            path
+            for page in (ROOT / "docs").rglob("*.md")
+            for path in targets(str(page.relative_to(ROOT)), page.read_text())
+        ),
+    ]
     added = set()
     while wanted:
         path = wanted.pop()

@@ -1,8 +1,9 @@
 """Runs the code of a documentation page, and compares what it prints with what the page says.
 
-A block marked `python` or `sh` is run; the names of a page's Python blocks are those of one session. Where a block marked `text` follows, it
-is what was printed, `...` standing for anything. `python py/tests/pages.py docs/tour.md` runs a page, and prints what differs; with
-`--pictures` it puts the pictures that the page saves beside it, with `--write` it also writes what was printed into the page.
+A block marked `python` or `sh` is run; the names of a page's Python blocks are those of one session. Where a block
+marked `text` follows, it is what was printed, `...` standing for anything. `python py/tests/pages.py docs/tour.md`
+runs a page, and prints what differs; with `--pictures` it puts the pictures that the page saves beside it, with
+`--write` it also writes what was printed into the page.
 """
 
 from __future__ import annotations
@@ -58,7 +59,14 @@ def shell(code: str, folder: pathlib.Path) -> str:
     with contextlib.suppress(FileExistsError):
         (folder / "bin/furuta").symlink_to(program())
     paths = f"{folder / 'bin'}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(["bash", "-euc", code], cwd=folder, env=os.environ | {"PATH": paths}, stdout=subprocess.PIPE, text=True, timeout=300)
+    done = subprocess.run(
+        ["bash", "-euc", code],
+        cwd=folder,
+        env=os.environ | {"PATH": paths},
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=300,
+    )
     assert done.returncode == 0, code
     return done.stdout
 

@@ -61,7 +61,9 @@ def test_what_varies():
     masses = np.array([draw(rng)["pendulum.mass"] for _ in range(400)])
     assert np.std(np.log(masses)) == pytest.approx(0.05, rel=0.15)
     varied = furuta.gym.draws_of("tolerance", RIG)(rng)
-    assert varied["arm.length"] != RIG["arm.length"] and varied["arm.length"] == pytest.approx(RIG["arm.length"], rel=0.07)
+    assert varied["arm.length"] != RIG["arm.length"] and varied["arm.length"] == pytest.approx(
+        RIG["arm.length"], rel=0.07
+    )
 
 
 def recording(rig, volts=1.2):
@@ -97,11 +99,14 @@ def test_what_a_diagnosis_cannot_exclude_varies_up_to_its_limits():
 
 def test_many_rigs_at_once_are_the_single_rig():
     rig = RIG.with_effect("arm.coulomb", torque=5e-4)
-    many = gymnasium.make_vec(ID, num_envs=7, rig=rig, randomize={"pendulum.mass": 0.1}, references=(-0.3, 0.3), arm_angle=1.5)
+    many = gymnasium.make_vec(
+        ID, num_envs=7, rig=rig, randomize={"pendulum.mass": 0.1}, references=(-0.3, 0.3), arm_angle=1.5
+    )
     seen, _ = many.reset(seed=1)
     base = many.unwrapped
     plants = [
-        furuta.Simulator(rig.with_parameters({"pendulum.mass": base.parameters["pendulum.mass"][k]}), base.x[k], 0.002) for k in range(7)
+        furuta.Simulator(rig.with_parameters({"pendulum.mass": base.parameters["pendulum.mass"][k]}), base.x[k], 0.002)
+        for k in range(7)
     ]
     rng = np.random.default_rng(1)
     for _ in range(20):
@@ -117,7 +122,12 @@ def test_many_rigs_at_once_are_the_single_rig():
             break
     assert ended.any()
     seen, reward, again, _, _ = many.step(np.ones((7, 1), dtype=np.float32))
-    assert (base.samples[ended] == 0).all() and (reward[ended] == 0).all() and not again[ended].any() and (before[ended] > 0).all()
+    assert (
+        (base.samples[ended] == 0).all()
+        and (reward[ended] == 0).all()
+        and not again[ended].any()
+        and (before[ended] > 0).all()
+    )
 
 
 def test_what_a_batch_cannot_have_is_refused():

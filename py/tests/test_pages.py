@@ -11,7 +11,11 @@ from pages import BLOCK, run
 
 sys.path.insert(0, str(ROOT / "py/docs"))
 
-PAGES = [page for page in sorted((ROOT / "docs").glob("*.md")) if "```python" in page.read_text() and page.name != "python.md"]
+PAGES = [
+    page
+    for page in sorted((ROOT / "docs").glob("*.md"))
+    if "```python" in page.read_text() and page.name != "python.md"
+]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -27,7 +31,9 @@ def test_the_code_of_a_page_prints_what_it_says(page, tmp_path):
 
 
 def test_a_page_that_is_wrong_is_found(tmp_path):
-    right, wrong = run("```python\nprint(1)\n```\n\n```text\n1\n```\n\n```python\nprint(2)\n```\n\n```text\n3\n```\n", tmp_path)
+    right, wrong = run(
+        "```python\nprint(1)\n```\n\n```text\n1\n```\n\n```python\nprint(2)\n```\n\n```text\n3\n```\n", tmp_path
+    )
     assert right.as_said() and not wrong.as_said()
 
 

@@ -1,4 +1,6 @@
-"""The rotary pendulum as a Gymnasium environment, `furuta/RotaryPendulum-v0`. Needs gymnasium: `pip install "furuta[gym]"`.
+"""The rotary pendulum as a Gymnasium environment, `furuta/RotaryPendulum-v0`.
+
+It needs gymnasium: `pip install "furuta[gym]"`.
 
 >>> import gymnasium, furuta.gym
 >>> env = gymnasium.make("furuta/RotaryPendulum-v0", rig="qube-servo-2", task="balance")
@@ -25,7 +27,6 @@ __all__ = ["RotaryPendulum", "RotaryPendulumVector", "draws_of", "register"]
 
 ID = "furuta/RotaryPendulum-v0"
 _Array = NDArray[np.float64]
-_Task = Literal["swing-up", "balance"]
 _Randomize = Literal["tolerance"] | Mapping[str, float] | Calibration | Diagnosis | Callable[[np.random.Generator], Rig]
 # Effects that remember nothing beyond the state and change no voltage: a batch can take them a period at a time.
 MEMORYLESS = {f"arm.{name}" for name in ("coulomb", "stribeck", "quadratic", "spring", "cable", "cogging", "tilt")}
@@ -38,9 +39,10 @@ def draws_of(randomize: _Randomize | None, rig: Rig) -> Callable[[np.random.Gene
     Parameters
     ----------
     randomize : "tolerance", dict, Calibration, Diagnosis, callable or None
-        "tolerance": the rig's numbers, each within the tolerance of its file. A dict: standard deviations by parameter, as
-        shares of the values. A Calibration: its rig, with the covariance of its fit. A Diagnosis: its repaired rig, with
-        effects that it could not exclude, up to their limits. A callable: takes the generator, gives a Rig. None: the rig.
+        "tolerance": the rig's numbers, each within the tolerance of its file. A dict: standard deviations by
+        parameter, as shares of the values. A Calibration: its rig, with the covariance of its fit. A Diagnosis: its
+        repaired rig, with effects that it could not exclude, up to their limits. A callable: takes the generator,
+        gives a Rig. None: the rig.
     rig : Rig
         What is varied, except of a Calibration or a Diagnosis, which have their own.
 
@@ -79,7 +81,9 @@ def draws_of(randomize: _Randomize | None, rig: Rig) -> Callable[[np.random.Gene
 
 
 def _of_calibration(found: Calibration) -> Callable[[np.random.Generator], Rig]:
-    names = [name for name in found.fitted if found.parameters[name]["std"] is not None and name in found.rig.parameters]
+    names = [
+        name for name in found.fitted if found.parameters[name]["std"] is not None and name in found.rig.parameters
+    ]
     places = [found.fitted.index(name) for name in names]
     correlation = np.array(found.correlation, dtype=float)[np.ix_(places, places)]
     std = np.array([found.parameters[name]["std"] for name in names], dtype=float)
@@ -115,7 +119,7 @@ def _of_diagnosis(found: Diagnosis) -> Callable[[np.random.Generator], Rig]:
 class _Game:
     """What is observed, wanted and rewarded, for one rig or an array of them."""
 
-    task: _Task
+    task: Literal["swing-up", "balance"]
     arm_angle: float
     references: Sequence[float]
 
@@ -156,9 +160,9 @@ class _Game:
 class RotaryPendulum(gymnasium.Env[Any, Any]):
     """One rig.
 
-    Observation: theta, sin(alpha), cos(alpha), theta_dot, alpha_dot, reference of the arm (rad, rad/s). Action: the command as a
-    share of the rig's command limit. Reward: (1 + cos(alpha))/2 less costs of the arm's error and of the command; -10, and the end,
-    where the arm leaves +-arm_angle or, in the task "balance", the pendulum falls.
+    Observation: theta, sin(alpha), cos(alpha), theta_dot, alpha_dot, reference of the arm (rad, rad/s). Action: the
+    command as a share of the rig's command limit. Reward: (1 + cos(alpha))/2 less costs of the arm's error and of the
+    command; -10, and the end, where the arm leaves +-arm_angle or, in the task "balance", the pendulum falls.
 
     Parameters
     ----------
@@ -187,7 +191,7 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
     def __init__(
         self,
         rig: Rig | str = "qube-servo-2",
-        task: _Task = "swing-up",
+        task: Literal["swing-up", "balance"] = "swing-up",
         *,
         rate: float = 100.0,
         seconds: float = 10.0,
@@ -208,7 +212,9 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
         self.observation_space = self.game.observations
         self.action_space = gymnasium.spaces.Box(-1, 1, (1,), dtype=np.float32)
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         super().reset(seed=seed)
         rng = self.np_random
         self.drawn = self.draw(rng)
@@ -239,9 +245,9 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
 class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
     """Many rigs at once, on all cores: the same game as `RotaryPendulum`, on true states.
 
-    The rig may have effects on arm and pendulum that remember nothing (friction, springs, cogging, ...); what varies between the
-    rigs are parameters: `randomize` is "tolerance", a dict, a Calibration, or a callable that changes no effects. An episode that
-    has ended begins anew at the next step.
+    The rig may have effects on arm and pendulum that remember nothing (friction, springs, cogging, ...); what varies
+    between the rigs are parameters: `randomize` is "tolerance", a dict, a Calibration, or a callable that changes no
+    effects. An episode that has ended begins anew at the next step.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -250,7 +256,7 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self,
         num_envs: int = 64,
         rig: Rig | str = "qube-servo-2",
-        task: _Task = "swing-up",
+        task: Literal["swing-up", "balance"] = "swing-up",
         *,
         rate: float = 100.0,
         seconds: float = 10.0,
@@ -262,7 +268,9 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
     ) -> None:
         self.rig = rig if isinstance(rig, Rig) else Rig.load(rig)
         if others := set(self.rig.effects) - MEMORYLESS:
-            raise ValueError(f"{', '.join(sorted(others))}: not in a batch; take gymnasium.make_vec with vectorization_mode='sync'")
+            raise ValueError(
+                f"{', '.join(sorted(others))}: not in a batch; take gymnasium.make_vec with vectorization_mode='sync'"
+            )
         self.num_envs, self.render_mode = num_envs, render_mode
         self.game = _Game(task, arm_angle, references)
         self.draw = draws_of(randomize, self.rig)
@@ -274,7 +282,9 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.parameters = {name: np.full(num_envs, value) for name, value in self.rig.parameters.items()}
 
-    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    def reset(
+        self, *, seed: Any = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         super().reset(seed=seed)
         self.x, self.reference = np.zeros((self.num_envs, 4)), np.zeros(self.num_envs)
         self.samples, self.ended = np.zeros(self.num_envs, dtype=int), np.zeros(self.num_envs, dtype=bool)
@@ -286,7 +296,9 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
         for k in which:
             rig = self.draw(rng)
             if rig.effects != self.rig.effects:
-                raise ValueError("randomize changes effects: not in a batch; take gymnasium.make_vec with vectorization_mode='sync'")
+                raise ValueError(
+                    "randomize changes effects: not in a batch; take gymnasium.make_vec with vectorization_mode='sync'"
+                )
             for name, value in rig.parameters.items():
                 self.parameters[name][k] = value
             self.x[k], self.reference[k], self.samples[k] = self.game.start(rng), rng.choice(self.game.references), 0
@@ -317,9 +329,14 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
 
 def register() -> None:
-    """Registers `furuta/RotaryPendulum-v0`, once. `import furuta.gym` does it, and gymnasium itself where the package is installed."""
+    """Registers `furuta/RotaryPendulum-v0`, once. Importing `furuta.gym` does it.
+
+    Where the package is installed, importing gymnasium does it as well.
+    """
     if ID not in gymnasium.registry:
-        gymnasium.register(ID, entry_point="furuta.gym:RotaryPendulum", vector_entry_point="furuta.gym:RotaryPendulumVector")
+        gymnasium.register(
+            ID, entry_point="furuta.gym:RotaryPendulum", vector_entry_point="furuta.gym:RotaryPendulumVector"
+        )
 
 
 register()
