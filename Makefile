@@ -6,16 +6,19 @@
 #   and sources of all crates
 #   make fuzz       every fuzz target for SECONDS (60); needs cargo-fuzz, and installs it
 #   make py         the Python package `furuta`, into .venv
-#   make docs       the Rust documentation, target/doc/furuta_model/index.html, and the figures
+#   make docs       the documentation: site/index.html (guides, Python reference, effects), target/doc/furuta_model/index.html
+#   (Rust), and the figures
+#   make site       site/index.html alone; its warnings are errors
 #   make figures    every figure in docs that a command of this program draws
 #   make bench      benchmarks (criterion)
 #   make no-std     the crates without an operating system, for a Cortex-M4F
 #   make firmware   builds the programs for the microcontroller (folder firmware) and checks that no control step can panic
 #   make firmware-run   runs them in QEMU, `furuta run` against the board's serial line included: docs/firmware.md
 #   make firmware-cost  prints what they cost: flash, RAM, stack, instructions
-#   make arduino    builds the sketch for an Arduino, prints what it costs, runs `furuta run` against it in simavr: docs/arduino.md
+#   make arduino    builds the sketch for an Arduino, prints what it costs, runs `furuta run` against it in simavr:
+#   docs/arduino.md
 #   make same-bits  runs the model here and on a Cortex-M4 in QEMU and compares every bit: docs/target.md
-#   make clean      removes what was built, .venv included
+#   make clean      removes what was built, .venv and .venv-docs included
 
 SHELL := /bin/bash -eu -o pipefail
 .DEFAULT_GOAL := help
@@ -24,6 +27,7 @@ CARGO ?= cargo
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11 python3.10; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null && { echo $$p; break; }; done)
 VENV := .venv
+VENV_DOCS := .venv-docs
 # PyO3 asks this interpreter for its version; one answer for every build, or cargo builds it again each time.
 export PYO3_PYTHON := $(CURDIR)/$(VENV)/bin/python
 # Where the Python tests find the command-line program (as maturin and cargo do, this honours CARGO_TARGET_DIR).
@@ -31,7 +35,7 @@ TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 # The machine at hand, as cargo calls it: in firmware/ the microcontroller is what is built for.
 HOST = $(shell rustc -vV | sed -n 's/^host: //p')
 
-.PHONY: help demo build test test-rust test-python lint fmt no-std firmware firmware-run firmware-cost arduino same-bits fuzz docs figures bench py clean
+.PHONY: help demo build test test-rust test-python lint fmt no-std firmware firmware-run firmware-cost arduino same-bits fuzz docs site figures bench py clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -99,11 +103,24 @@ SECONDS ?= 60
 fuzz:
 	CARGO_TARGET_DIR=$(TARGET) bash .ci/fuzz $(SECONDS)
 
-docs: $(VENV)/ready figures
+docs: $(VENV)/ready figures site
 	$(CARGO) doc --workspace --no-deps --locked
 
+$(VENV_DOCS)/ready: py/requirements-docs.txt
+	@test -n "$(PYTHON)" || { echo "no Python 3.10 or newer found: install one, or say make PYTHON=/path/to/python"; exit 1; }
+	rm -rf $(VENV_DOCS)
+	$(PYTHON) -m venv $(VENV_DOCS)
+	$(VENV_DOCS)/bin/python -m pip install --quiet --disable-pip-version-check -r py/requirements-docs.txt
+	touch $@
+
+# The package is looked at where `make py` builds it: the reference and the pictures of the effects come from it.
+site: py $(VENV_DOCS)/ready
+	NO_MKDOCS_2_WARNING=1 PYTHONPATH=py/python $(VENV_DOCS)/bin/mkdocs build --strict --quiet
+
 FURUTA = $(TARGET)/release/furuta
-figures: build
+# The pages whose code draws their figures.
+PAGES = docs/tour.md docs/paper-fong2014.md docs/paper-shahzad2022.md docs/paper-ramos-velasco.md
+figures: build py
 	$(FURUTA) study fong2014 --plot docs/fong2014.svg
 	$(FURUTA) identify compare --published fong2014 --rig fong2014-emecs --plot docs/fong2014-compare.svg
 	$(FURUTA) study shahzad2022 --task step --plot docs/shahzad2022-step.svg
@@ -116,10 +133,11 @@ figures: build
 	$(FURUTA) study swing-up --plot docs/swing-up.svg
 	$(FURUTA) study limit-cycle --rig qube-servo-2 --hide arm.coulomb --plot docs/limit-cycle.svg
 	$(FURUTA) study region --plot docs/region.svg
+	FURUTA_CLI=$(FURUTA) $(VENV)/bin/python py/tests/pages.py --pictures $(PAGES)
 
 bench:
 	$(CARGO) bench -p furuta-benches --locked
 
 clean:
 	$(CARGO) clean
-	rm -rf $(VENV)
+	rm -rf $(VENV) $(VENV_DOCS) site

@@ -11,7 +11,7 @@ import shlex
 import pytest
 from command_line import ROOT
 
-BUILT = {"target", ".venv", "out", "dist", "node_modules"}
+BUILT = {"target", ".venv", "out", "dist", "site", "node_modules"}
 PAGES = sorted(
     path
     for path in ROOT.rglob("*.md")

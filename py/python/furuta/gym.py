@@ -1,0 +1,342 @@
+"""The rotary pendulum as a Gymnasium environment, `furuta/RotaryPendulum-v0`.
+
+It needs gymnasium: `pip install "furuta[gym]"`.
+
+>>> import gymnasium, furuta.gym
+>>> env = gymnasium.make("furuta/RotaryPendulum-v0", rig="qube-servo-2", task="balance")
+>>> observation, info = env.reset(seed=1)
+>>> observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from furuta._furuta import Calibration, Diagnosis, Rig, Simulator, catalogue, simulate_batch
+
+__all__ = ["RotaryPendulum", "RotaryPendulumVector", "draws_of", "register"]
+
+ID = "furuta/RotaryPendulum-v0"
+_Array = NDArray[np.float64]
+_Randomize = Literal["tolerance"] | Mapping[str, float] | Calibration | Diagnosis | Callable[[np.random.Generator], Rig]
+# Effects that remember nothing beyond the state and change no voltage: a batch can take them a period at a time.
+MEMORYLESS = {f"arm.{name}" for name in ("coulomb", "stribeck", "quadratic", "spring", "cable", "cogging", "tilt")}
+MEMORYLESS |= {f"pendulum.{name}" for name in ("coulomb", "quadratic", "spring", "bias", "inertia_transverse")}
+
+
+def draws_of(randomize: _Randomize | None, rig: Rig) -> Callable[[np.random.Generator], Rig]:
+    """What draws the rig of an episode.
+
+    Parameters
+    ----------
+    randomize : "tolerance", dict, Calibration, Diagnosis, callable or None
+        "tolerance": the rig's numbers, each within the tolerance of its file. A dict: standard deviations by
+        parameter, as shares of the values. A Calibration: its rig, with the covariance of its fit. A Diagnosis: its
+        repaired rig, with effects that it could not exclude, up to their limits. A callable: takes the generator,
+        gives a Rig. None: the rig.
+    rig : Rig
+        What is varied, except of a Calibration or a Diagnosis, which have their own.
+
+    Returns
+    -------
+    callable
+        Takes a numpy.random.Generator, gives a Rig.
+
+    Examples
+    --------
+    >>> import numpy as np, furuta
+    >>> from furuta.gym import draws_of
+    >>> draw = draws_of({"pendulum.mass": 0.1}, furuta.Rig.load("qube-servo-2"))
+    >>> bool(draw(np.random.default_rng(1))["pendulum.mass"] != 0.024)
+    True
+    """
+    if randomize is None:
+        return lambda rng: rig
+    if isinstance(randomize, Calibration):
+        return _of_calibration(randomize)
+    if isinstance(randomize, Diagnosis):
+        return _of_diagnosis(randomize)
+    if callable(randomize):
+        return randomize
+    shares = rig.tolerance if randomize == "tolerance" else randomize
+    known = {name: share for name, share in dict(shares).items() if share is not None and rig.parameters[name] != 0}
+
+    def draw(rng: np.random.Generator) -> Rig:
+        factors = np.exp(np.clip(rng.standard_normal(len(known)), -3, 3) * list(known.values()))
+        values = {name: rig.parameters[name] * float(factor) for name, factor in zip(known, factors)}
+        if "motor.efficiency" in values:
+            values["motor.efficiency"] = min(values["motor.efficiency"], 1.0)
+        return rig.with_parameters(values)
+
+    return draw
+
+
+def _of_calibration(found: Calibration) -> Callable[[np.random.Generator], Rig]:
+    names = [
+        name for name in found.fitted if found.parameters[name]["std"] is not None and name in found.rig.parameters
+    ]
+    places = [found.fitted.index(name) for name in names]
+    correlation = np.array(found.correlation, dtype=float)[np.ix_(places, places)]
+    std = np.array([found.parameters[name]["std"] for name in names], dtype=float)
+    mean = np.array([found.parameters[name]["fitted"] for name in names])
+
+    def draw(rng: np.random.Generator) -> Rig:
+        values = mean + std * rng.multivariate_normal(np.zeros(len(names)), correlation, method="eigh")
+        least = 1e-3 * mean  # a mass stays a mass
+        return found.rig.with_parameters(dict(zip(names, np.maximum(values, least).tolist())))
+
+    return draw
+
+
+def _of_diagnosis(found: Diagnosis) -> Callable[[np.random.Generator], Rig]:
+    repaired, details = found.repaired_rig, catalogue()
+    limits = [limit for limit in found.limits if limit["at_most"] is not None and limit["id"] not in repaired.effects]
+
+    def draw(rng: np.random.Generator) -> Rig:
+        if not limits:
+            return repaired
+        limit = limits[rng.integers(len(limits))]  # one at a time: the limits hold beside what is named
+        of = details[limit["id"]]["details"][limit["parameter"]]
+        value = float(of["off"]) + float(limit["at_most"] or 0) * rng.uniform(-1, 1)
+        if not of["min"] < value < of["max"]:  # of one sign
+            value = 2 * float(of["off"]) - value
+        typical = repaired.with_effect(limit["id"]).effects[limit["id"]]
+        return repaired.with_effect(limit["id"], **{**typical, limit["parameter"]: value})
+
+    return draw
+
+
+@dataclasses.dataclass(frozen=True)
+class _Game:
+    """What is observed, wanted and rewarded, for one rig or an array of them."""
+
+    task: Literal["swing-up", "balance"]
+    arm_angle: float
+    references: Sequence[float]
+
+    SPEEDS = np.array([100.0, 200.0])
+
+    def __post_init__(self) -> None:
+        if self.task not in ("swing-up", "balance"):
+            raise ValueError(f'task = {self.task!r} is none of "swing-up", "balance"')
+        if any(abs(reference) >= self.arm_angle for reference in self.references):
+            raise ValueError(f"a reference is beyond arm_angle = {self.arm_angle} rad")
+
+    @functools.cached_property
+    def observations(self) -> gymnasium.spaces.Box:
+        high = np.array([2 * self.arm_angle, 1, 1, *self.SPEEDS, 2 * self.arm_angle], dtype=np.float32)
+        return gymnasium.spaces.Box(-high, high, dtype=np.float32)
+
+    def start(self, rng: np.random.Generator) -> list[float]:
+        alpha = rng.uniform(-0.1, 0.1) + (np.pi if self.task == "swing-up" else 0)
+        return [rng.uniform(-0.1, 0.1), alpha, 0.0, 0.0]
+
+    def observe(self, x: _Array, reference: Any) -> NDArray[np.float32]:
+        theta, alpha, theta_dot, alpha_dot = x.T
+        seen = np.stack([theta, np.sin(alpha), np.cos(alpha), theta_dot, alpha_dot, reference + 0 * theta], axis=-1)
+        high = self.observations.high
+        return np.clip(np.nan_to_num(seen), -high, high).astype(np.float32)
+
+    def judge(self, x: _Array, action: Any, reference: Any) -> tuple[Any, Any]:
+        """Reward, at most 1, and whether the episode has failed."""
+        theta, alpha = x.T[:2]
+        error = np.clip(theta - reference, -self.arm_angle, self.arm_angle)
+        reward = (1 + np.cos(alpha)) / 2 - 0.1 * error**2 - 0.01 * np.square(action)
+        failed = ~(np.abs(theta) <= self.arm_angle) | ~np.isfinite(x).all(axis=-1)
+        if self.task == "balance":
+            failed = failed | (np.cos(alpha) < np.cos(0.5))
+        return np.where(failed, -10.0, reward), failed
+
+
+class RotaryPendulum(gymnasium.Env[Any, Any]):
+    """One rig.
+
+    Observation: theta, sin(alpha), cos(alpha), theta_dot, alpha_dot, reference of the arm (rad, rad/s). Action: the
+    command as a share of the rig's command limit. Reward: (1 + cos(alpha))/2 less costs of the arm's error and of the
+    command; -10, and the end, where the arm leaves +-arm_angle or, in the task "balance", the pendulum falls.
+
+    Parameters
+    ----------
+    rig : Rig or str
+        With its effects.
+    task : {"swing-up", "balance"}
+        Where an episode begins: hanging or upright, within 0.1 rad.
+    rate : float
+        Commands per second; the rig is simulated in steps of at most 2 ms.
+    seconds : float
+        Length of an episode, after which it is truncated.
+    arm_angle : float
+        Largest angle of the arm, rad.
+    references : sequence of float
+        Where the arm is to be, rad: one of them, drawn anew every `hold` seconds.
+    hold : float
+        See `references`, s.
+    observe : {"state", "encoders"}
+        The true state, or the encoders' readings (effects of the sensors included) and their differences over a period.
+    randomize : optional
+        What varies from episode to episode: see `draws_of`.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}
+
+    def __init__(
+        self,
+        rig: Rig | str = "qube-servo-2",
+        task: Literal["swing-up", "balance"] = "swing-up",
+        *,
+        rate: float = 100.0,
+        seconds: float = 10.0,
+        arm_angle: float = 2.5,
+        references: Sequence[float] = (0.0,),
+        hold: float = 2.5,
+        observe: Literal["state", "encoders"] = "state",
+        randomize: _Randomize | None = None,
+        render_mode: None = None,
+    ) -> None:
+        self.rig = rig if isinstance(rig, Rig) else Rig.load(rig)
+        self.render_mode = render_mode
+        self.game = _Game(task, arm_angle, references)
+        self.draw = draws_of(randomize, self.rig)
+        self.substeps = max(1, int(np.ceil(1 / rate / 0.002 - 1e-9)))
+        self.period, self.length, self.hold = 1 / rate, round(seconds * rate), max(1, round(hold * rate))
+        self.encoders = observe == "encoders"
+        self.observation_space = self.game.observations
+        self.action_space = gymnasium.spaces.Box(-1, 1, (1,), dtype=np.float32)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        super().reset(seed=seed)
+        rng = self.np_random
+        self.drawn = self.draw(rng)
+        self.plant = Simulator(self.drawn, self.game.start(rng), self.period / self.substeps)
+        self.samples = 0
+        self.before = self.plant.reading
+        self.reference = float(rng.choice(self.game.references))
+        return self._observation(), {"rig": self.drawn}
+
+    def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        share = float(np.clip(action, -1, 1)[0])
+        self.before = self.plant.reading
+        self.plant.steps(np.full(self.substeps, share * self.drawn.parameters["motor.command_limit"]))
+        reward, failed = self.game.judge(self.plant.x, share, self.reference)
+        self.samples += 1
+        if self.samples % self.hold == 0:
+            self.reference = float(self.np_random.choice(self.game.references))
+        return self._observation(), float(reward), bool(failed), self.samples >= self.length, {}
+
+    def _observation(self) -> NDArray[np.float32]:
+        x = self.plant.x
+        if self.encoders:
+            now = self.plant.reading
+            x = np.concatenate([now, (now - self.before) / self.period])
+        return self.game.observe(x, self.reference)
+
+
+class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
+    """Many rigs at once, on all cores: the same game as `RotaryPendulum`, on true states.
+
+    The rig may have effects on arm and pendulum that remember nothing (friction, springs, cogging, ...); what varies
+    between the rigs are parameters: `randomize` is "tolerance", a dict, a Calibration, or a callable that changes no
+    effects. An episode that has ended begins anew at the next step.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(
+        self,
+        num_envs: int = 64,
+        rig: Rig | str = "qube-servo-2",
+        task: Literal["swing-up", "balance"] = "swing-up",
+        *,
+        rate: float = 100.0,
+        seconds: float = 10.0,
+        arm_angle: float = 2.5,
+        references: Sequence[float] = (0.0,),
+        hold: float = 2.5,
+        randomize: _Randomize | None = None,
+        render_mode: None = None,
+    ) -> None:
+        self.rig = rig if isinstance(rig, Rig) else Rig.load(rig)
+        if others := set(self.rig.effects) - MEMORYLESS:
+            raise ValueError(
+                f"{', '.join(sorted(others))}: not in a batch; take gymnasium.make_vec with vectorization_mode='sync'"
+            )
+        self.num_envs, self.render_mode = num_envs, render_mode
+        self.game = _Game(task, arm_angle, references)
+        self.draw = draws_of(randomize, self.rig)
+        self.substeps = max(1, int(np.ceil(1 / rate / 0.002 - 1e-9)))
+        self.period, self.length, self.hold = 1 / rate, round(seconds * rate), max(1, round(hold * rate))
+        self.single_observation_space = self.game.observations
+        self.single_action_space = gymnasium.spaces.Box(-1, 1, (1,), dtype=np.float32)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.parameters = {name: np.full(num_envs, value) for name, value in self.rig.parameters.items()}
+
+    def reset(
+        self, *, seed: Any = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        super().reset(seed=seed)
+        self.x, self.reference = np.zeros((self.num_envs, 4)), np.zeros(self.num_envs)
+        self.samples, self.ended = np.zeros(self.num_envs, dtype=int), np.zeros(self.num_envs, dtype=bool)
+        self._begin(np.arange(self.num_envs))
+        return self.game.observe(self.x, self.reference), {}
+
+    def _begin(self, which: NDArray[np.intp]) -> None:
+        rng = self.np_random
+        for k in which:
+            rig = self.draw(rng)
+            if rig.effects != self.rig.effects:
+                raise ValueError(
+                    "randomize changes effects: not in a batch; take gymnasium.make_vec with vectorization_mode='sync'"
+                )
+            for name, value in rig.parameters.items():
+                self.parameters[name][k] = value
+            self.x[k], self.reference[k], self.samples[k] = self.game.start(rng), rng.choice(self.game.references), 0
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        shares = np.clip(np.asarray(actions, dtype=float), -1, 1)[:, 0]
+        volts = shares * self.parameters["motor.command_limit"]
+        # The command differs between the rigs: as an offset of the voltage, beside a command of 0.
+        varied = {name: values for name, values in self.parameters.items() if name != "motor.command_limit"}
+        x = simulate_batch(
+            self.rig,
+            self.x,
+            np.zeros(self.substeps),
+            self.period / self.substeps,
+            parameters=varied,
+            effects={"motor.bias": {"voltage": volts}},
+        )
+        reward, failed = self.game.judge(x, shares, self.reference)
+        self.x, self.samples = x, self.samples + 1
+        anew = np.flatnonzero(self.samples % self.hold == 0)
+        self.reference[anew] = self.np_random.choice(self.game.references, len(anew))
+        again = self.ended
+        self._begin(np.flatnonzero(again))
+        reward, failed = np.where(again, 0.0, reward), np.where(again, False, failed)
+        truncated = self.samples >= self.length
+        self.ended = failed | truncated
+        return self.game.observe(self.x, self.reference), reward, failed, truncated, {}
+
+
+def register() -> None:
+    """Registers `furuta/RotaryPendulum-v0`, once. Importing `furuta.gym` does it.
+
+    Where the package is installed, importing gymnasium does it as well.
+    """
+    if ID not in gymnasium.registry:
+        gymnasium.register(
+            ID, entry_point="furuta.gym:RotaryPendulum", vector_entry_point="furuta.gym:RotaryPendulumVector"
+        )
+
+
+register()
