@@ -14,7 +14,7 @@ sys.path.insert(0, str(ROOT / "py/docs"))
 PAGES = [
     page
     for page in sorted((ROOT / "docs").glob("*.md"))
-    if "```python" in page.read_text() and page.name != "python.md"
+    if any(block[3] for block in BLOCK.finditer(page.read_text()))
 ]
 
 

@@ -183,7 +183,60 @@ fn closed_loop_poles_of_gain_c() {
     assert_poles(&sorted_poles(&(a - b * gain)), &expected, 0.02);
 }
 
-/// Erratum, (5) and (6): printed `y = r sin(theta) + L cos(theta) sin(alpha)`; the plus must be a minus.
+/// Erratum, (3) to (5): printed `z = -L cos(alpha)`; corrected `z = L cos(alpha)`, whose rate (6) has and whose potential
+/// energy (1) is.
+#[test]
+fn erratum_equation_3_counts_the_height_downwards() {
+    let t = Table2::printed();
+    let c = rig(RIG).params.coefficients();
+    for (x, _) in states() {
+        let height = |sign: f64, alpha: f64| sign * t.l * alpha.cos();
+        let lifted = |sign: f64| t.m * t.g * (height(sign, x.alpha) - height(sign, 0.0));
+        let model = energy::potential(&c, &x) - energy::potential(&c, &State::upright());
+        assert!((lifted(1.0) - model).abs() <= 1e-12, "corrected, {x:?}");
+        assert!((lifted(-1.0) + model).abs() <= 1e-12, "as printed, {x:?}");
+        // (6) prints the rate of the corrected one.
+        let printed = -t.l * x.alpha.sin() * x.alpha_dot;
+        let rate = slope(|s| height(1.0, x.alpha + s * x.alpha_dot), 0.0);
+        assert!((printed - rate).abs() <= 1e-8 * t.l * x.alpha_dot.abs().max(1.0));
+    }
+}
+
+/// Erratum, (6) and (7): printed `y' = -r cos(theta) theta' + ...`; corrected `r cos(theta) theta' + ...`.
+#[test]
+fn erratum_equation_6_has_the_wrong_sign_of_the_arm() {
+    let t = Table2::printed();
+    let mut wrong = 0;
+    for (x, _) in states() {
+        let ((st, ct), (sa, ca)) = (x.theta.sin_cos(), x.alpha.sin_cos());
+        let (w, v) = (x.theta_dot, x.alpha_dot);
+        // (7) with either sign, and (8).
+        let squared = |sign: f64| {
+            let along = -t.r * st * w + t.l * ct * sa * w + t.l * st * ca * v;
+            let across = sign * t.r * ct * w + t.l * st * sa * w - t.l * ct * ca * v;
+            along.powi(2) + across.powi(2) + (t.l * sa * v).powi(2)
+        };
+        let printed = (t.r * w).powi(2) + (t.l * sa * w).powi(2) + (t.l * v).powi(2)
+            - 2.0 * t.r * t.l * ca * w * v;
+        assert!((squared(1.0) - printed).abs() <= 1e-12 * printed.max(1.0));
+        wrong += usize::from((squared(-1.0) - printed).abs() > 1e-2 * printed);
+    }
+    assert!(wrong > 150, "{wrong} of 200");
+}
+
+/// Erratum, (61): printed `... U - [0, a, 0, b] theta'` with negative a and b; corrected with a plus, as (62) has it.
+#[test]
+fn erratum_equation_61_has_the_wrong_sign_of_the_damping() {
+    let t = Table2::printed();
+    let Linear { a, .. } = upright(&rig(RIG));
+    let of_61 = [-t.damping / t.j_eq, -t.r / (t.l * t.j_eq) * t.damping];
+    for (row, damping) in [2, 3].into_iter().zip(of_61) {
+        assert!((a[(row, 2)] - damping).abs() <= ROUNDING * damping.abs());
+        assert!(-damping > 0.0, "as printed it would drive the arm");
+    }
+}
+
+/// Erratum, (5): printed `y = r sin(theta) + L cos(theta) sin(alpha)`; the plus must be a minus.
 ///
 /// The model's kinetic energy is that of the corrected position.
 #[test]

@@ -16,11 +16,24 @@ pub(super) const PAPER: Paper = Paper {
     figures: &FIGURES,
     errata: &[
         Erratum {
-            place: "(5), (6)",
+            place: "(3) to (5)",
+            printed: "z = -L cos(alpha)",
+            corrected: "z = L cos(alpha)",
+            reason: "the potential energy (1), m g L cos(alpha), is largest upright, and (6) has the rate \
+                -L sin(alpha) alpha'; the speed squared does not show it",
+        },
+        Erratum {
+            place: "(5)",
             printed: "y = r sin(theta) + L cos(theta) sin(alpha)",
             corrected: "y = r sin(theta) - L cos(theta) sin(alpha)",
             reason: "(3) and (4) give the minus, and only with it does the speed squared become (9), on \
                 which all that follows rests",
+        },
+        Erratum {
+            place: "(6), (7)",
+            printed: "y' = -r cos(theta) theta' + ...",
+            corrected: "y' = r cos(theta) theta' + ...",
+            reason: "the derivative of the corrected (5); only with the plus does (8) follow from (7)",
         },
         Erratum {
             place: "(32)",
@@ -40,6 +53,13 @@ pub(super) const PAPER: Paper = Paper {
             corrected: "((p) - (q)) x [...]",
             reason: "p and q are the two terms of one derivative, by which the whole bracket is \
                 multiplied; at the upright equilibrium p = q = [...] = 0, and (53) is right",
+        },
+        Erratum {
+            place: "(61)",
+            printed: "... U - [0, a, 0, b] theta'",
+            corrected: "... U + [0, a, 0, b] theta'",
+            reason: "the a and b given below it are negative already, and (62) and (A) have them as they are; as \
+                printed the damping would drive the arm",
         },
     ],
 };
