@@ -150,7 +150,8 @@ pub(super) fn plan(
                     let separates = [rival.spec.id, trial.spec.id];
                     row(one, level, [&truth, &other], separates, sheet, data)
                 })
-                .filter(|row| row.if_true.iter().all(|e| e.is_finite()))
+                // One that would leave the wrong one the better of the two tells nothing.
+                .filter(|row| row.if_true.iter().all(|e| e.is_finite() && *e > 0.0))
                 .collect();
             rows.sort_by(|a, b| b.expected_evidence.total_cmp(&a.expected_evidence));
             rows.truncate(ROWS);
