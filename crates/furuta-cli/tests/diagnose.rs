@@ -39,7 +39,7 @@ fn rig_files_that_are_refused() {
             "text.toml",
             "com = 0.0645",
             "com = \"64 mm\"",
-            ["line 13", "64 mm"],
+            ["line 14", "64 mm"],
         ),
     ] {
         let rig = folder.file(name, rig_text("qube-servo-2", from, to));
