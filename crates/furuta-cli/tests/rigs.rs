@@ -26,7 +26,7 @@ fn rig_files_that_are_refused() {
         ("negative", "mass = 0.024", "mass = -0.024", "pendulum.mass"),
         ("missing", "mass = 0.024", "", "mass"),
         ("unit", "com = 0.0645", "com = 64.5", "pendulum.com"),
-        ("kind", "com = 0.0645", "com = \"64 mm\"", "line 13"),
+        ("kind", "com = 0.0645", "com = \"64 mm\"", "line 14"),
         ("nan", "com = 0.0645", "com = nan", "pendulum.com"),
     ];
     for (test, from, to, named) in cases {
