@@ -52,7 +52,9 @@ test: test-rust test-python
 test-rust:
 	$(CARGO) test --workspace --exclude furuta-py --locked --no-fail-fast
 
-test-python: py build
+# The command line is built with the features that the Python package asks of the crates they share: once for both.
+test-python: py
+	$(CARGO) build --release --locked -p furuta-cli -p furuta-py --bin furuta
 	FURUTA_CLI=$(TARGET)/release/furuta $(VENV)/bin/python -m pytest
 
 # The virtual environment is made anew when the requirements change.
