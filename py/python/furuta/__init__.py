@@ -12,6 +12,7 @@ True
 """
 
 from furuta import papers, plot
+from furuta._campaign import CampaignError, campaign
 from furuta._furuta import (
     CalibrateError,
     Calibration,
@@ -81,6 +82,7 @@ from furuta.trajectory import Trajectory
 __all__ = [
     "CalibrateError",
     "Calibration",
+    "CampaignError",
     "Comparison",
     "Controller",
     "ControllerError",
@@ -109,6 +111,7 @@ __all__ = [
     "__version__",
     "arm_step",
     "calibrate",
+    "campaign",
     "care",
     "catalogue",
     "closed_loop",
