@@ -131,7 +131,9 @@ class Columns:
                 return f"the schema has no column {name!r}"
             together = now if before is None else wider(before, now)
             if together is None or (self.fixed and together != before):
-                whence = "by the schema" if self.fixed else f"in case {self.first.get(name, 'before')}"
+                first = self.first.get(name)
+                shown = "in the rows before" if first is None else f"in case {first}"
+                whence = "by the schema" if self.fixed else shown
                 return f"column {name!r} is {now} here and {before} {whence}: a column has one type"
             found[name] = together
         for name, kind in found.items():
