@@ -2,6 +2,7 @@
 #
 #   make demo       no hardware: an emulated rig hides an effect, is balanced, logged, diagnosed and repaired; writes a report
 #   make test       every test, Rust and Python
+#   make test-clusters  campaigns on a Ray and a Dask cluster of two workers, one of which is killed; installs both
 #   make lint       formatting, clippy, the crates for the microcontroller, documentation: warnings are errors; licences
 #   and sources of all crates
 #   make fuzz       every fuzz target for SECONDS (60); needs cargo-fuzz, and installs it
@@ -35,7 +36,7 @@ TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 # The machine at hand, as cargo calls it: in firmware/ the microcontroller is what is built for.
 HOST = $(shell rustc -vV | sed -n 's/^host: //p')
 
-.PHONY: help demo build test test-rust test-python lint fmt no-std firmware firmware-run firmware-cost arduino same-bits fuzz docs site figures bench py clean
+.PHONY: help demo build test test-rust test-python test-clusters lint fmt no-std firmware firmware-run firmware-cost arduino same-bits fuzz docs site figures bench py clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -56,6 +57,10 @@ test-rust:
 test-python: py
 	$(CARGO) build --release --locked -p furuta-cli -p furuta-py --bin furuta
 	FURUTA_CLI=$(TARGET)/release/furuta $(VENV)/bin/python -m pytest
+
+test-clusters: py
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check -r py/requirements-clusters.txt
+	$(VENV)/bin/python -m pytest py/tests/test_campaign_clusters.py
 
 # The virtual environment is made anew when the requirements change.
 $(VENV)/ready: py/requirements-test.txt

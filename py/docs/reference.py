@@ -25,6 +25,7 @@ GROUPS = {
     ),
     "plot": ("Figures", " ".join(f"plot.{name}" for name in furuta.plot.__all__)),
     "gym": ("The Gymnasium environment", "gym.RotaryPendulum gym.RotaryPendulumVector gym.draws_of"),
+    "campaign": ("Campaigns", "campaign CampaignError"),
     "papers": ("Experiments of the papers", " ".join(f"papers.{name}" for name in furuta.papers.__all__)),
     "errors": (
         "Errors",

@@ -17,13 +17,17 @@ A foreign case (what no catalogue has, alone or with a catalogue effect beside) 
 
 Another seed is another set of rigs, sizes, pairs and data sheets. The program under test sees a copy without
 truth.json.
+
+Cases are made and scored by `furuta.campaign`, with `--jobs` processes. Scores are in a folder of `scores` in `--out`,
+one for each program, limit and set of cases: a run that was broken off goes on, the same program is not asked twice,
+another is asked anew.
 """
 
 from __future__ import annotations
 
 import argparse
-import concurrent.futures
 import dataclasses
+import hashlib
 import json
 import pathlib
 import shlex
@@ -33,6 +37,7 @@ import tempfile
 import time
 from collections.abc import Iterable
 
+import furuta
 import numpy as np
 from benchmark_cases import Case, plan
 from mujoco_effects import FOREIGN, draw_effect
@@ -177,6 +182,47 @@ def table(rows: list[dict[str, object]], groups: list[str]) -> list[str]:
     return lines
 
 
+def make(case: tuple[Case, str]) -> dict[str, object]:
+    """Writes a case, as a campaign does it."""
+    return {"made": case[0].write(pathlib.Path(case[1]))}
+
+
+def scored(case: tuple[str, list[str], float]) -> dict[str, object]:
+    """`score`, as a campaign does it: with `case` and `seconds` under names that a campaign's table leaves free."""
+    folder, command, limit = case
+    row = score(command, pathlib.Path(folder), limit)
+    return {"folder": row.pop("case"), "took": row.pop("seconds"), **row}
+
+
+def row_of(found: dict[str, object]) -> dict[str, object]:
+    """A row of the campaign as `score` gives it. What `score` raised ends the benchmark."""
+    if found["error"] is not None:
+        raise RuntimeError(f"{found['input']}: {found['error']}\n{found['traceback']}")
+    names = ("wanted", "foreign", "beside", "got", "verdict", "exact", "close", "false", "missed")
+    return {"case": found["folder"], "seconds": found["took"], **{name: found[name] for name in names}}
+
+
+def told(found: dict[str, object]) -> None:
+    """Prints a row."""
+    row = row_of(found)
+    mark = "ok  " if row["exact"] else "near" if row["close"] else "MISS"
+    print(
+        f"{row['case']:14} {mark} wanted {','.join(row['wanted']) or '-':40} "
+        f"got {','.join(row['got']) or '-'}  {row['verdict']}  {row['seconds']:.1f} s",
+        flush=True,
+    )
+
+
+def scores_of(out: pathlib.Path, command: list[str], limit: float, folders: list[pathlib.Path]) -> pathlib.Path:
+    """Where the scores of this program on these cases are: another program has another folder."""
+    seen = hashlib.sha256(json.dumps([command, limit, [folder.name for folder in folders]]).encode())
+    found = [shutil.which(word) or word for word in command]
+    for file in [*map(pathlib.Path, found), *(folder / "truth.json" for folder in folders)]:
+        if file.is_file():
+            seen.update(file.read_bytes())
+    return out / "scores" / seen.hexdigest()[:12]
+
+
 def main() -> None:
     a = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     a.add_argument("--out", type=pathlib.Path, required=True)
@@ -201,25 +247,30 @@ def main() -> None:
         else [case for case in plan(a.seed) if not a.groups or case.name.split("-", 1)[1] in a.groups.split(",")]
     )
     missing = [case for case in wanted if not (a.out / case.name / "truth.json").exists()]
-    with concurrent.futures.ProcessPoolExecutor(a.jobs) as pool:
-        for name in pool.map(Case.write, missing, [a.out] * len(missing)):
-            print("made", name, flush=True)
+    made = furuta.campaign(
+        make,
+        [(case, str(a.out)) for case in missing],
+        workers=a.jobs,
+        on_row=lambda row: print("made", row["made"] or row["error"], flush=True),
+    )
+    if made["error"].null_count < len(made):
+        raise RuntimeError(made["traceback"].drop_null()[0].as_py())
     if a.only_generate:
         return
     folders = sorted(p.parent for p in a.out.glob("*/truth.json"))
     groups = list(dict.fromkeys(f.name.split("-", 1)[1] for f in folders))
     groups = [g for g in groups if not a.groups or g in a.groups.split(",")]
     folders = [f for f in folders if f.name.split("-", 1)[1] in groups]
-    rows = []
-    with concurrent.futures.ThreadPoolExecutor(a.jobs) as pool:
-        for row in pool.map(lambda f: score(shlex.split(a.cli), f, a.limit), folders):
-            rows.append(row)
-            mark = "ok  " if row["exact"] else "near" if row["close"] else "MISS"
-            print(
-                f"{row['case']:14} {mark} wanted {','.join(row['wanted']) or '-':40} "
-                f"got {','.join(row['got']) or '-'}  {row['verdict']}  {row['seconds']:.1f} s",
-                flush=True,
-            )
+    command = shlex.split(a.cli)
+    answers = furuta.campaign(
+        scored,
+        [(str(folder), command, a.limit) for folder in folders],
+        out=scores_of(a.out, command, a.limit, folders),
+        workers=a.jobs,
+        on_row=told,
+        again=True,
+    )
+    rows = [row_of(found) for found in answers.to_pylist()]
     print("\n".join(table(rows, groups)))
 
 

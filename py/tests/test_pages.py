@@ -25,6 +25,9 @@ def test_the_code_of_a_page_prints_what_it_says(page, tmp_path):
     text = page.read_text()
     if "import gymnasium" in text:
         pytest.importorskip("gymnasium")
+    if "furuta.campaign(" in text:
+        pytest.importorskip("pyarrow")
+        pytest.importorskip("cloudpickle")
     assert text.count("```python\n") + text.count("```sh\n") == sum(1 for _ in BLOCK.finditer(text))
     for done in run(text, tmp_path):
         assert done.as_said(), f"{done.code}\nprints\n{done.printed}"

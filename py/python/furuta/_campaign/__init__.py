@@ -21,7 +21,7 @@ from furuta._campaign._task import Task
 from furuta._furuta import __version__
 
 if TYPE_CHECKING:
-    import pyarrow
+    import pyarrow  # type: ignore
 
 __all__ = ["CampaignError", "campaign"]
 

@@ -37,7 +37,7 @@ class Ray:
         self.ray, self.size = ray, _Size()
         self.mine = not ray.is_initialized()
         if self.mine:
-            ray.init(address=None if address == "ray" else address, log_to_driver=False, logging_level="warning")
+            ray.init(address=None if address == "ray" else address, log_to_driver=False)
         self.work = ray.put(work)
         # A task whose worker died is the campaign's to begin again: it counts how often.
         self.remote = ray.remote(max_retries=0)(load_and_run)
@@ -80,7 +80,7 @@ class Dask:
         except ImportError as e:
             raise ImportError(f'executor={client!r} needs Dask: pip install "furuta[dask]"') from e
         self.mine, self.size = isinstance(client, str), _Size()
-        self.client = distributed.Client(client.removeprefix("dask://")) if isinstance(client, str) else client
+        self.client: Any = distributed.Client(client.removeprefix("dask://")) if isinstance(client, str) else client
         self.work = work  # with every task: what is scattered is lost with the worker that holds it
         self.name = f"furuta-{uuid.uuid4().hex[:8]}"
         self.back: queue.Queue[int] = queue.Queue()

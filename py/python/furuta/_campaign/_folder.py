@@ -16,7 +16,7 @@ from furuta._campaign._error import CampaignError
 from furuta._campaign._rows import Columns, stored, wider
 
 if TYPE_CHECKING:
-    import pyarrow
+    import pyarrow  # type: ignore
 
 ABOUT = "_campaign.json"
 

@@ -105,6 +105,7 @@ def function(work: Callable[..., Any]) -> Any:
     if isinstance(work, types.MethodType):
         return {"method": function(work.__func__), "of": plain(work.__self__)}
     name = getattr(work, "__qualname__", type(work).__qualname__)
+    source: Any = None
     try:
         source = inspect.getsource(work if hasattr(work, "__code__") or isinstance(work, type) else type(work))
     except (OSError, TypeError):

@@ -80,7 +80,8 @@ class _Bar:
     """A line on standard error: drawn over itself on a terminal, else a new one every ten seconds."""
 
     def __init__(self, of: int) -> None:
-        self.of, self.begin, self.first, self.done = of, time.monotonic(), None, 0
+        self.of, self.begin, self.done = of, time.monotonic(), 0
+        self.first: int | None = None
         self.terminal = sys.stderr.isatty()
         self.drawn = -1e9
 

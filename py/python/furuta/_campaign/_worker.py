@@ -10,7 +10,9 @@ import os
 import pickle
 import signal
 import sys
-from typing import IO, Any
+from typing import IO
+
+from furuta._campaign._task import run
 
 
 def send(stream: IO[bytes], content: bytes) -> None:
@@ -40,20 +42,16 @@ def main() -> None:
     function = receive(tasks)
     if function is None:
         return
-    work: Any = None
-    told: str | None = None
     try:
-        import cloudpickle  # type: ignore
-
-        from furuta._campaign._task import run
-
-        work = cloudpickle.loads(function)
-    except BaseException as e:
-        told = f"{type(e).__name__}: {e}"
-    try:
-        send(rows, pickle.dumps(told))
-        while told is None and (content := receive(tasks)) is not None:
+        try:
+            work = pickle.loads(function)
+        except BaseException as e:
+            send(rows, pickle.dumps(f"{type(e).__name__}: {e}"))
+            return
+        send(rows, pickle.dumps(None))
+        while (content := receive(tasks)) is not None:
+            found = run(work, pickle.loads(content))
             sys.stdout.flush()
-            send(rows, pickle.dumps(run(work, cloudpickle.loads(content))))
+            send(rows, pickle.dumps(found))
     except BrokenPipeError:  # the driver is gone
         pass
