@@ -158,7 +158,7 @@ def test_types_of_columns(tmp_path):
     assert table["b"].to_pylist() == [[], [1], [2], None]
     assert [json.loads(text) for text in table["c"].to_pylist()[:2]] == [{"deep": [0, None]}, {"deep": [1, None]}]
     assert table["d"].to_pylist() == [False, True, True, None]
-    assert table["error"][3].as_py() == "TypeError: column 'a' is text here and float in the rows before: a column has one type"
+    assert "column 'a' is text here and float in the rows before" in table["error"][3].as_py()
     parts = sorted(tmp_path.glob("*.parquet"))
     assert len(parts) == 4 and len({str(pq.read_schema(part)) for part in parts}) == 1
 
@@ -305,7 +305,8 @@ def test_diagnose(tmp_path):
     assert (found["verdict"], found["names"]) == ("missing_effects", ["arm.spring"])
     assert json.loads(found["evidence"])[0]["delta_bic"] > 100
     assert found["after_theta"] < 0.2 * found["before_theta"]
-    assert furuta.Rig.from_toml(found["repaired_rig"]).effects["arm.spring"]["stiffness"] == pytest.approx(2e-3, rel=0.1)
+    repaired = furuta.Rig.from_toml(found["repaired_rig"])
+    assert repaired.effects["arm.spring"]["stiffness"] == pytest.approx(2e-3, rel=0.1)
     assert failed["verdict"] is None and "Error: " in failed["error"]
 
 

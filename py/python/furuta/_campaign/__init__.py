@@ -10,6 +10,8 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from furuta._campaign import _identity
 from furuta._campaign._error import CampaignError
 from furuta._campaign._folder import Folder, arrow, kinds_of
@@ -102,7 +104,8 @@ def campaign(
 
     Notes
     -----
-    Ctrl-C raises KeyboardInterrupt within 0.1 s; rows that had come by then are in the folder.
+    Ctrl-C raises KeyboardInterrupt within 0.1 s, on a cluster once its tasks are cancelled; rows that had come by then
+    are in the folder.
 
     A case of "diagnose" has `rig`, `recordings`, and options of `furuta.diagnose` (`time_limit` is None if not given).
     A case of "simulate" has `rig`, and may have `parameters`, `effects` (as of `with_parameters`, `with_effect`),
@@ -128,7 +131,7 @@ def campaign(
     """
     arrow()
     kind = _kind_of(work)
-    listed: list[Any] = list(range(cases) if isinstance(cases, int) else cases)
+    listed: list[Any] = list(range(cases) if isinstance(cases, (int, np.integer)) else cases)
     if kind is not None:
         for k, given in enumerate(listed):
             kind.check(k, given)
@@ -155,7 +158,7 @@ def campaign(
         with teller(progress, len(listed)) as tell:
             tell(len(there))
             if todo:
-                driver.run(lambda: _pool(executor, workers, load, len(todo)), _grain(executor), tell)
+                driver.run(lambda: _pool_of(executor, workers, load, len(todo)), _grain(executor), tell)
         return folder.table()
     finally:
         folder.close()
@@ -186,7 +189,7 @@ def _grain(executor: Any) -> float:
     return GRAIN["processes" if executor in (None, "processes", "serial") else "cluster"]
 
 
-def _pool(executor: Any, workers: int | None, load: bytes, count: int) -> Pool:
+def _pool_of(executor: Any, workers: int | None, load: bytes, count: int) -> Pool:
     if workers is not None and workers < 1:
         raise CampaignError(f"workers = {workers}: at least 1")
     if executor is None or executor == "processes":
@@ -237,7 +240,7 @@ class _Driver:
             number, there = 0, self.count - len(self.fresh)
             pool: Pool | None = None
             try:
-                with shield.open():
+                with shield.open(grain == GRAIN["cluster"]):
                     pool = make()
                 while self.fresh or self.alone or self.running:
                     room = pool.room()
@@ -264,9 +267,11 @@ class _Driver:
                         with shield.open():
                             tell(there)
             finally:
-                if pool is not None:
-                    pool.close()
-                self.folder.flush()
+                try:
+                    self.folder.flush()
+                finally:
+                    if pool is not None:
+                        pool.close()
 
     def _next(self, room: int, grain: float) -> list[int]:
         """The cases of the next task: so many that it is neither all overhead nor the last to end."""

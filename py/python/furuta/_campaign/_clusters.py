@@ -105,10 +105,11 @@ class Dask:
 
     def _result(self, number: int) -> Done:
         future = self.tasks.pop(number)
-        error = future.exception()
-        if error is not None:
-            return Done(number, None, f"{type(error).__name__}: {error}")
-        return Done(number, loaded(future.result()))
+        try:
+            rows = future.result()
+        except Exception as e:  # what a case raises is in its row: this is the cluster's
+            return Done(number, None, f"{type(e).__name__}: {e}")
+        return Done(number, loaded(rows))
 
     def close(self) -> None:
         self.client.cancel(list(self.tasks.values()), force=True)

@@ -6,6 +6,7 @@ leave out names that begin with an underscore or a dot.
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import pathlib
@@ -80,6 +81,12 @@ def table_of(rows: Sequence[Mapping[str, Any]], columns: Columns) -> pyarrow.Tab
     )
 
 
+@functools.cache
+def _warm() -> None:
+    """Loads what Arrow loads with the first table (pandas, seconds of it): later, Ctrl-C would wait for it."""
+    arrow().parquet.write_table(table_of([{"case": 0}], Columns()), arrow().BufferOutputStream())
+
+
 def _whole(path: pathlib.Path, write: Any) -> None:
     """Writes a file beside its place and moves it there: it is there whole or not at all."""
     beside = path.with_name(f".{path.name}.tmp")
@@ -100,6 +107,7 @@ class Folder:
         self.rows: list[Mapping[str, Any]] = []
         """Rows that are in no part yet."""
         self._lock: Any = None
+        _warm()
         if path is None:
             return
         path.mkdir(parents=True, exist_ok=True)
@@ -137,7 +145,7 @@ class Folder:
                     "take another folder, or delete this one to begin anew"
                 )
         elif parts:
-            raise CampaignError(f"{path} holds {parts[0].name} but no {ABOUT}: no campaign wrote it; take another folder")
+            raise CampaignError(f"{path} holds {parts[0].name} but no {ABOUT}: take another folder")
         text = json.dumps(dict(about), indent=1).encode()
         _whole(path / ABOUT, lambda file: file.write(text))
         pq = arrow().parquet

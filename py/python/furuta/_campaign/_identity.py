@@ -69,12 +69,23 @@ def plain(thing: Any, files: bool = False) -> Any:
         return [plain(part, files) for part in thing]
     if isinstance(thing, Set):
         return {"set": sorted((plain(part, files) for part in thing), key=repr)}
+    if isinstance(thing, types.ModuleType):
+        return {"module": thing.__name__}
     if callable(thing):
         return function(thing)
     try:
-        return {type(thing).__qualname__: _bytes(pickle.dumps(thing, 4))}
+        return {type(thing).__qualname__: _bytes(_pickled(thing))}
     except Exception as e:
         raise CampaignError(f"a {type(thing).__qualname__} cannot go to a worker, for it cannot be pickled: {e}") from e
+
+
+def _pickled(thing: Any) -> bytes:
+    try:
+        return pickle.dumps(thing, 4)
+    except Exception:
+        import cloudpickle  # type: ignore
+
+        return cloudpickle.dumps(thing)
 
 
 def _file(path: str | bytes) -> dict[str, Any]:
@@ -113,7 +124,13 @@ def function(work: Callable[..., Any]) -> Any:
         source = None if code is None else _code(code)
     held = None
     if isinstance(work, types.FunctionType):
-        cells = [cell.cell_contents for cell in work.__closure__ or ()]
+        # A function that calls itself encloses itself.
+        enclosed = dict(zip(work.__code__.co_freevars, work.__closure__ or ()))
+        cells = {
+            name: cell.cell_contents
+            for name, cell in enclosed.items()
+            if name != work.__name__ and cell != types.CellType()
+        }
         held = plain([work.__defaults__, work.__kwdefaults__, cells])
     elif not isinstance(work, (type, types.BuiltinFunctionType)):
         held = plain(getattr(work, "__dict__", None))

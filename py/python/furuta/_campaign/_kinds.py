@@ -165,8 +165,9 @@ class Simulate(Kind):
         controller, feedback = case.get("controller"), None
         if controller is not None and not isinstance(controller, Controller):
             # It is designed for the rig of the sheet: what is drawn or changed is unknown to it.
-            standard = controller == "standard"
-            controller = Controller.from_toml("", sheet, dt) if standard else Controller.from_file(controller, sheet, dt)
+            path, controller = controller, Controller.from_toml("", sheet, dt)
+            if path != "standard":
+                controller = Controller.from_file(path, sheet, dt)
         if gain is not None:
             gain = np.asarray(gain, dtype=float).reshape(4)
             feedback = (gain, np.array([reference, 0.0, 0.0, 0.0]), rig.parameters["motor.command_limit"])

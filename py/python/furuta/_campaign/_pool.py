@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import pickle
@@ -76,6 +77,8 @@ def loaded(rows: list[dict[str, Any]] | str) -> list[dict[str, Any]]:
 
 
 BOOT = "import sys, json; sys.path[:] = json.loads(sys.argv.pop()); from furuta._campaign._worker import main; main()"
+STILLBORN = 3
+"""So many workers in a row may die before they are ready."""
 THREADS = ("RAYON_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -105,18 +108,26 @@ class _Process:
 
     def _talk(self) -> None:
         process = self.process
-        assert process.stdin is not None and process.stdout is not None
         while (content := self.tasks.get()) is not None:
-            try:
-                _worker.send(process.stdin, content)
-                answer = _worker.receive(process.stdout)
-            except (OSError, ValueError):
-                answer = None
+            answer = self._answer(content)
             if answer is None:
                 code = process.wait()
                 self.answers.put((self, f"ended by signal {-code}" if code < 0 else f"ended with code {code}"))
-                return
+                break
             self.answers.put((self, answer))
+        for pipe in (process.stdin, process.stdout):
+            with contextlib.suppress(OSError):
+                if pipe is not None:
+                    pipe.close()
+        process.wait()
+
+    def _answer(self, content: bytes) -> bytes | None:
+        assert self.process.stdin is not None and self.process.stdout is not None
+        try:
+            _worker.send(self.process.stdin, content)
+            return _worker.receive(self.process.stdout)
+        except (OSError, ValueError):
+            return None
 
     def kill(self) -> None:
         """Ends it and what it has started."""
@@ -143,6 +154,8 @@ class Processes:
         share = str(max(1, cores() // workers))
         self.environment = {**dict.fromkeys(THREADS, share), **os.environ}
         self.waiting: list[tuple[int, Task]] = []
+        self.stillborn = 0
+        """How many have died before their first task since one was ready."""
         self.workers = [self._start() for _ in range(workers)]
 
     def _start(self) -> _Process:
@@ -177,14 +190,15 @@ class Processes:
     def _heard(self, worker: _Process, answer: bytes | str) -> list[Done]:
         task, worker.task = worker.task, None
         if isinstance(answer, str):  # it died
-            if not worker.ready:
-                raise CampaignError(f"a worker did not start: {sys.executable} {answer}")
+            self.stillborn += not worker.ready
+            if self.stillborn > STILLBORN:
+                raise CampaignError(f"{self.stillborn} workers did not start: {sys.executable} {answer}")
             self.workers[self.workers.index(worker)] = self._start()
             return [] if task is None else [Done(task[0], None, answer)]
         content = pickle.loads(answer)
         if task is None:
             loaded([] if content is None else content)
-            worker.ready = True
+            worker.ready, self.stillborn = True, 0
             return []
         return [Done(task[0], content)]
 
