@@ -23,7 +23,8 @@ from furuta._campaign._task import Task
 from furuta._furuta import __version__
 
 if TYPE_CHECKING:
-    import pyarrow  # type: ignore
+    from pyarrow import Schema as _Schema  # type: ignore
+    from pyarrow import Table as _Table  # type: ignore
 
 __all__ = ["CampaignError", "campaign"]
 
@@ -47,10 +48,10 @@ def campaign(
     workers: int | None = None,
     retries: int = 2,
     again: bool = False,
-    schema: pyarrow.Schema | None = None,
+    schema: _Schema | None = None,
     progress: bool | Callable[[int, int], object] | None = None,
     on_row: Callable[[dict[str, Any]], object] | None = None,
-) -> pyarrow.Table:
+) -> _Table:
     """Computes a row for each of many cases: on all cores of this machine, or on a Ray or Dask cluster.
 
     Rows are written to the folder `out` while they come. The same call on the same folder computes what is not there.

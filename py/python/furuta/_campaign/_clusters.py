@@ -34,7 +34,8 @@ class Ray:
             import ray  # type: ignore
         except ImportError as e:
             raise ImportError(f'executor={address!r} needs Ray: pip install "furuta[ray]"') from e
-        self.ray, self.size = ray, _Size()
+        self.ray: Any = ray
+        self.size = _Size()
         self.mine = not ray.is_initialized()
         if self.mine:
             ray.init(address=None if address == "ray" else address, log_to_driver=False)

@@ -6,7 +6,6 @@ leave out names that begin with an underscore or a dot.
 
 from __future__ import annotations
 
-import functools
 import json
 import os
 import pathlib
@@ -17,7 +16,7 @@ from furuta._campaign._error import CampaignError
 from furuta._campaign._rows import Columns, stored, wider
 
 if TYPE_CHECKING:
-    import pyarrow  # type: ignore
+    from pyarrow import Table as _Table  # type: ignore
 
 ABOUT = "_campaign.json"
 
@@ -71,7 +70,7 @@ def kinds_of(schema: Any) -> dict[str, str]:
     return {field.name: kind(field.type, field.metadata) for field in schema}
 
 
-def table_of(rows: Sequence[Mapping[str, Any]], columns: Columns) -> pyarrow.Table:
+def table_of(rows: Sequence[Mapping[str, Any]], columns: Columns) -> _Table:
     """The rows as a table."""
     pa = arrow()
     schema = schema_of(columns)
@@ -81,7 +80,6 @@ def table_of(rows: Sequence[Mapping[str, Any]], columns: Columns) -> pyarrow.Tab
     )
 
 
-@functools.cache
 def _warm() -> None:
     """Loads what Arrow loads with the first table (pandas, seconds of it): later, Ctrl-C would wait for it."""
     arrow().parquet.write_table(table_of([{"case": 0}], Columns()), arrow().BufferOutputStream())
@@ -205,7 +203,7 @@ class Folder:
             if not table.schema.equals(schema):
                 self._write(name, _cast(table, schema))
 
-    def table(self) -> pyarrow.Table:
+    def table(self) -> _Table:
         """All rows, in the order of the cases."""
         pa = arrow()
         schema = schema_of(self.columns)

@@ -24,6 +24,10 @@ from furuta._furuta import Controller, Rig
 FILES = {"rig", "recordings", "verify", "controller"}
 
 
+_read: dict[tuple[str, int, int], str] = {}
+"""Digests of files by path, time of change and size: each is read once as long as it stays as it is."""
+
+
 def digest(thing: Any) -> str:
     """16 hexadecimal digits."""
     return hashlib.sha256(json.dumps(thing, sort_keys=True).encode()).hexdigest()[:16]
@@ -90,13 +94,10 @@ def _pickled(thing: Any) -> bytes:
 
 def _file(path: str | bytes) -> dict[str, Any]:
     name, about = os.fsdecode(path), os.stat(path)
-    return {"file": os.path.basename(name), "digest": _content(name, about.st_mtime_ns, about.st_size)}
-
-
-@functools.lru_cache(maxsize=100_000)
-def _content(path: str, changed: int, size: int) -> str:
-    """The digest of a file, read once as long as it stays as it is."""
-    return _bytes(pathlib.Path(path).read_bytes())
+    as_it_is = (os.path.abspath(name), about.st_mtime_ns, about.st_size)
+    if as_it_is not in _read:
+        _read[as_it_is] = _bytes(pathlib.Path(name).read_bytes())
+    return {"file": os.path.basename(name), "digest": _read[as_it_is]}
 
 
 def case(thing: Any, kind: str | None) -> Any:
