@@ -171,10 +171,9 @@ class Simulate(Kind):
         if gain is not None:
             gain = np.asarray(gain, dtype=float).reshape(4)
             feedback = (gain, np.array([reference, 0.0, 0.0, 0.0]), rig.parameters["motor.command_limit"])
-        changed: dict[str, Any] = {
-            name: value for name, value in rig.parameters.items() if value != sheet.parameters[name]
-        }
-        changed |= {id: of for id, of in rig.effects.items() if of != sheet.effects.get(id)}
+        numbers, acting = sheet.parameters, sheet.effects
+        changed: dict[str, Any] = {name: value for name, value in rig.parameters.items() if value != numbers[name]}
+        changed |= {id: of for id, of in rig.effects.items() if of != acting.get(id)}
         return _Run(rig, x0, u, dt, controller, feedback, reference, changed)
 
     def __call__(self, case: Mapping[str, Any], rng: np.random.Generator) -> dict[str, Any]:
