@@ -113,7 +113,7 @@ def campaign(
     `vary` (draws the rig: see `furuta.gym.draws_of`), `x0`, `dt`, `seconds`, and one of `u` (a voltage, or an array),
     `gain` (u = -gain (x - reference) from true states), `controller` (a Controller, a path, or "standard"), with
     `reference` (of the arm, rad). A case of "study" has `study` ("swing-up", "region", "calibration", ...), `rig`, and
-    options of that command of the command line, which must be installed.
+    options of `furuta study` of the command line (the program that FURUTA_CLI names, else `python -m furuta`).
 
     Examples
     --------

@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterable, Mapping, Sequence
@@ -291,11 +292,6 @@ class Study(Kind):
     columns = {"study": "text", "rig": "text", "seed": "int", "answer": "json"}
 
     def __call__(self, case: Mapping[str, Any], rng: np.random.Generator) -> dict[str, Any]:
-        from furuta.__main__ import program
-
-        found = program()
-        if found is None:
-            raise FileNotFoundError("no command `furuta` beside this Python, on the PATH, or in FURUTA_CLI")
         given = dict(case)
         study, rig = given.pop("study"), given.pop("rig", None)
         drawn = int(rng.integers(2**31))
@@ -307,9 +303,17 @@ class Study(Kind):
                 rig.save(path)
             else:
                 path = rig
-            words = [found, "study", str(study), *(["--rig", os.fspath(path)] if path is not None else [])]
+            words = [*_command(), "study", str(study), *(["--rig", os.fspath(path)] if path is not None else [])]
             words += [word for name, value in given.items() for word in _option(name, value)]
-            done = subprocess.run([*words, "--json"], capture_output=True, text=True, stdin=subprocess.DEVNULL)
+            # Python finds the package where this process did.
+            paths = os.pathsep.join([str(pathlib.Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
+            done = subprocess.run(
+                [*words, "--json"],
+                capture_output=True,
+                text=True,
+                stdin=subprocess.DEVNULL,
+                env=os.environ | {"PYTHONPATH": paths.strip(os.pathsep)},
+            )
         answers = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
         if done.returncode != 0 or not answers:
             raise RuntimeError(f"furuta study {study}: {done.stderr.strip() or f'code {done.returncode}'}")
@@ -319,6 +323,12 @@ class Study(Kind):
             "seed": given.get("seed"),
             "answer": answers[0] if len(answers) == 1 else answers,
         }
+
+
+def _command() -> list[str]:
+    """The command line: the program that FURUTA_CLI names, else that of the package."""
+    named = os.environ.get("FURUTA_CLI")
+    return [named] if named else [sys.executable, "-m", "furuta"]
 
 
 def _option(name: str, value: Any) -> list[str]:
