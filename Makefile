@@ -1,22 +1,19 @@
-# What one can do here. `make demo` and `make test` set up everything they need: only Rust and Python >= 3.10 are assumed.
+# What one can do here. `make demo` and `make test` set up all they need: only Rust and Python >= 3.10 are assumed.
 #
-#   make demo       no hardware: an emulated rig hides an effect, is balanced, logged, diagnosed and repaired; writes a report
+#   make demo       no hardware: an emulated rig hides an effect, is balanced, logged, diagnosed and repaired; a report
 #   make test       every test, Rust and Python
-#   make lint       formatting, clippy, the crates for the microcontroller, documentation: warnings are errors; licences
-#   and sources of all crates
-#   make fuzz       every fuzz target for SECONDS (60); needs cargo-fuzz, and installs it
+#   make lint       formatting, clippy, crates for the microcontroller, documentation: warnings are errors; licences
+#   make fuzz       every fuzz target for SECONDS (60); installs cargo-fuzz
 #   make py         the Python package `furuta`, into .venv
-#   make docs       the documentation: site/index.html (guides, Python reference, effects), target/doc/furuta_model/index.html
-#   (Rust), and the figures
+#   make docs       site/index.html (guides, Python reference, effects), target/doc/furuta_model/index.html, figures
 #   make site       site/index.html alone; its warnings are errors
 #   make figures    every figure in docs that a command of this program draws
 #   make bench      benchmarks (criterion)
 #   make no-std     the crates without an operating system, for a Cortex-M4F
-#   make firmware   builds the programs for the microcontroller (folder firmware) and checks that no control step can panic
+#   make firmware   builds the programs for the microcontroller; checks that no control step can panic
 #   make firmware-run   runs them in QEMU, `furuta run` against the board's serial line included: docs/firmware.md
 #   make firmware-cost  prints what they cost: flash, RAM, stack, instructions
-#   make arduino    builds the sketch for an Arduino, prints what it costs, runs `furuta run` against it in simavr:
-#   docs/arduino.md
+#   make arduino    builds the sketch for an Arduino, runs `furuta run` against it in simavr: docs/arduino.md
 #   make same-bits  runs the model here and on a Cortex-M4 in QEMU and compares every bit: docs/target.md
 #   make clean      removes what was built, .venv and .venv-docs included
 
@@ -35,7 +32,8 @@ TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 # The machine at hand, as cargo calls it: in firmware/ the microcontroller is what is built for.
 HOST = $(shell rustc -vV | sed -n 's/^host: //p')
 
-.PHONY: help demo build test test-rust test-python lint fmt no-std firmware firmware-run firmware-cost arduino same-bits fuzz docs site figures bench py clean
+.PHONY: help demo build test test-rust test-python lint fmt no-std firmware firmware-run firmware-cost arduino \
+	same-bits fuzz docs site figures bench py clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -52,18 +50,23 @@ test: test-rust test-python
 test-rust:
 	$(CARGO) test --workspace --exclude furuta-py --locked --no-fail-fast
 
-# The command line is built with the features that the Python package asks of the crates they share: once for both.
+# The command line is tested as the package carries it.
 test-python: py
-	$(CARGO) build --release --locked -p furuta-cli -p furuta-py --bin furuta
-	FURUTA_CLI=$(TARGET)/release/furuta $(VENV)/bin/python -m pytest
+	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta $(VENV)/bin/python -m pytest
 
-# The virtual environment is made anew when the requirements change.
-$(VENV)/ready: py/requirements-test.txt
-	@test -n "$(PYTHON)" || { echo "no Python 3.10 or newer found: install one, or say make PYTHON=/path/to/python"; exit 1; }
-	rm -rf $(VENV)
-	$(PYTHON) -m venv $(VENV) || { echo "this Python has no venv module (Debian, Ubuntu: apt install python3-venv)"; rm -rf $(VENV); exit 1; }
-	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check -r py/requirements-test.txt
-	touch $@
+# A virtual environment (first word) with what a file lists (second); it is made anew when the list changes.
+define environment
+$(1)/ready: $(2)
+	@test -n "$$(PYTHON)" || { \
+		echo "no Python 3.10 or newer found: install one, or say make PYTHON=/path/to/python"; exit 1; }
+	rm -rf $(1)
+	$$(PYTHON) -m venv $(1) || { \
+		echo "this Python has no venv module (Debian, Ubuntu: apt install python3-venv)"; rm -rf $(1); exit 1; }
+	$(1)/bin/python -m pip install --quiet --disable-pip-version-check -r $(2)
+	touch $$@
+endef
+$(eval $(call environment,$(VENV),py/requirements-test.txt))
+$(eval $(call environment,$(VENV_DOCS),py/requirements-docs.txt))
 
 py: $(VENV)/ready
 	VIRTUAL_ENV=$(CURDIR)/$(VENV) $(VENV)/bin/maturin develop --release --locked --quiet
@@ -75,7 +78,8 @@ lint: $(VENV)/ready no-std
 	$(CARGO) deny --version >/dev/null 2>&1 || $(CARGO) install cargo-deny --locked --no-default-features --quiet
 	$(CARGO) deny --workspace check licenses bans sources
 	cd firmware && $(CARGO) fmt --all --check
-	cd firmware && CARGO_TARGET_DIR=$(TARGET) $(CARGO) clippy --workspace --all-targets --locked --target $(HOST) -- -D warnings
+	cd firmware && CARGO_TARGET_DIR=$(TARGET) \
+		$(CARGO) clippy --workspace --all-targets --locked --target $(HOST) -- -D warnings
 	cd firmware && CARGO_TARGET_DIR=$(TARGET) bash ../.ci/for-target clippy --workspace --locked -- -D warnings
 
 fmt:
@@ -107,13 +111,6 @@ fuzz:
 
 docs: $(VENV)/ready figures site
 	$(CARGO) doc --workspace --no-deps --locked
-
-$(VENV_DOCS)/ready: py/requirements-docs.txt
-	@test -n "$(PYTHON)" || { echo "no Python 3.10 or newer found: install one, or say make PYTHON=/path/to/python"; exit 1; }
-	rm -rf $(VENV_DOCS)
-	$(PYTHON) -m venv $(VENV_DOCS)
-	$(VENV_DOCS)/bin/python -m pip install --quiet --disable-pip-version-check -r py/requirements-docs.txt
-	touch $@
 
 # The package is looked at where `make py` builds it: the reference and the pictures of the effects come from it.
 site: py $(VENV_DOCS)/ready

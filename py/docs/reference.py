@@ -17,7 +17,8 @@ GROUPS = {
     "frequency": ("Frequency responses", "frf Frf fit_transfer_function TransferFit compare Comparison spectra"),
     "design": (
         "Control designs",
-        "lqr dlqr lqi lqe dlqe place care dare robust_lqr controllability closed_loop rehearse steady_motion largest_sine arm_step",
+        "lqr dlqr lqi lqe dlqe place care dare robust_lqr controllability closed_loop rehearse steady_motion largest_sine"
+        " arm_step",
     ),
     "control": (
         "Controllers and estimators",
@@ -28,8 +29,8 @@ GROUPS = {
     "papers": ("Experiments of the papers", " ".join(f"papers.{name}" for name in furuta.papers.__all__)),
     "errors": (
         "Errors",
-        "FurutaError RigError SimulationError SignalError RecordingError CalibrateError DiagnoseError ControllerError DesignError"
-        " IdentificationError",
+        "FurutaError RigError SimulationError SignalError RecordingError CalibrateError DiagnoseError ControllerError"
+        " DesignError IdentificationError",
     ),
 }
 

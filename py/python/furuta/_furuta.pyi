@@ -108,6 +108,7 @@ class _CatalogueEntry(TypedDict):
     shows: str
     experiment: str
     look_alikes: list[str]
+    follows_state: bool
     parameters: dict[str, str]
     details: dict[str, _ParameterDetail]
 
