@@ -5,6 +5,7 @@
 #   make lint       formatting, clippy, crates for the microcontroller, documentation: warnings are errors; licences
 #   make fuzz       every fuzz target for SECONDS (60); installs cargo-fuzz
 #   make py         the Python package `furuta`, into .venv
+#   make wheel      wheels (x86-64, aarch64) and an sdist, into dist/; tries them in empty environments
 #   make docs       site/index.html (guides, Python reference, effects), target/doc/furuta_model/index.html, figures
 #   make site       site/index.html alone; its warnings are errors
 #   make figures    every figure in docs that a command of this program draws
@@ -25,6 +26,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11 p
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null && { echo $$p; break; }; done)
 VENV := .venv
 VENV_DOCS := .venv-docs
+VENV_WHEEL := .venv-wheel
 # PyO3 asks this interpreter for its version; one answer for every build, or cargo builds it again each time.
 export PYO3_PYTHON := $(CURDIR)/$(VENV)/bin/python
 # Where the Python tests find the command-line program (as maturin and cargo do, this honours CARGO_TARGET_DIR).
@@ -33,7 +35,7 @@ TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 HOST = $(shell rustc -vV | sed -n 's/^host: //p')
 
 .PHONY: help demo build test test-rust test-python lint fmt no-std firmware firmware-run firmware-cost arduino \
-	same-bits fuzz docs site figures bench py clean
+	same-bits fuzz docs site figures bench py wheel clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -52,7 +54,9 @@ test-rust:
 
 # The command line is tested as the package carries it.
 test-python: py
-	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta $(VENV)/bin/python -m pytest
+	rm -rf $(TARGET)/wheels
+	$(VENV)/bin/maturin build --release --locked --strip --quiet --out $(TARGET)/wheels
+	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta FURUTA_WHEELS=$(TARGET)/wheels $(VENV)/bin/python -m pytest
 
 # A virtual environment (first word) with what a file lists (second); it is made anew when the list changes.
 define environment
@@ -67,9 +71,23 @@ $(1)/ready: $(2)
 endef
 $(eval $(call environment,$(VENV),py/requirements-test.txt))
 $(eval $(call environment,$(VENV_DOCS),py/requirements-docs.txt))
+$(eval $(call environment,$(VENV_WHEEL),py/requirements-wheel.txt))
 
 py: $(VENV)/ready
 	VIRTUAL_ENV=$(CURDIR)/$(VENV) $(VENV)/bin/maturin develop --release --locked --quiet
+
+# For every Linux of the last ten years: zig links against its C library. Of two machines this one's is tried, and the
+# sdist, which is built again where it is installed.
+MANYLINUX := manylinux2014
+wheel: $(VENV_WHEEL)/ready
+	rustup target add --quiet x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu
+	rm -rf dist
+	for machine in x86_64 aarch64; do \
+		PATH="$(CURDIR)/$(VENV_WHEEL)/bin:$$PATH" maturin build --release --locked --strip --zig --out dist \
+			--compatibility $(MANYLINUX) --target $$machine-unknown-linux-gnu --interpreter python3; done
+	$(VENV_WHEEL)/bin/maturin sdist --out dist
+	$(VENV_WHEEL)/bin/python py/tests/wheel.py dist/furuta-*_$$(uname -m).whl dist/furuta-*.tar.gz
+	$(CARGO) publish --workspace --dry-run --no-verify --locked --allow-dirty
 
 lint: $(VENV)/ready no-std
 	$(CARGO) fmt --all --check
@@ -139,4 +157,4 @@ bench:
 
 clean:
 	$(CARGO) clean
-	rm -rf $(VENV) $(VENV_DOCS) site
+	rm -rf $(VENV) $(VENV_DOCS) $(VENV_WHEEL) dist site

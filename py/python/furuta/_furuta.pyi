@@ -34,6 +34,7 @@ __all__ = [
     "TransferFit",
     "Validation",
     "__version__",
+    "_main",
     "_read_recording",
     "_write_data",
     "arm_step",
@@ -568,6 +569,7 @@ class _Frame(Protocol):
     def __getitem__(self, name: Any, /) -> Any: ...
 
 def _read_recording(given: Any) -> tuple[str, dict[str, Any], list[str]]: ...
+def _main(arguments: list[str]) -> int: ...
 def _write_data(path: _Path, text: str, *, force: bool = False) -> None: ...
 
 class _Estimate(TypedDict):
