@@ -197,7 +197,7 @@ def test_a_limit_brakes_and_ends_the_run():
     rig = furuta.Rig.from_toml(RIG.to_toml() + "\n[limits]\narm_angle = 0.5\n")
     io = Simulated(rig)
     io.plant.reset([0.4, np.pi, 8.0, 0.0])
-    with pytest.raises(furuta.RunError, match=r"arm at .* beyond its limit of 0.500 rad at t = .*: motor off; bring") as e:
+    with pytest.raises(furuta.RunError, match="arm at .* beyond its limit of 0.500 rad at t = .*: motor off; bri") as e:
         furuta.run(rig, io=io, duration=5.0, any_loop=True, **VIRTUAL)
     done = e.value.run
     assert io.volts[-3:] == [0.0] * 3 and done.mode[-1] == "brake" and done.command[-1] == 0

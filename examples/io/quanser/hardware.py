@@ -34,8 +34,10 @@ class Clock:
 
 
 class HIL:
-    """A card with a QUBE-Servo 2: analog output 0 is the motor's voltage, digital output 0 enables the motor, encoders 0
-    and 1 are the arm's and the pendulum's.
+    """A card with a QUBE-Servo 2.
+
+    Analog output 0 is the motor's voltage, digital output 0 enables the motor, encoders 0 and 1 are the arm's and the
+    pendulum's.
     """
 
     INFINITE = -1

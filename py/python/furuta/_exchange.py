@@ -73,11 +73,13 @@ class Angles:
         except (TypeError, ValueError):
             number = math.nan
         if not math.isfinite(number):
-            raise Stop(f"io.exchange returned {name} = {_shown(value)}, which is not a finite number", self._wanted())
+            said = f"io.exchange returned {name} = {_shown(value)}, which is not a finite number"
+            raise Stop(said, self._wanted())
         middle, per_turn = (0.0, math.pi)[axis], self._per_turn[axis]
         if self._counts:
             if not (isinstance(value, numbers.Integral) or number.is_integer()):
-                raise Stop(f"io.exchange returned {name} = {_shown(value)}, which is not a whole number", self._wanted())
+                said = f"io.exchange returned {name} = {_shown(value)}, which is not a whole number"
+                raise Stop(said, self._wanted())
             return middle + number * math.tau / per_turn
         # To the last bit what the encoder's count is: other programs compute it in another order.
         turns = (number - middle) * per_turn / math.tau
@@ -129,7 +131,7 @@ class Frozen:
 
 
 class Watchdog:
-    """Calls `io.off()` while `io.exchange` does not return: from another thread, once, and only where there is an `off`.
+    """Calls `io.off()` while `io.exchange` does not return: from another thread, once, where there is an `off`.
 
     `called` is when `exchange` was called; None between two calls.
     """
@@ -159,7 +161,7 @@ class Watchdog:
             if called is not None and now() - called > self._limit:
                 self.acted = True
                 with contextlib.suppress(Exception):  # the run's own end tries again
-                    self._off()
+                    self._off()  # type: ignore[misc]
 
 
 def off(io: Any) -> BaseException | None:

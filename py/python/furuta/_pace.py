@@ -1,7 +1,7 @@
 """When a run's samples are taken, and how late each of them is.
 
-`Ours` sleeps from one sample to the next on the monotonic clock; `Theirs` counts the samples of an object that waits for
-them itself. Both have the methods `wait(k)` and `sample(k, arrived)`.
+`Ours` sleeps from one sample to the next on the monotonic clock; `Theirs` counts the samples of an object that waits
+for them itself. Both have the methods `wait(k)` and `sample(k, arrived)`.
 """
 
 from __future__ import annotations

@@ -24,8 +24,8 @@ _Array = NDArray[np.float64]
 class Run:
     """A run of a rig by `furuta.run`: one entry a sample in each array.
 
-    It is a log of `furuta run` in every column; `save` writes it, and `furuta.diagnose`, `furuta.replay` and the command
-    line read it.
+    It has every column of a log of `furuta run`. `save` writes it as one, which `furuta.diagnose` and the command line
+    read.
 
     Examples
     --------
@@ -67,8 +67,8 @@ class Run:
     lost: NDArray[np.int64]
     """Samples that were lost just before this one, because it was late by whole periods."""
     lateness: _Array
-    """How late the sample came, s: after it was due with `pace="ours"`, after the promptest of the last 20 to 40 ms with
-    `pace="io"`."""
+    """How late the sample came, s: after it was due with `pace="ours"`, after the promptest of the last 20 to 40 ms
+    with `pace="io"`."""
     compute: _Array
     """From the sample's arrival to the answer, s."""
     exchange: _Array
@@ -132,7 +132,7 @@ class Run:
         A file that is there already is replaced only with `force`.
         """
         _runlog.check(path, force)
-        columns = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in self.columns().items()}
+        columns = {name: list(np.asarray(values).tolist()) for name, values in self.columns().items()}
         _write_data(os.fspath(path), _runlog.text(self.said, columns), force=force)
 
     def plot(self, *, ax: Any = None) -> Figure:

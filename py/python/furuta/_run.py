@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-import contextlib
-import gc
 import math
 import os
-import signal
-import threading
-import time
-from collections.abc import Iterator
 from typing import Any, Literal
 
 import numpy as np
 
 from furuta import _runlog
-from furuta._exchange import IO, Angles, Frozen, RunError, Stop, Watchdog, off
+from furuta._exchange import IO, Angles, Frozen, RunError, Stop, Watchdog
 from furuta._furuta import Controller, ControllerError, Interrupted, Rig, Simulator, Supervisor
-from furuta._pace import Ours, Theirs, now
+from furuta._pace import Ours, Theirs
 from furuta._ran import Run
+from furuta._running import COLUMNS, HOLD, Loop, fly
 
 # Periods after which a late sample ends a run: those after which a rig's watchdog switches its motor off.
 _LATE = 10
 # A controller that holds the pendulum of the model from here, rad, for so long, s, may be run.
 _TILT, _HELD = 0.05, 2.0
-# How long the arm stays at a step of its reference, s: as in `furuta run --arm-steps`.
-_HOLD = 2.0
-_MODES = {"swing-up": "swing-up", "balance": "balance", "braking": "brake"}
-# Of each sample, in the order in which the loop has them.
-_COLUMNS = ("t", "u", "theta", "alpha", "theta_dot", "alpha_dot", "reference", "command", "mode", "seq", "lost")
-_COLUMNS += ("lateness", "compute", "exchange")
 
 
 def run(
@@ -51,8 +40,8 @@ def run(
     """Swings the pendulum of a rig up and balances it, through any object that exchanges volts for angles.
 
     It is the supervisor of `furuta run` and of the firmware, with its estimator, limits and faults, and its log. A
-    command that is decided at a sample acts from the next one on. However the run ends, the last thing that `io` is told
-    is 0 V, three times.
+    command that is decided at a sample acts from the next one on. However the run ends, the last thing that `io` is
+    told is 0 V, three times.
 
     Parameters
     ----------
@@ -61,17 +50,17 @@ def run(
     controller : Controller, optional
         Or the path of a controller file; the standard one if not given.
     io : object
-        It has a method `exchange(volts)`, which sets the motor to `volts` and returns the sample's `(theta, alpha)`: rad,
-        theta = 0 where the arm rests, alpha = pi hanging, neither wrapped. With `counts` both encoders' counts, 0 at
-        rest. It may have a method `off()`, which sets 0 V and reads nothing: for when reading fails, and from another
-        thread while `exchange` does not return.
+        It has a method `exchange(volts)`, which sets the motor to `volts` and returns the sample's `(theta, alpha)`:
+        rad, theta = 0 where the arm rests, alpha = pi hanging, neither wrapped. With `counts` both encoders' counts, 0
+        at rest. It may have a method `off()`, which sets 0 V and reads nothing: for when reading fails, and from
+        another thread while `exchange` does not return.
     duration : float, optional
         Length of the run, s. It ends after half as much again and 2 s of the host's clock in any case.
     dt : float, optional
         Sample period, s, whole microseconds; the controller's, or 0.002.
     pace : {"ours", "io"}, optional
-        "ours": `exchange` is called once a period of the host's clock, and returns as soon as it can. "io": it waits for
-        its next sample itself, leaves none out, and sets the motor then.
+        "ours": `exchange` is called once a period of the host's clock, and returns as soon as it can. "io": it waits
+        for its next sample itself, leaves none out, and sets the motor then.
     counts : bool, optional
         Whether `exchange` returns encoder counts; if not given, the attribute `counts` of `io`, or False.
     arm_steps : float, optional
@@ -130,7 +119,7 @@ def run(
         _rehearse(known, made, period)
     limit = late_limit if late_limit is not None else math.inf if any_clock else _LATE * period
     is_counts = bool(getattr(io, "counts", False) if counts is None else counts)
-    loop = _Loop(
+    loop = Loop(
         io=io,
         supervisor=supervisor,
         angles=Angles(known, is_counts),
@@ -143,151 +132,32 @@ def run(
         late_limit=limit,
         longest=10 * duration + 60 if any_clock else 1.5 * duration + 2,
         any_clock=any_clock,
-        arm_steps=arm_steps,
+        arm_steps=float(arm_steps),
     )
-    error, off_error, started = _fly(loop)
-    end = _told(error, loop.t)
-    reference = {"steps": {"amplitude": float(arm_steps), "hold": _HOLD}} if arm_steps else {"constant": 0.0}
-    watchdog = min(max(round(limit / period), 1), 65535) if math.isfinite(limit) else _LATE
-    again = {"task": {"balance": {"reference": reference}}, "dt": period, "watchdog": watchdog}
-    columns = dict(zip(_COLUMNS, zip(*loop.rows))) if loop.rows else dict.fromkeys(_COLUMNS, ())
-    arrays: dict[str, Any] = {name: np.array(values, dtype=float) for name, values in columns.items() if name != "mode"}
-    arrays |= {name: arrays[name].astype(np.int64) for name in ("seq", "lost")}
-    done = Run(
-        **arrays,
-        mode=list(columns["mode"]),
-        dt=period,
-        end=end,
-        name=known.name,
-        rig=known,
-        said=_runlog.metadata(
-            known,
-            made.to_toml(),
-            f"energy swing-up; {made.kind}; arm " + (f"to plus and minus {arm_steps} rad every {_HOLD} s" if arm_steps else "at 0 rad"),
-            f"furuta.run, {type(io).__module__}.{type(io).__qualname__}, pace {pace}" + (", counts" if is_counts else ""),
-            started,
-            again if loop.angles.whole else None,
-        ),
-    )
+    error, off_error, started = fly(loop)
+    told = f"furuta.run, {type(io).__module__}.{type(io).__qualname__}, pace {pace}{', counts' if is_counts else ''}"
+    done = _ran(loop, known, made, _told(error, loop.t), told, started)
     _end(done, error, off_error, log, force)
     return done
 
 
-class _Loop:
-    """A run under way."""
-
-    def __init__(self, **settings: Any) -> None:
-        self.__dict__.update(settings)
-        self.rows: list[tuple[Any, ...]] = []
-        self.t = 0.0
-
-    def until_the_end(self) -> None:
-        """Samples until the duration is over; raises whatever ends it before."""
-        io, supervisor, pace, angles, rows = self.io, self.supervisor, self.pace, self.angles, self.rows
-        watchdog, dt, volts, k, last, balanced, braking = self.watchdog, supervisor.dt, 0.0, 0, -1, None, False
-        begin = now()
-        while True:
-            pace.wait(k)
-            called = watchdog.called = now()
-            try:
-                given = io.exchange(volts)
-                watchdog.called = None
-            except Exception as e:
-                said = f"io.exchange raised {type(e).__name__}: {e}"
-                raise Stop(said, "see the error above, and the rig's cables") from e
-            arrived = now()
-            k, late = pace.sample(k, arrived)
-            # As the protocol's whole microseconds.
-            self.t = t = round(k * dt * 1e6) * 1e-6
-            theta, alpha = angles.read(given)
-            self._punctual(k, late, arrived, begin)
-            self.frozen.look(theta, alpha, volts)
-            target = _steps(self.arm_steps, t - balanced if balanced is not None else 0.0)
-            command, doing = supervisor.step(t, theta, alpha, target=target, held=volts)
-            balanced = (t if balanced is None else balanced) if doing == "balance" else None
-            mode = "brake" if braking and doing == "fault" else _MODES.get(doing, "off")
-            braking = doing == "braking"
-            x = supervisor.estimate
-            rows.append(
-                (t, volts, theta, alpha, float(x[2]), float(x[3]), supervisor.reference, command, mode, k, k - last - 1)
-                + (late, now() - arrived, arrived - called)
-            )
-            if doing == "fault":
-                raise Stop(str(supervisor.fault), "bring the arm back to its middle")
-            if t >= self.duration and not braking:
-                return
-            # In single precision, as it would go over the protocol's wire and as a log holds it.
-            volts = min(max(float(np.float32(command)), -self.largest), self.largest)
-            last, k = k, k + 1
-
-    def _punctual(self, k: int, late: float, arrived: float, begin: float) -> None:
-        """Raises `Stop` where a sample is too late, or the samples' time is not the clock's."""
-        if late > self.late_limit:
-            raise Stop(
-                f"a sample came {late * 1e3:.1f} ms late, the limit is {self.late_limit * 1e3:.1f} ms",
-                "see what else the computer does and how long io.exchange takes, or give a larger late_limit",
-            )
-        if arrived - begin > self.longest:
-            raise Stop(
-                f"a run of {self.duration:g} s has lasted {arrived - begin:.1f} s of the host's clock",
-                "see how long io.exchange takes",
-            )
-        if not self.any_clock and (rate := self.pace.rate(k, arrived)) is not None:
-            raise Stop(
-                f"the samples of io come {rate:.3f} times as fast as one every {self.supervisor.dt * 1e3:g} ms",
-                "give io and furuta.run the same period, or any_clock=True if io is a simulation",
-            )
-
-
-def _fly(loop: _Loop) -> tuple[BaseException | None, BaseException | None, int]:
-    """Runs the loop, and switches the motor off: what ended it, why the motor could not be switched off, when it began."""
-    error: BaseException | None = None
-    started = time.time_ns()
-    collected = gc.isenabled()
-    with _signals() as ended:
-        try:
-            gc.disable()
-            with loop.watchdog.watching():
-                loop.until_the_end()
-            ended()
-        except BaseException as e:
-            ended()
-            error = e
-        finally:
-            off_error = off(loop.io)
-            if collected:
-                gc.enable()
-    return error, off_error, started
-
-
-@contextlib.contextmanager
-def _signals() -> Iterator[Any]:
-    """Ctrl-C and SIGTERM raise once within, and no more once what is given was called: nothing keeps 0 V from its way."""
-    deaf = False
-
-    def ended() -> None:
-        nonlocal deaf
-        deaf = True
-
-    def heard(number: int, _: Any) -> None:
-        if deaf:
-            return
-        ended()
-        if number == signal.SIGINT:
-            raise KeyboardInterrupt
-        raise SystemExit(128 + number)
-
-    before: dict[int, Any] = {}
-    if threading.current_thread() is threading.main_thread():
-        for name, usual in (("SIGINT", signal.default_int_handler), ("SIGTERM", signal.SIG_DFL), ("SIGHUP", signal.SIG_DFL)):
-            number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) is usual:
-                before[number] = signal.signal(number, heard)
-    try:
-        yield ended
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+def _ran(loop: Loop, rig: Rig, controller: Controller, end: str, io: str, started: int) -> Run:
+    """What a loop has measured, and what its log says."""
+    dt, steps, limit = loop.supervisor.dt, loop.arm_steps, loop.late_limit
+    arm = f"arm to plus and minus {steps} rad every {HOLD} s" if steps else "arm at 0 rad"
+    reference = {"steps": {"amplitude": steps, "hold": HOLD}} if steps else {"constant": 0.0}
+    again = {
+        "task": {"balance": {"reference": reference}},
+        "dt": dt,
+        "watchdog": min(max(round(limit / dt), 1), 65535) if math.isfinite(limit) else _LATE,
+    }
+    words = f"energy swing-up; {controller.kind}; {arm}"
+    said = _runlog.metadata(rig, controller.to_toml(), words, io, started, again if loop.angles.whole else None)
+    columns: dict[str, Any] = dict(zip(COLUMNS, zip(*loop.rows))) if loop.rows else dict.fromkeys(COLUMNS, ())
+    modes = list(columns.pop("mode"))
+    arrays = {name: np.array(values, dtype=float) for name, values in columns.items()}
+    arrays |= {name: arrays[name].astype(np.int64) for name in ("seq", "lost")}
+    return Run(**arrays, mode=modes, dt=dt, end=end, name=rig.name, rig=rig, said=said)
 
 
 def _end(
@@ -316,7 +186,7 @@ def _end(
     if isinstance(error, Stop):
         said += f"; {error.advice}"
     if unwritten is not None:
-        said += f"; the log was not written ({unwritten}): this error's attribute run holds it, run.save(path) writes it"
+        said += f"; the log was not written ({unwritten}): the attribute run holds it, run.save(path) writes it"
     if isinstance(error, SystemExit):
         raise error
     raised = Interrupted(said) if isinstance(error, KeyboardInterrupt) else RunError(said)
@@ -335,12 +205,6 @@ def _told(error: BaseException | None, t: float) -> str:
         return f"told to terminate at t = {t:.3f} s"
     what = error.what if isinstance(error, Stop) else f"{type(error).__name__}: {error}"
     return f"{what} at t = {t:.3f} s"
-
-
-def _steps(amplitude: float, t: float) -> float:
-    """The arm's reference at a time since balancing began: as `furuta run --arm-steps` has it."""
-    step = int(max(t, 0.0) / _HOLD)
-    return 0.0 if step == 0 else amplitude if step % 2 else -amplitude
 
 
 def _period(dt: float | None, controller: Any) -> float:
@@ -379,7 +243,7 @@ def _rehearse(rig: Rig, controller: Controller, dt: float) -> None:
         x = plant.step(held)
         if abs(x[1]) > math.pi / 2 or supervisor.fault is not None:
             raise ControllerError(
-                f"this controller does not hold {rig.name} upright: on the model its pendulum fell after {plant.t:.2f} s"
-                f"{f' ({supervisor.fault})' if supervisor.fault else ''}; `furuta design` gives a gain for a rig, "
-                "any_loop=True runs it all the same"
+                f"this controller does not hold {rig.name} upright: on the model its pendulum fell after "
+                f"{plant.t:.2f} s{f' ({supervisor.fault})' if supervisor.fault else ''}; `furuta design` gives a gain "
+                "for a rig, any_loop=True runs it all the same"
             )

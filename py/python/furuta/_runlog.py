@@ -95,7 +95,9 @@ def check(path: str | os.PathLike[str], force: bool) -> None:
     """Before anything moves: whether a log can be written there."""
     name = os.fspath(path)
     if name.lower().endswith(".mcap"):
-        raise ValueError(f"log = {name!r}: a run from Python writes a CSV log; `furuta convert run.csv run.mcap` makes MCAP of it")
+        raise ValueError(
+            f"log = {name!r}: a run from Python writes a CSV log; `furuta convert run.csv run.mcap` makes MCAP of it"
+        )
     if os.path.isdir(name):
         raise IsADirectoryError(f"log = {name!r} is a folder: give a file in it")
     if os.path.lexists(name) and not force:
