@@ -95,14 +95,14 @@ def test_in_real_time(pace):
     io = RealTime() if pace == "io" else Simulated()
     # Busy computers are late by tens of milliseconds; 3 s are not counted on.
     done = furuta.run(RIG, io=io, duration=1.0, pace=pace, late_limit=3.0)
-    assert done.end == "finished" and done.t[-1] == pytest.approx(1.0, abs=0.2) and "swing-up" in done.mode
+    assert done.end == "finished" and done.t[-1] >= 1.0 and "swing-up" in done.mode
     assert done.samples + done.lost.sum() == done.seq[-1] + 1
     assert np.isfinite(done.lateness).all() and (done.lateness >= 0).all() and (done.exchange > 0).all()
     assert f"{done.samples} samples, finished" in done.summary() and "late [us]" in done.summary()
 
 
 def test_samples_are_lost_where_a_call_takes_long():
-    done = furuta.run(RIG, io=Simulated(at={100: late(0.3)}), duration=1.0, late_limit=5.0)
+    done = furuta.run(RIG, io=Simulated(at={5: late(0.3)}), duration=1.0, late_limit=5.0)
     at = int(np.argmax(done.lateness))
     assert done.lateness[at] > 0.3 and done.lost[at] >= 149 and done.late >= 1
     assert np.array_equal(np.diff(done.seq), done.lost[1:] + 1)
@@ -110,10 +110,10 @@ def test_samples_are_lost_where_a_call_takes_long():
 
 @pytest.mark.parametrize("pace", ["ours", "io"])
 def test_a_late_sample_ends_the_run(pace):
-    io = (RealTime if pace == "io" else Simulated)(at={100: late(1.0)})
+    io = (RealTime if pace == "io" else Simulated)(at={5: late(1.0)})
     error = ended(io, pace=pace, any_clock=False, late_limit=0.5)
     assert "ms late, the limit is 500.0 ms at t = " in str(error) and "motor off; see what else" in str(error)
-    assert len(error.run) <= 100 and error.run.end in str(error)
+    assert len(error.run) == 5 and error.run.end in str(error)
 
 
 def test_ten_periods_are_late():
@@ -122,11 +122,20 @@ def test_ten_periods_are_late():
 
 
 def test_a_call_that_does_not_return_is_switched_off_meanwhile():
-    io = WithOff(at={50: late(2.0)})
-    with pytest.raises(furuta.RunError, match="late"):
-        furuta.run(RIG, io=io, late_limit=0.2)
-    assert io.events.index("off") == 50  # before the 51st call returned
+    io = WithOff(at={5: late(2.5)})
+    with pytest.raises(furuta.RunError, match="did not return for more than 1000.0 ms, and off.. was called meanwhile"):
+        furuta.run(RIG, io=io, late_limit=1.0)
+    assert io.events.index("off") == 5  # before the sixth call returned
     assert io.events[-3:] == ["off", "off", "off"]
+
+
+@pytest.mark.parametrize("pace", ["ours", "io"])
+def test_the_first_call_may_take_long(pace):
+    class Slow(RealTime, WithOff):
+        pass
+
+    done = furuta.run(RIG, io=Slow(at={0: late(1.2)}), duration=0.1, pace=pace, late_limit=1.0)
+    assert done.end == "finished" and done.lateness[0] == 0.0
 
 
 def test_an_object_that_raises():
@@ -322,7 +331,7 @@ def test_a_log_is_a_recording(tmp_path):
 def test_a_log_is_replayed_bit_for_bit(tmp_path):
     for case, (io, keywords) in {
         "angles": (Simulated(), {"arm_steps": 0.2}),
-        "lost": (Simulated(at={400: late(0.1)}), {"pace": "ours", "any_clock": False, "late_limit": 9.0}),
+        "lost": (Simulated(at={5: late(0.1)}), {"pace": "ours", "any_clock": False, "late_limit": 9.0}),
     }.items():
         csv, mcap = tmp_path / f"{case}.csv", tmp_path / f"{case}.mcap"
         done = run(io, 2.0, log=csv, **keywords)

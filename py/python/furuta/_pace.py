@@ -30,9 +30,8 @@ class Ours:
         self._first: float | None = None
 
     def wait(self, k: int) -> None:
-        """Until sample `k` is due; the first is due at once."""
+        """Until sample `k` is due; the first is due at once, and in time: what `io` begins with may take long."""
         if self._first is None:
-            self._first = now()
             return
         due = self._first + k * self._dt
         left = due - now()
@@ -46,7 +45,9 @@ class Ours:
 
         One that is late by whole periods has a later number: the samples between are lost.
         """
-        late = max(arrived - (self._first or 0.0) - k * self._dt, 0.0)
+        if self._first is None:
+            self._first = arrived
+        late = max(arrived - self._first - k * self._dt, 0.0)
         return k + int(late / self._dt), late
 
     def rate(self, k: int, arrived: float) -> float | None:

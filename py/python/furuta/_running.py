@@ -61,7 +61,9 @@ class Loop:
         begin = now()
         while True:
             pace.wait(k)
-            called = watchdog.called = now()
+            called = now()
+            # The motor is off at the first call, which may begin with what takes long.
+            watchdog.called = called if k else None
             try:
                 given = io.exchange(volts)
                 watchdog.called = None
@@ -98,6 +100,12 @@ class Loop:
 
     def _punctual(self, k: int, late: float, arrived: float, begin: float) -> None:
         """Raises `Stop` where a sample is too late, or the samples' time is not the clock's."""
+        if self.watchdog.acted:
+            raise Stop(
+                f"io.exchange did not return for more than {self.late_limit * 1e3:.1f} ms, and off() was called "
+                "meanwhile",
+                "see what io.exchange waits for, or give a larger late_limit",
+            )
         if late > self.late_limit:
             raise Stop(
                 f"a sample came {late * 1e3:.1f} ms late, the limit is {self.late_limit * 1e3:.1f} ms",
