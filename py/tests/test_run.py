@@ -60,7 +60,8 @@ def test_it_is_the_supervisor():
 def test_the_arm_is_stepped():
     done = run(Simulated(), 8.0, arm_steps=0.3)
     since = done.t[done.mode.index("balance")]
-    # A step is led to at 1 rad/s.
+    # A step is led to at 1 rad/s; the first is to the middle, from where the arm caught the pendulum.
+    assert not done.reference[(done.t > since + 1.96) & (done.t < since + 1.99)].any()
     for begin, angle in ((3.0, 0.3), (5.0, -0.3)):
         at = (done.t > since + begin) & (done.t < since + begin + 0.9)
         assert np.allclose(done.reference[at], angle) and abs(done.theta[at].mean() - angle) < 0.1
