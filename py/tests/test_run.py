@@ -42,18 +42,18 @@ def test_it_swings_up_and_balances():
     assert np.abs(np.angle(np.exp(1j * upright))).max() < 0.05
     assert np.array_equal(done.t, np.round(np.arange(1501) * 2000.0) * 1e-6) and not done.lost.any()
     # What was decided at a sample is what the motor holds from the next one on.
-    assert done.u[0] == 0 and np.array_equal(done.u[1:], done.command[:-1])
+    assert done.u[0] == 0 and np.array_equal(done.u[1:], done.command[:-1].astype(np.float32))
     assert io.volts[: done.samples] == done.u.tolist() and io.volts[done.samples :] == [0.0, 0.0, 0.0]
     assert np.abs(done.u).max() == RIG["motor.command_limit"]
 
 
 def test_it_is_the_supervisor():
-    """The same as the loop that docs/python.md shows."""
+    """The same as the loop that docs/python.md shows, but for the rounding of a volt on the wire."""
     done = run(Simulated(), 0.5)
     supervisor, plant, u = furuta.Supervisor(RIG), furuta.Simulator(RIG, [0, np.pi, 0, 0], DT), 0.0
     for k in range(done.samples):
         held, (u, mode) = u, supervisor.step(plant.t, *plant.reading)
-        assert done.mode[k] == mode and done.command[k] == u
+        assert done.mode[k] == mode and abs(done.command[k] - u) < 1e-3
         plant.step(held)
 
 
@@ -77,10 +77,10 @@ def test_counts_are_the_rig_files(how):
     io = Counts()
     if how == "attribute":
         io.counts = True
-    done = run(io, 0.1, **({"counts": True} if how == "argument" else {}))
-    angles = run(Simulated(), 0.1)
+    done = run(io, **({"counts": True} if how == "argument" else {}))
+    angles = run(Simulated())
     for name in ("theta", "alpha", "command"):
-        np.testing.assert_allclose(getattr(done, name), getattr(angles, name), atol=1e-9)
+        assert np.array_equal(getattr(done, name), getattr(angles, name))
     with pytest.raises(furuta.RunError, match=r"theta = 0.5, which is not a whole number .* whole numbers, 0 at the"):
         run(Halves(), counts=True)
 
@@ -326,24 +326,47 @@ def test_a_log_is_a_recording(tmp_path):
     assert all(np.array_equal(read[name], getattr(done, name)) for name in ("t", "u", "theta", "alpha"))
     assert np.array_equal(read["alpha_dot"], done.alpha_dot) and np.array_equal(read["delay"], done.lateness)
     found = furuta.diagnose(log, RIG)
-    # Dry friction of the arm: which kind of it, six seconds need not say.
-    assert found.effects[0]["id"] in ("arm.coulomb", "arm.stribeck", "arm.presliding")
+    assert [effect["id"] for effect in found.effects] == ["arm.coulomb"]
 
 
-def test_a_log_becomes_mcap_and_comes_back(tmp_path):
-    done = run(Simulated(), 2.0, log=tmp_path / "run.csv", arm_steps=0.2)
-    for source, target in (("run.csv", "run.mcap"), ("run.mcap", "back.csv")):
-        assert program("convert", tmp_path / source, tmp_path / target).returncode == 0
-    for name in ("run.mcap", "back.csv"):
-        again = furuta.Recording(tmp_path / name)
-        for column, values in done.columns().items():
-            assert list(again[column]) == list(values), column
-    assert furuta.Rig.from_toml(done.said["rig_file"]) == RIG
-    assert [line for line in (tmp_path / "back.csv").read_text().splitlines() if line.startswith("#")] == [
-        line for line in (tmp_path / "run.csv").read_text().splitlines() if line.startswith("#")
-    ]
-    with pytest.raises(furuta.RecordingError, match="`format`"):
+def test_a_log_is_replayed_bit_for_bit(tmp_path):
+    for case, (io, keywords) in {
+        "angles": (Simulated(), {"arm_steps": 0.2}),
+        "lost": (Simulated(at={5: late(0.1)}), {"pace": "ours", "any_clock": False, "late_limit": 9.0}),
+    }.items():
+        csv, mcap = tmp_path / f"{case}.csv", tmp_path / f"{case}.mcap"
+        done = run(io, 2.0, log=csv, **keywords)
+        assert done.replayable
+        assert program("convert", csv, mcap).returncode == 0
+        again = furuta.replay(mcap)
+        assert again.identical and again.samples == done.samples, again.summary()
+        columns = again.columns()
+        for name in ("t", "command", "theta_dot", "alpha_dot", "reference"):
+            assert np.array_equal(columns[name], getattr(done, name))
+        assert columns["mode"] == done.mode
+
+
+def test_angles_that_are_no_counts_are_logged_and_not_replayed(tmp_path):
+    class True_(Simulated):
+        def exchange(self, volts):
+            super().exchange(volts)
+            return self.plant.x[0], self.plant.x[1]
+
+    done = run(True_(), 2.0, log=tmp_path / "run.csv")
+    assert not done.replayable and furuta.Recording(tmp_path / "run.csv").samples == done.samples
+    assert program("convert", tmp_path / "run.csv", tmp_path / "run.mcap").returncode == 0
+    with pytest.raises(furuta.RecordingError, match="format"):
         furuta.replay(tmp_path / "run.mcap")
+
+
+def test_what_held_is_told_to_the_estimator():
+    rig = furuta.Rig.load("shahzad2022-srv02")
+    told, untold = furuta.Supervisor(rig), furuta.Supervisor(rig)
+    for k in range(3):
+        told.step(k * DT, 0.0, np.pi, held=0.0)
+        untold.step(k * DT, 0.0, np.pi)
+    # Without a voltage, nothing is expected to move.
+    assert not told.estimate[2:].any() and abs(untold.estimate[2]) > 0.01
 
 
 @pytest.fixture

@@ -56,6 +56,8 @@ class Angles:
         sensors = rig.sensors
         self._per_turn = (sensors["arm_counts_per_rev"], sensors["pendulum_counts_per_rev"])
         self._counts = counts
+        self.whole = True
+        """Whether every angle so far was a whole number of counts."""
 
     def read(self, given: Any) -> tuple[float, float]:
         """Both angles; `Stop` where there are none in what was given."""
@@ -79,6 +81,12 @@ class Angles:
                 said = f"io.exchange returned {name} = {_shown(value)}, which is not a whole number"
                 raise Stop(said, self._wanted())
             return middle + number * math.tau / per_turn
+        # To the last bit what the encoder's count is: other programs compute it in another order.
+        turns = (number - middle) * per_turn / math.tau
+        count = round(turns)
+        if abs(turns - count) < 1e-6:
+            return middle + count * math.tau / per_turn
+        self.whole = False
         return number
 
     def _wanted(self) -> str:

@@ -94,6 +94,11 @@ class Run:
         """Samples that came more than a period late."""
         return int((self.lateness > self.dt).sum())
 
+    @property
+    def replayable(self) -> bool:
+        """Whether `furuta.replay` can repeat the log: every angle was a whole number of counts."""
+        return "task" in self.said
+
     def columns(self) -> dict[str, Any]:
         """The columns of the log by name, `lateness` under its name there, `delay`."""
         return {

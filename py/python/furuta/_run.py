@@ -127,6 +127,7 @@ def run(
         # An object that waits for its next sample may take a period longer.
         watchdog=Watchdog(io, limit + period),
         pace=Ours(period) if pace == "ours" else Theirs(period),
+        largest=_runlog.largest_command(known),
         duration=duration,
         late_limit=limit,
         longest=10 * duration + 60 if any_clock else 1.5 * duration + 2,
@@ -142,15 +143,21 @@ def run(
 
 def _ran(loop: Loop, rig: Rig, controller: Controller, end: str, io: str, started: int) -> Run:
     """What a loop has measured, and what its log says."""
-    steps = loop.arm_steps
+    dt, steps, limit = loop.supervisor.dt, loop.arm_steps, loop.late_limit
     arm = f"arm to plus and minus {steps} rad every {HOLD} s" if steps else "arm at 0 rad"
+    reference = {"steps": {"amplitude": steps, "hold": HOLD}} if steps else {"constant": 0.0}
+    again = {
+        "task": {"balance": {"reference": reference}},
+        "dt": dt,
+        "watchdog": min(max(round(limit / dt), 1), 65535) if math.isfinite(limit) else _LATE,
+    }
     words = f"energy swing-up; {controller.kind}; {arm}"
-    said = _runlog.metadata(rig, controller.to_toml(), words, io, started, loop.supervisor.dt)
+    said = _runlog.metadata(rig, controller.to_toml(), words, io, started, again if loop.angles.whole else None)
     columns: dict[str, Any] = dict(zip(COLUMNS, zip(*loop.rows))) if loop.rows else dict.fromkeys(COLUMNS, ())
     modes = list(columns.pop("mode"))
     arrays = {name: np.array(values, dtype=float) for name, values in columns.items()}
     arrays |= {name: arrays[name].astype(np.int64) for name in ("seq", "lost")}
-    return Run(**arrays, mode=modes, dt=loop.supervisor.dt, end=end, name=rig.name, rig=rig, said=said)
+    return Run(**arrays, mode=modes, dt=dt, end=end, name=rig.name, rig=rig, said=said)
 
 
 def _end(

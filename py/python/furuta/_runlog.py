@@ -14,19 +14,49 @@ from furuta._furuta import Rig, __version__
 
 # As furuta_log::FIELDS.
 FIELDS = "t,u,theta,alpha,theta_dot,alpha_dot,reference,command,mode,seq,status,lost,delay,compute"
+# Bytes of a rig's name in the protocol.
+_NAME = 32
 
 
-def metadata(rig: Rig, controller_file: str, words: str, io: str, started_ns: int, dt: float) -> dict[str, str]:
-    """What a log says of its run, by key."""
+def largest_command(rig: Rig) -> float:
+    """The rig's command limit, V, as the protocol holds it: in single precision, and not beyond it."""
+    limit = np.float32(rig["motor.command_limit"])
+    return float(limit if limit <= rig["motor.command_limit"] else np.nextafter(limit, np.float32(0)))
+
+
+def metadata(
+    rig: Rig, controller_file: str, words: str, io: str, started_ns: int, run_again: Mapping[str, Any] | None
+) -> dict[str, str]:
+    """What a log says of its run, by key.
+
+    `run_again` holds what a replay needs beside that: task, dt, watchdog (periods); None where nothing can be replayed.
+    """
     own = {"rig": rig.name, "controller": words, "software": f"furuta {__version__}", "rig_file": _lines(rig.to_toml())}
     said = {
         "controller_file": _lines(controller_file),
         "effects": ",".join(rig.effects),
         "host": f"{platform.node()}, {platform.system().lower()}, {platform.machine()}",
         "io": io,
-        "period_us": str(round(dt * 1e6)),
         "started_ns": str(started_ns),
     }
+    if run_again is not None:
+        period_us = round(run_again["dt"] * 1e6)
+        hello = {
+            "version": 1,
+            "rig": rig.name.encode()[:_NAME].decode(errors="ignore"),
+            "period_us": period_us,
+            **rig.sensors,
+            "command_limit": largest_command(rig),
+            "limits": rig.limits,
+            "watchdog_periods": run_again["watchdog"],
+        }
+        said |= {
+            "format": "2",
+            "hello": json.dumps(hello, separators=(",", ":")),
+            "period_us": str(period_us),
+            "protocol": "1",
+            "task": json.dumps(run_again["task"], separators=(",", ":")),
+        }
     return own | dict(sorted(said.items()))
 
 

@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from furuta._exchange import IO, Angles, Frozen, Stop, Watchdog, off
 from furuta._furuta import Supervisor
 from furuta._pace import Ours, Theirs, now
@@ -35,6 +37,8 @@ class Loop:
     frozen: Frozen
     watchdog: Watchdog
     pace: Ours | Theirs
+    largest: float
+    """Command limit, V."""
     duration: float
     """Of the samples' time, s."""
     late_limit: float
@@ -74,7 +78,7 @@ class Loop:
             self._punctual(k, late, arrived, begin)
             self.frozen.look(theta, alpha, volts)
             target = _steps(self.arm_steps, t - balanced if balanced is not None else 0.0)
-            command, doing = supervisor.step(t, theta, alpha, target=target)
+            command, doing = supervisor.step(t, theta, alpha, target=target, held=volts)
             balanced = (t if balanced is None else balanced) if doing == "balance" else None
             mode = "brake" if braking and doing == "fault" else _MODES.get(doing, "off")
             braking = doing == "braking"
@@ -90,7 +94,9 @@ class Loop:
                 raise Stop(str(supervisor.fault), "bring the arm back to its middle")
             if t >= self.duration and not braking:
                 return
-            volts, last, k = command, k, k + 1
+            # In single precision, as it would go over the protocol's wire and as a log holds it.
+            volts = min(max(float(np.float32(command)), -self.largest), self.largest)
+            last, k = k, k + 1
 
     def _punctual(self, k: int, late: float, arrived: float, begin: float) -> None:
         """Raises `Stop` where a sample is too late, or the samples' time is not the clock's."""
