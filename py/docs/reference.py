@@ -22,15 +22,15 @@ GROUPS = {
     ),
     "control": (
         "Controllers and estimators",
-        "Controller Supervisor SwingUp Estimator controllers region_of_attraction",
+        "run Run Controller Supervisor SwingUp Estimator controllers region_of_attraction",
     ),
     "plot": ("Figures", " ".join(f"plot.{name}" for name in furuta.plot.__all__)),
     "gym": ("The Gymnasium environment", "gym.RotaryPendulum gym.RotaryPendulumVector gym.draws_of"),
     "papers": ("Experiments of the papers", " ".join(f"papers.{name}" for name in furuta.papers.__all__)),
     "errors": (
         "Errors",
-        "FurutaError RigError SimulationError SignalError RecordingError CalibrateError DiagnoseError ControllerError"
-        " DesignError IdentificationError",
+        "FurutaError RigError RunError SimulationError SignalError RecordingError CalibrateError DiagnoseError"
+        " ControllerError DesignError IdentificationError",
     ),
 }
 
