@@ -1,23 +1,21 @@
-# What one can do here. `make demo` and `make test` set up everything they need: only Rust and Python >= 3.10 are assumed.
+# What one can do here. `make demo` and `make test` set up all they need: only Rust and Python >= 3.10 are assumed.
 #
-#   make demo       no hardware: an emulated rig hides an effect, is balanced, logged, diagnosed and repaired; writes a report
+#   make demo       no hardware: an emulated rig hides an effect, is balanced, logged, diagnosed and repaired; a report
 #   make test       every test, Rust and Python
-#   make test-clusters  campaigns on a Ray and a Dask cluster of two workers, one of which is killed; installs both
-#   make lint       formatting, clippy, the crates for the microcontroller, documentation: warnings are errors; licences
-#   and sources of all crates
-#   make fuzz       every fuzz target for SECONDS (60); needs cargo-fuzz, and installs it
+#   make test-clusters  campaigns on Ray and Dask clusters, one worker killed; installs both
+#   make lint       formatting, clippy, crates for the microcontroller, documentation: warnings are errors; licences
+#   make fuzz       every fuzz target for SECONDS (60); installs cargo-fuzz
 #   make py         the Python package `furuta`, into .venv
-#   make docs       the documentation: site/index.html (guides, Python reference, effects), target/doc/furuta_model/index.html
-#   (Rust), and the figures
+#   make wheel      wheels (x86-64, aarch64) and an sdist, into dist/; tries them in empty environments
+#   make docs       site/index.html (guides, Python reference, effects), target/doc/furuta_model/index.html, figures
 #   make site       site/index.html alone; its warnings are errors
 #   make figures    every figure in docs that a command of this program draws
 #   make bench      benchmarks (criterion)
 #   make no-std     the crates without an operating system, for a Cortex-M4F
-#   make firmware   builds the programs for the microcontroller (folder firmware) and checks that no control step can panic
+#   make firmware   builds the programs for the microcontroller; checks that no control step can panic
 #   make firmware-run   runs them in QEMU, `furuta run` against the board's serial line included: docs/firmware.md
 #   make firmware-cost  prints what they cost: flash, RAM, stack, instructions
-#   make arduino    builds the sketch for an Arduino, prints what it costs, runs `furuta run` against it in simavr:
-#   docs/arduino.md
+#   make arduino    builds the sketch for an Arduino, runs `furuta run` against it in simavr: docs/arduino.md
 #   make same-bits  runs the model here and on a Cortex-M4 in QEMU and compares every bit: docs/target.md
 #   make clean      removes what was built, .venv and .venv-docs included
 
@@ -29,6 +27,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11 p
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null && { echo $$p; break; }; done)
 VENV := .venv
 VENV_DOCS := .venv-docs
+VENV_WHEEL := .venv-wheel
 # PyO3 asks this interpreter for its version; one answer for every build, or cargo builds it again each time.
 export PYO3_PYTHON := $(CURDIR)/$(VENV)/bin/python
 # Where the Python tests find the command-line program (as maturin and cargo do, this honours CARGO_TARGET_DIR).
@@ -36,7 +35,8 @@ TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 # The machine at hand, as cargo calls it: in firmware/ the microcontroller is what is built for.
 HOST = $(shell rustc -vV | sed -n 's/^host: //p')
 
-.PHONY: help demo build test test-rust test-python test-clusters lint fmt no-std firmware firmware-run firmware-cost arduino same-bits fuzz docs site figures bench py clean
+.PHONY: help demo build test test-rust test-python test-clusters lint fmt no-std firmware firmware-run firmware-cost \
+	arduino same-bits fuzz docs site figures bench py wheel clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -53,25 +53,46 @@ test: test-rust test-python
 test-rust:
 	$(CARGO) test --workspace --exclude furuta-py --locked --no-fail-fast
 
-# The command line is built with the features that the Python package asks of the crates they share: once for both.
+# The command line is tested as the package carries it.
 test-python: py
-	$(CARGO) build --release --locked -p furuta-cli -p furuta-py --bin furuta
-	FURUTA_CLI=$(TARGET)/release/furuta $(VENV)/bin/python -m pytest
+	rm -rf $(TARGET)/wheels
+	$(VENV)/bin/maturin build --release --locked --strip --quiet --out $(TARGET)/wheels
+	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta FURUTA_WHEELS=$(TARGET)/wheels $(VENV)/bin/python -m pytest
 
 test-clusters: py
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check -r py/requirements-clusters.txt
 	$(VENV)/bin/python -m pytest py/tests/test_campaign_clusters.py
 
-# The virtual environment is made anew when the requirements change.
-$(VENV)/ready: py/requirements-test.txt
-	@test -n "$(PYTHON)" || { echo "no Python 3.10 or newer found: install one, or say make PYTHON=/path/to/python"; exit 1; }
-	rm -rf $(VENV)
-	$(PYTHON) -m venv $(VENV) || { echo "this Python has no venv module (Debian, Ubuntu: apt install python3-venv)"; rm -rf $(VENV); exit 1; }
-	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check -r py/requirements-test.txt
-	touch $@
+# A virtual environment (first word) with what a file lists (second); it is made anew when the list changes.
+define environment
+$(1)/ready: $(2)
+	@test -n "$$(PYTHON)" || { \
+		echo "no Python 3.10 or newer found: install one, or say make PYTHON=/path/to/python"; exit 1; }
+	rm -rf $(1)
+	$$(PYTHON) -m venv $(1) || { \
+		echo "this Python has no venv module (Debian, Ubuntu: apt install python3-venv)"; rm -rf $(1); exit 1; }
+	$(1)/bin/python -m pip install --quiet --disable-pip-version-check -r $(2)
+	touch $$@
+endef
+$(eval $(call environment,$(VENV),py/requirements-test.txt))
+$(eval $(call environment,$(VENV_DOCS),py/requirements-docs.txt))
+$(eval $(call environment,$(VENV_WHEEL),py/requirements-wheel.txt))
 
 py: $(VENV)/ready
 	VIRTUAL_ENV=$(CURDIR)/$(VENV) $(VENV)/bin/maturin develop --release --locked --quiet
+
+# For every Linux of the last ten years: zig links against its C library. Of two machines this one's is tried, and the
+# sdist, which is built again where it is installed.
+MANYLINUX := manylinux2014
+wheel: $(VENV_WHEEL)/ready
+	rustup target add --quiet x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu
+	rm -rf dist
+	for machine in x86_64 aarch64; do \
+		PATH="$(CURDIR)/$(VENV_WHEEL)/bin:$$PATH" maturin build --release --locked --strip --zig --out dist \
+			--compatibility $(MANYLINUX) --target $$machine-unknown-linux-gnu --interpreter python3; done
+	$(VENV_WHEEL)/bin/maturin sdist --out dist
+	$(VENV_WHEEL)/bin/python py/tests/wheel.py dist/furuta-*_$$(uname -m).whl dist/furuta-*.tar.gz
+	$(CARGO) publish --workspace --dry-run --no-verify --locked --allow-dirty
 
 lint: $(VENV)/ready no-std
 	$(CARGO) fmt --all --check
@@ -80,7 +101,8 @@ lint: $(VENV)/ready no-std
 	$(CARGO) deny --version >/dev/null 2>&1 || $(CARGO) install cargo-deny --locked --no-default-features --quiet
 	$(CARGO) deny --workspace check licenses bans sources
 	cd firmware && $(CARGO) fmt --all --check
-	cd firmware && CARGO_TARGET_DIR=$(TARGET) $(CARGO) clippy --workspace --all-targets --locked --target $(HOST) -- -D warnings
+	cd firmware && CARGO_TARGET_DIR=$(TARGET) \
+		$(CARGO) clippy --workspace --all-targets --locked --target $(HOST) -- -D warnings
 	cd firmware && CARGO_TARGET_DIR=$(TARGET) bash ../.ci/for-target clippy --workspace --locked -- -D warnings
 
 fmt:
@@ -113,13 +135,6 @@ fuzz:
 docs: $(VENV)/ready figures site
 	$(CARGO) doc --workspace --no-deps --locked
 
-$(VENV_DOCS)/ready: py/requirements-docs.txt
-	@test -n "$(PYTHON)" || { echo "no Python 3.10 or newer found: install one, or say make PYTHON=/path/to/python"; exit 1; }
-	rm -rf $(VENV_DOCS)
-	$(PYTHON) -m venv $(VENV_DOCS)
-	$(VENV_DOCS)/bin/python -m pip install --quiet --disable-pip-version-check -r py/requirements-docs.txt
-	touch $@
-
 # The package is looked at where `make py` builds it: the reference and the pictures of the effects come from it.
 site: py $(VENV_DOCS)/ready
 	NO_MKDOCS_2_WARNING=1 PYTHONPATH=py/python $(VENV_DOCS)/bin/mkdocs build --strict --quiet
@@ -147,4 +162,4 @@ bench:
 
 clean:
 	$(CARGO) clean
-	rm -rf $(VENV) $(VENV_DOCS) site
+	rm -rf $(VENV) $(VENV_DOCS) $(VENV_WHEEL) dist site

@@ -2,8 +2,8 @@
 //! that a terminal can show.
 
 use furuta_ctrl::ControllerFile;
-use furuta_ident::recording::Recording;
 use furuta_model::Rig;
+use furuta_recording::Recording;
 
 /// Any bytes as a CSV recording; what was read is written and read again with the same samples. As a log in CSV form,
 /// too.

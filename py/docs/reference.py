@@ -17,11 +17,12 @@ GROUPS = {
     "frequency": ("Frequency responses", "frf Frf fit_transfer_function TransferFit compare Comparison spectra"),
     "design": (
         "Control designs",
-        "lqr dlqr lqi lqe dlqe place care dare robust_lqr controllability closed_loop rehearse steady_motion largest_sine arm_step",
+        "lqr dlqr lqi lqe dlqe place care dare robust_lqr controllability closed_loop rehearse steady_motion largest_sine"
+        " arm_step",
     ),
     "control": (
         "Controllers and estimators",
-        "Controller Supervisor SwingUp Estimator controllers region_of_attraction",
+        "run Run Controller Supervisor SwingUp Estimator controllers region_of_attraction",
     ),
     "plot": ("Figures", " ".join(f"plot.{name}" for name in furuta.plot.__all__)),
     "gym": ("The Gymnasium environment", "gym.RotaryPendulum gym.RotaryPendulumVector gym.draws_of"),
@@ -29,8 +30,8 @@ GROUPS = {
     "papers": ("Experiments of the papers", " ".join(f"papers.{name}" for name in furuta.papers.__all__)),
     "errors": (
         "Errors",
-        "FurutaError RigError SimulationError SignalError RecordingError CalibrateError DiagnoseError ControllerError DesignError"
-        " IdentificationError",
+        "FurutaError RigError RunError SimulationError SignalError RecordingError CalibrateError DiagnoseError"
+        " ControllerError DesignError IdentificationError",
     ),
 }
 

@@ -9,6 +9,7 @@ mod background;
 mod batch;
 mod calibration;
 mod card;
+mod command;
 mod controlled;
 mod controller;
 mod design;
@@ -63,5 +64,6 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(replay::replay, m)?)?;
     m.add_function(wrap_pyfunction!(timing::timing, m)?)?;
     frequency::register(m)?;
+    m.add_function(wrap_pyfunction!(command::_main, m)?)?;
     Ok(())
 }

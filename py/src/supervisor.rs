@@ -99,6 +99,9 @@ impl PySupervisor {
     ///     Measured angles in rad; alpha = 0 is upright. What is not a number is a fault.
     /// target : float, optional
     ///     Where the arm is to be once the pendulum is up, rad.
+    /// held : float, optional
+    ///     V, what the motor holds from this sample to the next, where it is not the command of the sample before: a rig
+    ///     that rounds, or one that was told otherwise.
     ///
     /// Returns
     /// -------
@@ -111,13 +114,14 @@ impl PySupervisor {
     /// ------
     /// ControllerError
     ///     A time that is not after the one before.
-    #[pyo3(signature = (t, theta, alpha, *, target=0.0))]
+    #[pyo3(signature = (t, theta, alpha, *, target=0.0, held=None))]
     fn step(
         &mut self,
         t: f64,
         theta: f64,
         alpha: f64,
         target: f64,
+        held: Option<f64>,
     ) -> PyResult<(f64, &'static str)> {
         let periods = match self.last {
             None if t.is_finite() => 1.0,
@@ -133,7 +137,7 @@ impl PySupervisor {
         let measurement = Measurement {
             theta,
             alpha,
-            held: self.decided,
+            held: held.unwrap_or(self.decided),
             // Beyond the range of the type either way the estimators begin anew.
             periods: periods.min(f64::from(u32::MAX)) as u32,
         };

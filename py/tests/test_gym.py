@@ -98,7 +98,7 @@ def test_what_a_diagnosis_cannot_exclude_varies_up_to_its_limits():
 
 
 def test_many_rigs_at_once_are_the_single_rig():
-    rig = RIG.with_effect("arm.coulomb", torque=5e-4)
+    rig = RIG.with_effect("arm.coulomb", torque=5e-4).with_effect("motor.ripple", amplitude=0.2, order=3, phase=0.4)
     many = gymnasium.make_vec(
         ID, num_envs=7, rig=rig, randomize={"pendulum.mass": 0.1}, references=(-0.3, 0.3), arm_angle=1.5
     )
@@ -137,3 +137,13 @@ def test_what_a_batch_cannot_have_is_refused():
         furuta.gym.RotaryPendulum(task="juggle")
     with pytest.raises(ValueError, match="beyond arm_angle"):
         furuta.gym.RotaryPendulum(references=(3.0,))
+    with pytest.raises(ValueError, match="rate = 0 must be above 0"):
+        furuta.gym.RotaryPendulum(rate=0)
+    with pytest.raises(ValueError, match="references is empty"):
+        furuta.gym.RotaryPendulum(references=())
+    with pytest.raises(ValueError, match="observe = 'counts' is none of"):
+        furuta.gym.RotaryPendulum(observe="counts")
+    with pytest.raises(ValueError, match="pendulum.weight: no parameters of a rig"):
+        furuta.gym.RotaryPendulum(randomize={"pendulum.weight": 0.1})
+    with pytest.raises(ValueError, match="num_envs = 0"):
+        furuta.gym.RotaryPendulumVector(0)

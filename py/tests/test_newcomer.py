@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pathlib
 import re
 import subprocess
 import sys
@@ -231,16 +232,17 @@ def test_a_controller_from_a_gain(tmp_path):
         furuta.Controller.lqr([1, 2, 3], RIG)
 
 
-def test_python_dash_m():
+def test_the_package_carries_the_command():
     clean = {"PATH": "/nowhere"} | {name: value for name, value in os.environ.items() if name == "PYTHONPATH"}
 
-    def run(*arguments, **environment):
-        command = [sys.executable, "-m", "furuta", *arguments]
-        return subprocess.run(command, capture_output=True, text=True, env=clean | environment, timeout=60)
+    def run(*command):
+        return subprocess.run(command, capture_output=True, text=True, env=clean, timeout=60)
 
-    alone = run()
-    assert alone.returncode == 0 and "cargo install" in alone.stdout and furuta.__version__ in alone.stdout
-    asked = run("rigs")
-    assert asked.returncode == 1 and "cargo install" in asked.stderr
-    through = run("rigs", "--json", FURUTA_CLI="/bin/echo")
-    assert through.returncode == 0 and through.stdout == "rigs --json\n"
+    for command in ([sys.executable, "-m", "furuta"], [pathlib.Path(sys.executable).with_name("furuta")]):
+        asked = run(*command, "--version")
+        assert asked.returncode == 0 and asked.stdout == f"furuta {furuta.__version__}\n"
+        assert "qube-servo-2" in run(*command, "rigs").stdout
+        mistyped = run(*command, "rig")
+        assert mistyped.returncode == 2 and "Usage: furuta" in mistyped.stderr
+        failed = run(*command, "diagnose", "--rig", "qube-servo-2", "nothing.csv")
+        assert failed.returncode == 1 and failed.stderr.startswith("furuta: nothing.csv")

@@ -3,7 +3,7 @@
 //!
 //! None of it is part of the project; where it is absent, the tests say so and pass.
 
-#[path = "../../crates/furuta-ident/tests/common/conventions.rs"]
+#[path = "../../crates/furuta-recording/tests/recordings/conventions.rs"]
 mod conventions;
 
 use std::path::{Path, PathBuf};

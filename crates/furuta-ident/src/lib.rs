@@ -8,7 +8,6 @@ mod experiment;
 pub mod frequency;
 mod insufficient;
 mod least_squares;
-pub mod recording;
 pub mod report;
 pub mod selection;
 mod shooting;
@@ -16,5 +15,7 @@ mod stop;
 mod task;
 pub mod validate;
 
+/// Recordings: a crate of its own.
+pub use furuta_recording as recording;
 pub use insufficient::Insufficient;
 pub use task::Task;

@@ -4,8 +4,6 @@
 mod common;
 
 use std::fmt::Write as _;
-use std::io::Write as _;
-use std::process::{Command as Process, Stdio};
 
 use common::{Xorshift, frame};
 use furuta_wire::{
@@ -33,39 +31,11 @@ fn rig() -> RigEnd {
 
 /// What the sketch answers; `None` where there is no C++ compiler.
 fn ask(input: &str) -> Option<String> {
-    let folder = std::env::temp_dir().join(format!("furuta-arduino-rig-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder for the program");
-    let program = folder.join("arduino_rig");
     let here = env!("CARGO_MANIFEST_DIR");
-    let compiled = Process::new("c++")
-        .args(["-std=c++11", "-Wall", "-Wextra", "-Werror", "-O1"])
-        .arg(format!("-I{here}/../../firmware/arduino/furuta_rig"))
-        .arg("-Wno-unused-function")
-        .arg(format!("{here}/tests/arduino_rig/main.cpp"))
-        .arg("-o")
-        .arg(&program)
-        .output();
-    let compiled = match compiled {
-        Ok(output) => output,
-        Err(error) => {
-            eprintln!("skipped: no C++ compiler (c++: {error})");
-            return None;
-        }
-    };
-    assert!(compiled.status.success(), "{compiled:?}");
-    let mut child = Process::new(&program)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("just compiled");
-    let mut stdin = child.stdin.take().expect("piped");
-    let input = input.to_owned();
-    let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
-    let output = child.wait_with_output().expect("ends by itself");
-    writer.join().expect("no panic").expect("all is read");
-    assert!(output.status.success(), "{output:?}");
-    std::fs::remove_dir_all(folder).expect("made above");
-    Some(String::from_utf8(output.stdout).expect("text"))
+    let sketch = format!("-I{here}/../../firmware/arduino/furuta_rig");
+    let options = ["-std=c++11", "-Wno-unused-function", &sketch];
+    let source = format!("{here}/tests/arduino_rig/main.cpp");
+    common::compiled::answer("c++", &options, &source, input)
 }
 
 #[test]

@@ -3,8 +3,6 @@
 mod common;
 
 use std::fmt::Write as _;
-use std::io::Write as _;
-use std::process::{Command as Process, Stdio};
 
 use common::{Xorshift, any_message, frame};
 use furuta_wire::{
@@ -13,46 +11,10 @@ use furuta_wire::{
 
 /// What the C program answers; `None` where there is no C compiler.
 fn ask(input: &str) -> Option<String> {
-    let name = std::thread::current()
-        .name()
-        .map(|name| name.replace(':', "-"));
-    let folder = format!(
-        "furuta-c-rig-{}-{}",
-        std::process::id(),
-        name.unwrap_or_default()
-    );
-    let folder = std::env::temp_dir().join(folder);
-    std::fs::create_dir_all(&folder).expect("a folder for the program");
-    let program = folder.join("c_rig");
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-    let compiled = Process::new("cc")
-        .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-O1"])
-        .arg(format!("-I{root}/docs"))
-        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/c_rig/main.c"))
-        .arg("-o")
-        .arg(&program)
-        .output();
-    let compiled = match compiled {
-        Ok(output) => output,
-        Err(error) => {
-            eprintln!("skipped: no C compiler (cc: {error})");
-            return None;
-        }
-    };
-    assert!(compiled.status.success(), "{compiled:?}");
-    let mut child = Process::new(&program)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("just compiled");
-    let mut stdin = child.stdin.take().expect("piped");
-    let input = input.to_owned();
-    let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
-    let output = child.wait_with_output().expect("ends by itself");
-    writer.join().expect("no panic").expect("all is read");
-    assert!(output.status.success(), "{output:?}");
-    std::fs::remove_dir_all(folder).expect("made above");
-    Some(String::from_utf8(output.stdout).expect("text"))
+    let here = env!("CARGO_MANIFEST_DIR");
+    let header = format!("-I{here}/../../docs");
+    let source = format!("{here}/tests/c_rig/main.c");
+    common::compiled::answer("cc", &["-std=c99", &header], &source, input)
 }
 
 fn hex(bytes: &[u8]) -> String {

@@ -76,6 +76,9 @@ from furuta._furuta import (
     whiteness,
     zero_order_hold,
 )
+from furuta._exchange import RunError
+from furuta._ran import Run
+from furuta._run import run
 from furuta.recording import Recording
 from furuta.trajectory import Trajectory
 
@@ -100,6 +103,8 @@ __all__ = [
     "Replay",
     "Rig",
     "RigError",
+    "Run",
+    "RunError",
     "SignalError",
     "SimulationError",
     "Simulator",
@@ -138,6 +143,7 @@ __all__ = [
     "rehearse",
     "replay",
     "robust_lqr",
+    "run",
     "signal",
     "simulate",
     "simulate_batch",

@@ -47,7 +47,11 @@ def draws_of(randomize: Randomize | None, rig: Rig) -> Callable[[np.random.Gener
     if callable(randomize):
         return randomize
     shares = rig.tolerance if randomize == "tolerance" else randomize
-    known = {name: share for name, share in dict(shares).items() if share is not None and rig.parameters[name] != 0}
+    if not isinstance(shares, Mapping):
+        raise ValueError(f'randomize = {randomize!r} is none of "tolerance", a dict, Calibration, Diagnosis, callable')
+    if unknown := sorted(set(shares) - set(rig.parameters)):
+        raise ValueError(f"randomize: {', '.join(unknown)}: no parameters of a rig; see Rig.parameters")
+    known = {name: share for name, share in shares.items() if share is not None and rig.parameters[name] != 0}
 
     def draw(rng: np.random.Generator) -> Rig:
         factors = np.exp(np.clip(rng.standard_normal(len(known)), -3, 3) * list(known.values()))

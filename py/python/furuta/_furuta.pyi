@@ -34,6 +34,7 @@ __all__ = [
     "TransferFit",
     "Validation",
     "__version__",
+    "_main",
     "_read_recording",
     "_write_data",
     "arm_step",
@@ -91,6 +92,7 @@ class IdentificationError(FurutaError): ...
 
 class Interrupted(KeyboardInterrupt):
     diagnosis: Diagnosis
+    run: Any
 
 class _ParameterDetail(TypedDict):
     unit: str
@@ -108,6 +110,7 @@ class _CatalogueEntry(TypedDict):
     shows: str
     experiment: str
     look_alikes: list[str]
+    follows_state: bool
     parameters: dict[str, str]
     details: dict[str, _ParameterDetail]
 
@@ -196,7 +199,9 @@ class Supervisor:
     def __new__(
         cls, rig: _RigLike, controller: Controller | None = None, dt: float | None = None, *, start: bool = True
     ) -> Self: ...
-    def step(self, t: float, theta: float, alpha: float, *, target: float = 0.0) -> tuple[float, _Mode]: ...
+    def step(
+        self, t: float, theta: float, alpha: float, *, target: float = 0.0, held: float | None = None
+    ) -> tuple[float, _Mode]: ...
     def request(self, what: Literal["start", "stop", "reset"]) -> bool: ...
     def reset(self) -> None: ...
     @property
@@ -567,6 +572,7 @@ class _Frame(Protocol):
     def __getitem__(self, name: Any, /) -> Any: ...
 
 def _read_recording(given: Any) -> tuple[str, dict[str, Any], list[str]]: ...
+def _main(arguments: list[str]) -> int: ...
 def _write_data(path: _Path, text: str, *, force: bool = False) -> None: ...
 
 class _Estimate(TypedDict):

@@ -23,15 +23,14 @@ from numpy.typing import NDArray
 
 from furuta._draws import Randomize as _Randomize
 from furuta._draws import draws_of
-from furuta._furuta import Rig, Simulator, simulate_batch
+from furuta._furuta import Rig, Simulator, catalogue, simulate_batch
 
 __all__ = ["RotaryPendulum", "RotaryPendulumVector", "draws_of", "register"]
 
 ID = "furuta/RotaryPendulum-v0"
 _Array = NDArray[np.float64]
-# Effects that remember nothing beyond the state and change no voltage: a batch can take them a period at a time.
-MEMORYLESS = {f"arm.{name}" for name in ("coulomb", "stribeck", "quadratic", "spring", "cable", "cogging", "tilt")}
-MEMORYLESS |= {f"pendulum.{name}" for name in ("coulomb", "quadratic", "spring", "bias", "inertia_transverse")}
+# The rig is simulated in steps of at most this, s.
+STEP = 0.002
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,16 +38,50 @@ class _Game:
     """What is observed, wanted and rewarded, for one rig or an array of them."""
 
     task: Literal["swing-up", "balance"]
+    rate: float
+    seconds: float
     arm_angle: float
     references: Sequence[float]
+    hold: float
 
     SPEEDS = np.array([100.0, 200.0])
 
     def __post_init__(self) -> None:
         if self.task not in ("swing-up", "balance"):
             raise ValueError(f'task = {self.task!r} is none of "swing-up", "balance"')
+        for name in ("rate", "seconds", "arm_angle", "hold"):
+            value = getattr(self, name)
+            if not (value > 0 and np.isfinite(value)):
+                raise ValueError(f"{name} = {value} must be above 0 and finite")
+        if not len(self.references):
+            raise ValueError("references is empty: give at least one angle of the arm, rad")
         if any(abs(reference) >= self.arm_angle for reference in self.references):
             raise ValueError(f"a reference is beyond arm_angle = {self.arm_angle} rad")
+
+    @property
+    def period(self) -> float:
+        """Of the commands, s."""
+        return 1 / self.rate
+
+    @property
+    def substeps(self) -> int:
+        """Steps of the simulation within a period."""
+        return max(1, int(np.ceil(self.period / STEP - 1e-9)))
+
+    @property
+    def step(self) -> float:
+        """Of the simulation, s."""
+        return self.period / self.substeps
+
+    @property
+    def length(self) -> int:
+        """Of an episode, in periods."""
+        return max(1, round(self.seconds * self.rate))
+
+    @property
+    def held(self) -> int:
+        """How long a reference stays, in periods."""
+        return max(1, round(self.hold * self.rate))
 
     @functools.cached_property
     def observations(self) -> gymnasium.spaces.Box:
@@ -123,10 +156,10 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
     ) -> None:
         self.rig = rig if isinstance(rig, Rig) else Rig.load(rig)
         self.render_mode = render_mode
-        self.game = _Game(task, arm_angle, references)
+        self.game = _Game(task, rate, seconds, arm_angle, references, hold)
         self.draw = draws_of(randomize, self.rig)
-        self.substeps = max(1, int(np.ceil(1 / rate / 0.002 - 1e-9)))
-        self.period, self.length, self.hold = 1 / rate, round(seconds * rate), max(1, round(hold * rate))
+        if observe not in ("state", "encoders"):
+            raise ValueError(f'observe = {observe!r} is none of "state", "encoders"')
         self.encoders = observe == "encoders"
         self.observation_space = self.game.observations
         self.action_space = gymnasium.spaces.Box(-1, 1, (1,), dtype=np.float32)
@@ -137,7 +170,7 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
         super().reset(seed=seed)
         rng = self.np_random
         self.drawn = self.draw(rng)
-        self.plant = Simulator(self.drawn, self.game.start(rng), self.period / self.substeps)
+        self.plant = Simulator(self.drawn, self.game.start(rng), self.game.step)
         self.samples = 0
         self.before = self.plant.reading
         self.reference = float(rng.choice(self.game.references))
@@ -146,26 +179,26 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         share = float(np.clip(action, -1, 1)[0])
         self.before = self.plant.reading
-        self.plant.steps(np.full(self.substeps, share * self.drawn.parameters["motor.command_limit"]))
+        self.plant.steps(np.full(self.game.substeps, share * self.drawn.parameters["motor.command_limit"]))
         reward, failed = self.game.judge(self.plant.x, share, self.reference)
         self.samples += 1
-        if self.samples % self.hold == 0:
+        if self.samples % self.game.held == 0:
             self.reference = float(self.np_random.choice(self.game.references))
-        return self._observation(), float(reward), bool(failed), self.samples >= self.length, {}
+        return self._observation(), float(reward), bool(failed), self.samples >= self.game.length, {}
 
     def _observation(self) -> NDArray[np.float32]:
         x = self.plant.x
         if self.encoders:
             now = self.plant.reading
-            x = np.concatenate([now, (now - self.before) / self.period])
+            x = np.concatenate([now, (now - self.before) / self.game.period])
         return self.game.observe(x, self.reference)
 
 
 class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
     """Many rigs at once, on all cores: the same game as `RotaryPendulum`, on true states.
 
-    The rig may have effects on arm and pendulum that remember nothing (friction, springs, cogging, ...); what varies
-    between the rigs are parameters: `randomize` is "tolerance", a dict, a Calibration, or a callable that changes no
+    The rig may have effects that follow the state alone (friction, springs, cogging, ...: `follows_state` in
+    `furuta.catalogue()`); what varies between the rigs are parameters: `randomize` is "tolerance", a dict, a Calibration, or a callable that changes no
     effects. An episode that has ended begins anew at the next step.
     """
 
@@ -186,15 +219,16 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
         render_mode: None = None,
     ) -> None:
         self.rig = rig if isinstance(rig, Rig) else Rig.load(rig)
-        if others := set(self.rig.effects) - MEMORYLESS:
+        if num_envs < 1:
+            raise ValueError(f"num_envs = {num_envs} must be at least 1")
+        effects = catalogue()
+        if others := [id for id in self.rig.effects if id not in effects or not effects[id]["follows_state"]]:
             raise ValueError(
                 f"{', '.join(sorted(others))}: not in a batch; take gymnasium.make_vec with vectorization_mode='sync'"
             )
         self.num_envs, self.render_mode = num_envs, render_mode
-        self.game = _Game(task, arm_angle, references)
+        self.game = _Game(task, rate, seconds, arm_angle, references, hold)
         self.draw = draws_of(randomize, self.rig)
-        self.substeps = max(1, int(np.ceil(1 / rate / 0.002 - 1e-9)))
-        self.period, self.length, self.hold = 1 / rate, round(seconds * rate), max(1, round(hold * rate))
         self.single_observation_space = self.game.observations
         self.single_action_space = gymnasium.spaces.Box(-1, 1, (1,), dtype=np.float32)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -230,19 +264,19 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
         x = simulate_batch(
             self.rig,
             self.x,
-            np.zeros(self.substeps),
-            self.period / self.substeps,
+            np.zeros(self.game.substeps),
+            self.game.step,
             parameters=varied,
             effects={"motor.bias": {"voltage": volts}},
         )
         reward, failed = self.game.judge(x, shares, self.reference)
         self.x, self.samples = x, self.samples + 1
-        anew = np.flatnonzero(self.samples % self.hold == 0)
+        anew = np.flatnonzero(self.samples % self.game.held == 0)
         self.reference[anew] = self.np_random.choice(self.game.references, len(anew))
         again = self.ended
         self._begin(np.flatnonzero(again))
         reward, failed = np.where(again, 0.0, reward), np.where(again, False, failed)
-        truncated = self.samples >= self.length
+        truncated = self.samples >= self.game.length
         self.ended = failed | truncated
         return self.game.observe(self.x, self.reference), reward, failed, truncated, {}
 

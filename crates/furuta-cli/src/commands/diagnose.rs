@@ -1,7 +1,6 @@
 //! `furuta diagnose`: what is the model of this rig missing?
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -64,7 +63,7 @@ fn positive(text: &str) -> Result<f64, String> {
 const MOST_SECONDS: f64 = 365.0 * 86400.0;
 
 /// Runs the command.
-pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
     let rig = Rig::load(&args.recorded.rig)?;
     let mut notices = Vec::new();
     let [recordings, verify] = args.recorded.load(&rig, &args.verify, &mut notices)?;
@@ -104,9 +103,9 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
     };
     args.recorded.answer(|| outcome.diagnosis.to_json(), text)?;
     Ok(if interrupted {
-        ExitCode::from(interrupt::EXIT)
+        interrupt::EXIT
     } else {
-        ExitCode::SUCCESS
+        crate::DONE
     })
 }
 

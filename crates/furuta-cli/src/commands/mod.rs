@@ -18,8 +18,6 @@ mod signal;
 mod simulate;
 mod study;
 
-use std::process::ExitCode;
-
 use crate::failure::Failure;
 
 /// What the program can do.
@@ -43,7 +41,7 @@ pub(crate) enum Command {
 
 impl Command {
     /// Runs the command.
-    pub(crate) fn run(&self) -> Result<ExitCode, Failure> {
+    pub(crate) fn run(&self) -> Result<u8, Failure> {
         match self {
             Self::Demo(args) => demo::run(args)?,
             Self::Rigs(args) => rigs::run(args)?,
@@ -60,6 +58,6 @@ impl Command {
             Self::Replay(args) => replay::run(args)?,
             Self::Study(args) => study::run(args)?,
         }
-        Ok(ExitCode::SUCCESS)
+        Ok(crate::DONE)
     }
 }

@@ -373,6 +373,25 @@ pub enum EffectError {
 }
 
 impl Spec {
+    /// Whether it is a function of the present state and of the motor's voltage alone: it remembers nothing, does not
+    /// depend on time, and changes neither the command nor the readings. A run with such effects can be cut into
+    /// pieces that begin with a state.
+    ///
+    /// ```
+    /// let follows = |id| furuta_model::effects::spec(id).expect("in the catalogue").follows_state();
+    /// assert!(follows("arm.coulomb") && follows("motor.ripple"));
+    /// assert!(!follows("motor.delay") && !follows("arm.presliding") && !follows("disturbance.vibration"));
+    /// ```
+    #[must_use]
+    pub fn follows_state(&self) -> bool {
+        let of_state = Acts::TORQUE
+            .and(Acts::DRY_FRICTION)
+            .and(Acts::SHAPE)
+            .and(Acts::ANGLE)
+            .and(Acts::SHAFT);
+        of_state.includes(self.acts) && self.footprint != Footprint::UNCOMMANDED
+    }
+
     /// The values in the order of the parameters: those given, defaults for what is left out.
     ///
     /// # Errors

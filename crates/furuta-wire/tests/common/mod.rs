@@ -1,6 +1,8 @@
 //! What the tests share: random messages and ways to damage a frame, the same every time.
 #![allow(dead_code)] // each test file uses a part
 
+pub(crate) mod compiled;
+
 use furuta_wire::{
     ArmCounts, Command, Hello, MAX_FRAME, Message, PROTOCOL_VERSION, PendulumCounts, Query,
     RigLimits, RigName, Sample, Status, encode,

@@ -6,8 +6,8 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use furuta_ident::recording::{NoticeKind, Recording, against_rig};
 use furuta_model::Rig;
+use furuta_recording::{NoticeKind, Recording, against_rig};
 
 /// A rig's data sheet and its recordings.
 pub(crate) struct Case {

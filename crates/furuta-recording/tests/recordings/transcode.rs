@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use furuta_ident::recording::{Format, Recording, Transcoded, transcode};
+use furuta_recording::{Format, Recording, Transcoded, transcode};
 use mcap::records::{AttachmentHeader, Metadata, Record};
 use mcap::{Compression, WriteOptions};
 

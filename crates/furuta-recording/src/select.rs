@@ -7,7 +7,7 @@ use super::{MIN_SEGMENT, Recording, RecordingError, Values};
 /// The part of a recording that is used, for one that is longer than it needs to be.
 ///
 /// ```
-/// use furuta_ident::recording::Excerpt;
+/// use furuta_recording::Excerpt;
 /// let excerpt = Excerpt { every: 5, span: Some(2.0..60.0) };
 /// assert_eq!(Excerpt::default().every, 1);
 /// assert_ne!(excerpt, Excerpt::default());

@@ -1,6 +1,6 @@
 //! Parts of recordings: every N-th sample, a span of time.
 
-use furuta_ident::recording::{Excerpt, Recording};
+use furuta_recording::{Excerpt, Recording};
 
 fn recording(gap: bool) -> Recording {
     let mut text = "t,u,theta,alpha,theta_dot,lamp\n".to_owned();

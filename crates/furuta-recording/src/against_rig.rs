@@ -29,7 +29,7 @@ const COUPLING_BETWEEN: f64 = 1.5;
 /// What looks as if recordings were not of this rig, or not of one rig: a suspicion for each recording that is.
 ///
 /// ```
-/// use furuta_ident::recording::{Recording, NoticeKind, against_rig};
+/// use furuta_recording::{Recording, NoticeKind, against_rig};
 /// use furuta_model::{Plant, Rig, State};
 /// let rig = Rig::builtin("qube-servo-2").expect("built in");
 /// let plant: Plant<f64> = Plant::new(&rig.params, &[]).expect("no effects");
@@ -47,7 +47,7 @@ const COUPLING_BETWEEN: f64 = 1.5;
 /// };
 /// assert!(against_rig(&[recorded(1.0)?], &rig).is_empty());
 /// assert_eq!(against_rig(&[recorded(-1.0)?], &rig)[0].kind, NoticeKind::CommandSignSuspected);
-/// # Ok::<(), furuta_ident::recording::RecordingError>(())
+/// # Ok::<(), furuta_recording::RecordingError>(())
 /// ```
 #[must_use]
 pub fn against_rig(recordings: &[Recording], rig: &Rig) -> Vec<Notice> {
@@ -55,8 +55,9 @@ pub fn against_rig(recordings: &[Recording], rig: &Rig) -> Vec<Notice> {
     of_each.map(|(_, notice)| notice).collect()
 }
 
-/// The same with the index of the recording.
-pub(crate) fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usize, Notice)> {
+/// As [`against_rig`], each suspicion with the index of its recording.
+#[must_use]
+pub fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usize, Notice)> {
     let mut notices = Vec::new();
     let mut known: Vec<(usize, &Recording, PendulumLaw)> = Vec::new();
     // Upright, the controller answers every disturbance, and a regression takes the answer for the law: only what hangs

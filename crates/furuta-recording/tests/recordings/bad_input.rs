@@ -1,15 +1,12 @@
 //! What breaks a convention is named for what it is, on recordings of two real rigs and of two simulated ones; what is
 //! sound is not accused.
 
-#[path = "common/conventions.rs"]
-mod conventions;
-
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use conventions::Case;
-use furuta_ident::recording::Recording;
+use super::conventions::{self, Case};
 use furuta_model::{Rig, State};
+use furuta_recording::Recording;
 
 /// The real rigs of the folder examples, and two hanging runs of 10 s of two built-in ones.
 fn cases() -> Vec<Case> {

@@ -1,4 +1,4 @@
-//! Recordings of a rig: what they hold, how they are read and checked.
+//! Recordings of a rotary inverted pendulum: what they hold, how they are read and checked.
 //!
 //! A recording is a CSV file with a header (columns in any order, `t,u,theta,alpha` required, `#` starts a comment) or
 //! an MCAP log of `furuta run`. Nothing about the data is changed silently: each change is a [`Notice`], and what
@@ -32,8 +32,7 @@ use std::path::Path;
 
 use furuta_input::{Input, InputError, shown};
 
-pub use against_rig::against_rig;
-pub(crate) use against_rig::each_against_rig;
+pub use against_rig::{against_rig, each_against_rig};
 pub use checks::{GAP_FACTOR, IRREGULAR_SHARE, JITTER_TOLERATED, MIN_SEGMENT};
 pub use error::RecordingError;
 pub use furuta_input::Limits;
@@ -96,7 +95,14 @@ pub enum Values {
 
 /// Whether a pendulum with these angles (rad, 0 upright) never comes near upright, so that its motion needs no
 /// controller.
-pub(crate) fn hangs(alpha: impl IntoIterator<Item = f64>) -> bool {
+///
+/// ```
+/// use core::f64::consts::PI;
+/// assert!(furuta_recording::hangs([PI + 0.4, PI - 0.4]));
+/// assert!(!furuta_recording::hangs([PI, 0.1]));
+/// ```
+#[must_use]
+pub fn hangs(alpha: impl IntoIterator<Item = f64>) -> bool {
     use core::f64::consts::{PI, TAU};
     const NEAR_UPRIGHT: f64 = 0.6;
     alpha
@@ -105,8 +111,9 @@ pub(crate) fn hangs(alpha: impl IntoIterator<Item = f64>) -> bool {
 }
 
 impl Recording {
-    /// Whether the pendulum hangs all the time.
-    pub(crate) fn hangs(&self) -> bool {
+    /// Whether the pendulum hangs all the time: see [`hangs`].
+    #[must_use]
+    pub fn hangs(&self) -> bool {
         hangs(self.alpha.iter().copied())
     }
 
@@ -169,7 +176,7 @@ impl Recording {
     /// Reads a recording from the bytes of a CSV file called `file`.
     ///
     /// ```
-    /// use furuta_ident::recording::Recording;
+    /// use furuta_recording::Recording;
     /// let mut csv = String::from("# bench 2, Tuesday\nalpha,t,u,theta,current\n");
     /// for k in 0..100 {
     ///     let t = 0.004 * f64::from(k);
@@ -182,7 +189,7 @@ impl Recording {
     ///
     /// let error = Recording::from_csv("swing.csv", b"t,u,theta\n0,0,0\n").unwrap_err();
     /// assert!(error.to_string().starts_with("swing.csv: no column `alpha`; found t, u, theta"));
-    /// # Ok::<(), furuta_ident::recording::RecordingError>(())
+    /// # Ok::<(), furuta_recording::RecordingError>(())
     /// ```
     ///
     /// # Errors
@@ -195,7 +202,7 @@ impl Recording {
     /// the checks that a file meets. Rows in messages are samples, counted from 1.
     ///
     /// ```
-    /// use furuta_ident::recording::Recording;
+    /// use furuta_recording::Recording;
     /// let swing = (0..1000).map(|k| {
     ///     let t = 0.004 * f64::from(k);
     ///     [t, (9.0 * t).sin(), 0.0, 3.14 + 0.1 * (7.0 * t).sin()]
@@ -206,7 +213,7 @@ impl Recording {
     ///
     /// let error = Recording::from_samples("swing", [[0.0, 0.0, f64::NAN, 3.14]]).unwrap_err();
     /// assert!(error.to_string().starts_with("swing: row 1, column theta: the value is NaN"));
-    /// # Ok::<(), furuta_ident::recording::RecordingError>(())
+    /// # Ok::<(), furuta_recording::RecordingError>(())
     /// ```
     ///
     /// # Errors

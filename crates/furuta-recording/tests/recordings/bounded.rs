@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use furuta_ident::recording::{Limits, NoticeKind, Recording, RecordingError};
+use furuta_recording::{Limits, NoticeKind, Recording, RecordingError};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions};
 

@@ -1,0 +1,64 @@
+"""What a new user does with a wheel or an sdist: installs it into an empty environment and tries it.
+
+python py/tests/wheel.py dist/furuta-*.whl dist/furuta-*.tar.gz
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import venv
+
+# In the empty environment: the package, its command, a diagnosis, and what a wheel has to carry for editors.
+TRIED = """
+import pathlib, subprocess, sys
+import numpy as np
+import furuta
+
+assert pathlib.Path(furuta.__file__).is_relative_to(sys.prefix), furuta.__file__
+assert pathlib.Path(furuta.__file__).with_name("py.typed").exists()
+sheet, dt = furuta.Rig.load("qube-servo-2"), 0.002
+u = furuta.signal("multisine", 4, dt, amplitude=1.2)
+hidden = sheet.with_effect("arm.spring", stiffness=2e-3, rest=0.2)
+_, y = furuta.simulate(hidden, [0, np.pi, 0, 0], u[:-1], dt, encoders=True)
+recording = {"t": dt * np.arange(len(u)), "u": u, "theta": y[:, 0], "alpha": y[:, 1]}
+found = furuta.diagnose(recording, sheet, time_limit=None)
+assert [effect["id"] for effect in found.effects] == ["arm.spring"], found
+command = pathlib.Path(sys.executable).with_name("furuta")
+said = subprocess.run([command, "--version"], capture_output=True, text=True, check=True).stdout
+assert said == f"furuta {furuta.__version__}\\n", said
+rigs = subprocess.run([command, "rigs"], capture_output=True, text=True, check=True).stdout
+assert "qube-servo-2" in rigs
+print(f"furuta {furuta.__version__}: names what is hidden, and brings its command")
+"""
+
+
+def try_out(package: pathlib.Path) -> str:
+    """Installs the package into an empty environment and tries it there; what it printed.
+
+    Raises ``subprocess.CalledProcessError`` where something fails.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        venv.create(folder, with_pip=True)
+        python = pathlib.Path(folder) / "bin" / "python"
+        # Nothing of this environment, and no folder of the sources.
+        clean = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+        install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", package.resolve()]
+        subprocess.run(install, check=True, env=clean, cwd=folder)
+        tried = subprocess.run([python, "-c", TRIED], check=True, env=clean, cwd=folder, capture_output=True, text=True)
+    return tried.stdout.strip()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("packages", nargs="+", type=pathlib.Path)
+    for package in parser.parse_args().packages:
+        print(f"{package.name}: {try_out(package)}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
