@@ -17,7 +17,6 @@ import furuta
 import numpy as np
 import pytest
 from campaign_work import Killer, deadly, draw, long, note, raising, slowly
-from command_line import program
 
 pa = pytest.importorskip("pyarrow")
 pytest.importorskip("cloudpickle")
@@ -310,8 +309,7 @@ def test_diagnose(tmp_path):
     assert failed["verdict"] is None and "Error: " in failed["error"]
 
 
-def test_study(monkeypatch):
-    monkeypatch.setenv("FURUTA_CLI", str(program()))
+def test_study():
     rig = "shahzad2022-srv02"
     cases = [
         {"study": "region", "rig": rig, "points": 9},
