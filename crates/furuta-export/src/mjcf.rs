@@ -57,8 +57,11 @@ pub fn mjcf(rig: &Rig, timestep: f64) -> Result<Exported, BodyError> {
     let (on_arm, rotor) = if bodies.rotor > 0.0 {
         let inertia = bodies.rotor;
         let rotor = format!(
-            "    <body name=\"rotor\">\n      <joint name=\"rotor\" type=\"hinge\" axis=\"0 0 1\" {shaft}/>\n      \
-             <inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"{inertia:?} {inertia:?} {inertia:?}\"/>\n    </body>\n"
+            r#"    <body name="rotor">
+      <joint name="rotor" type="hinge" axis="0 0 1" {shaft}/>
+      <inertial pos="0 0 0" mass="1" diaginertia="{inertia:?} {inertia:?} {inertia:?}"/>
+    </body>
+"#
         );
         (String::new(), rotor)
     } else {
@@ -68,8 +71,11 @@ pub fn mjcf(rig: &Rig, timestep: f64) -> Result<Exported, BodyError> {
     // Writing to a String cannot fail.
     let _ = write!(
         out,
-        "<mujoco model=\"{}\">\n  <!-- {}\n       Written by furuta. SI units, radians; alpha = 0 upright; data.ctrl[0] \
-         in volts.\n       u is held from one sample to the next; encoders: {} (arm) and {} (pendulum) counts a turn.\n",
+        r#"<mujoco model="{}">
+  <!-- {}
+       Written by furuta. SI units, radians; alpha = 0 upright; data.ctrl[0] in volts.
+       u is held from one sample to the next; encoders: {} (arm) and {} (pendulum) counts a turn.
+"#,
         name(&rig.name),
         comment(&rig.source),
         rig.sensors.arm_counts_per_rev,
@@ -81,22 +87,31 @@ pub fn mjcf(rig: &Rig, timestep: f64) -> Result<Exported, BodyError> {
     let [gx, gy, gz] = model.gravity;
     let (length, com) = (p.arm.length, p.pendulum.com);
     let [hinge, transverse, axial] = bodies.pendulum;
-    // The arm's mass counts on a tilted base alone.
-    let off = model.unbalance * p.pendulum.mass * length;
-    let arm = bodies.arm - off * off;
+    // The arm's mass counts on a tilted base alone: so large that its centre is all but on the axis.
+    let mass = 100.0;
+    let off = model.unbalance * p.pendulum.mass * length / mass;
+    let arm = bodies.arm - mass * off * off;
     let _ = write!(
         out,
-        "  -->\n  <compiler angle=\"radian\" balanceinertia=\"false\"/>\n  \
-         <option timestep=\"{timestep:?}\" gravity=\"{gx:?} {gy:?} {gz:?}\" integrator=\"RK4\" cone=\"elliptic\" \
-         tolerance=\"1e-10\">\n    <flag contact=\"disable\" refsafe=\"disable\"/>\n  </option>\n  <worldbody>\n    \
-         <body name=\"arm\">\n      <joint name=\"theta\" type=\"hinge\" axis=\"0 0 1\" stiffness=\"{}\" \
-         springref=\"{:?}\" {on_arm}/>\n      <inertial pos=\"{off:?} 0 0\" mass=\"1\" diaginertia=\"{arm:?} {arm:?} \
-         {arm:?}\"/>\n      <geom type=\"capsule\" fromto=\"0 0 0 {length:?} 0 0\" size=\"{:?}\" \
-         rgba=\"0.4 0.45 0.5 1\"/>\n      <body name=\"pendulum\" pos=\"{length:?} 0 0\">\n        \
-         <joint name=\"alpha\" type=\"hinge\" axis=\"1 0 0\" armature=\"{:?}\" damping=\"{}\" stiffness=\"{:?}\" \
-         springref=\"{:?}\" frictionloss=\"{:?}\" {}/>\n        <inertial pos=\"0 0 {com:?}\" mass=\"{:?}\" \
-         diaginertia=\"{hinge:?} {transverse:?} {axial:?}\"/>\n        <geom type=\"capsule\" fromto=\"0 0 0 0 0 \
-         {:?}\" size=\"{:?}\" rgba=\"0.8 0.3 0.2 1\"/>\n      </body>\n    </body>\n{rotor}  </worldbody>\n",
+        r#"  -->
+  <compiler angle="radian" balanceinertia="false"/>
+  <option timestep="{timestep:?}" gravity="{gx:?} {gy:?} {gz:?}" integrator="RK4" cone="elliptic" tolerance="1e-10">
+    <flag contact="disable" refsafe="disable"/>
+  </option>
+  <worldbody>
+    <body name="arm">
+      <joint name="theta" type="hinge" axis="0 0 1" stiffness="{}" springref="{:?}" {on_arm}/>
+      <inertial pos="{off:?} 0 0" mass="{mass}" diaginertia="{arm:?} {arm:?} {arm:?}"/>
+      <geom type="capsule" fromto="0 0 0 {length:?} 0 0" size="{:?}" rgba="0.4 0.45 0.5 1"/>
+      <body name="pendulum" pos="{length:?} 0 0">
+        <joint name="alpha" type="hinge" axis="1 0 0" armature="{:?}" damping="{}" stiffness="{:?}"
+               springref="{:?}" frictionloss="{:?}" {}/>
+        <inertial pos="0 0 {com:?}" mass="{:?}" diaginertia="{hinge:?} {transverse:?} {axial:?}"/>
+        <geom type="capsule" fromto="0 0 0 0 0 {:?}" size="{:?}" rgba="0.8 0.3 0.2 1"/>
+      </body>
+    </body>
+{rotor}  </worldbody>
+"#,
         polynomial(model.arm_spring),
         model.arm_rest,
         0.05 * length,
@@ -113,8 +128,13 @@ pub fn mjcf(rig: &Rig, timestep: f64) -> Result<Exported, BodyError> {
     if let Some(drive) = &model.drive {
         let _ = write!(
             out,
-            "  <tendon>\n    <fixed name=\"drive\" {}>\n      <joint joint=\"rotor\" coef=\"1\"/>\n      \
-             <joint joint=\"theta\" coef=\"-1\"/>\n    </fixed>\n  </tendon>\n",
+            r#"  <tendon>
+    <fixed name="drive" {}>
+      <joint joint="rotor" coef="1"/>
+      <joint joint="theta" coef="-1"/>
+    </fixed>
+  </tendon>
+"#,
             drive.coupling(timestep)
         );
     }
@@ -127,8 +147,10 @@ pub fn mjcf(rig: &Rig, timestep: f64) -> Result<Exported, BodyError> {
     };
     let _ = write!(
         out,
-        "  <actuator>\n    <general name=\"motor\" joint=\"{motor_joint}\" ctrllimited=\"true\" ctrlrange=\"{low:?} \
-         {high:?}\"{dynamics} gaintype=\"fixed\" gainprm=\"{drive:?}\" biastype=\"affine\" biasprm=\"{:?} 0 {:?}\"/>\n",
+        r#"  <actuator>
+    <general name="motor" joint="{motor_joint}" ctrllimited="true" ctrlrange="{low:?} {high:?}"{dynamics}
+             gaintype="fixed" gainprm="{drive:?}" biastype="affine" biasprm="{:?} 0 {:?}"/>
+"#,
         drive * bias,
         -emf,
     );
@@ -148,10 +170,17 @@ pub fn mjcf(rig: &Rig, timestep: f64) -> Result<Exported, BodyError> {
     let third = if bodies.rotor > 0.0 { " 0" } else { "" };
     let _ = write!(
         out,
-        "  </actuator>\n  <sensor>\n    <jointpos name=\"theta\" joint=\"{encoder}\"/>\n    \
-         <jointpos name=\"alpha\" joint=\"alpha\"/>\n  </sensor>\n  <keyframe>\n    \
-         <key name=\"hanging\" qpos=\"0 {:?}{third}\"/>\n    <key name=\"upright\" qpos=\"0 0{third}\"/>\n  \
-         </keyframe>\n</mujoco>\n",
+        r#"  </actuator>
+  <sensor>
+    <jointpos name="theta" joint="{encoder}"/>
+    <jointpos name="alpha" joint="alpha"/>
+  </sensor>
+  <keyframe>
+    <key name="hanging" qpos="0 {:?}{third}"/>
+    <key name="upright" qpos="0 0{third}"/>
+  </keyframe>
+</mujoco>
+"#,
         std::f64::consts::PI,
     );
     Ok(Exported {

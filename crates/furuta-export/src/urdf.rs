@@ -69,9 +69,13 @@ pub fn urdf(rig: &Rig) -> Result<Exported, BodyError> {
     // Writing to a String cannot fail.
     let _ = write!(
         out,
-        "<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n  <!-- {}\n       Written by furuta. SI units, radians; alpha = 0 \
-         upright; gravity of the rig: {:?} m/s2 along -z.\n       Torque on theta for one volt of command: {:?} N m/V \
-         (without the back-EMF, which is in theta's damping:\n       {:?} of {:?} N m s/rad); largest command {:?} V.\n",
+        r#"<?xml version="1.0"?>
+<robot name="{}">
+  <!-- {}
+       Written by furuta. SI units, radians; alpha = 0 upright; gravity of the rig: {:?} m/s2 along -z.
+       Torque on theta for one volt of command: {:?} N m/V (without the back-EMF, which is in theta's damping:
+       {:?} of {:?} N m s/rad); largest command {:?} V.
+"#,
         name(&rig.name),
         comment(&rig.source),
         p.gravity,
@@ -88,22 +92,54 @@ pub fn urdf(rig: &Rig) -> Result<Exported, BodyError> {
     let half_turn = std::f64::consts::FRAC_PI_2;
     let _ = write!(
         out,
-        "  -->\n  <link name=\"base\"/>\n  <joint name=\"theta\" type=\"continuous\">\n    <parent link=\"base\"/>\n    \
-         <child link=\"arm\"/>\n    <axis xyz=\"0 0 1\"/>\n    <dynamics damping=\"{:?}\" friction=\"{arm_friction:?}\"/>\n  \
-         </joint>\n  <link name=\"arm\">\n    <inertial>\n      <origin xyz=\"0 0 0\"/>\n      <mass value=\"1\"/>\n      \
-         <inertia ixx=\"{arm:?}\" iyy=\"{arm:?}\" izz=\"{arm:?}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>\n    </inertial>\n    \
-         <visual>\n      <origin xyz=\"{:?} 0 0\" rpy=\"0 {half_turn:?} 0\"/>\n      <geometry><cylinder radius=\"{:?}\" \
-         length=\"{length:?}\"/></geometry>\n    </visual>\n  </link>\n  <joint name=\"alpha\" type=\"continuous\">\n    \
-         <parent link=\"arm\"/>\n    <child link=\"pendulum\"/>\n    <origin xyz=\"{length:?} 0 0\"/>\n    \
-         <axis xyz=\"1 0 0\"/>\n    <dynamics damping=\"{:?}\" friction=\"{pendulum_friction:?}\"/>\n  </joint>\n  \
-         <link name=\"pendulum\">\n    <inertial>\n      <origin xyz=\"0 0 {com:?}\"/>\n      <mass value=\"{:?}\"/>\n      \
-         <inertia ixx=\"{hinge:?}\" iyy=\"{transverse:?}\" izz=\"{axial:?}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>\n    \
-         </inertial>\n    <visual>\n      <origin xyz=\"0 0 {com:?}\"/>\n      <geometry><cylinder radius=\"{:?}\" \
-         length=\"{:?}\"/></geometry>\n    </visual>\n  </link>\n  <transmission name=\"motor\">\n    \
-         <type>transmission_interface/SimpleTransmission</type>\n    <joint name=\"theta\">\n      \
-         <hardwareInterface>hardware_interface/EffortJointInterface</hardwareInterface>\n    </joint>\n    \
-         <actuator name=\"motor\">\n      <mechanicalReduction>1</mechanicalReduction>\n    </actuator>\n  \
-         </transmission>\n</robot>\n",
+        r#"  -->
+  <link name="base"/>
+  <joint name="theta" type="continuous">
+    <parent link="base"/>
+    <child link="arm"/>
+    <axis xyz="0 0 1"/>
+    <dynamics damping="{:?}" friction="{arm_friction:?}"/>
+  </joint>
+  <link name="arm">
+    <inertial>
+      <origin xyz="0 0 0"/>
+      <mass value="1"/>
+      <inertia ixx="{arm:?}" iyy="{arm:?}" izz="{arm:?}" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+    <visual>
+      <origin xyz="{:?} 0 0" rpy="0 {half_turn:?} 0"/>
+      <geometry><cylinder radius="{:?}" length="{length:?}"/></geometry>
+    </visual>
+  </link>
+  <joint name="alpha" type="continuous">
+    <parent link="arm"/>
+    <child link="pendulum"/>
+    <origin xyz="{length:?} 0 0"/>
+    <axis xyz="1 0 0"/>
+    <dynamics damping="{:?}" friction="{pendulum_friction:?}"/>
+  </joint>
+  <link name="pendulum">
+    <inertial>
+      <origin xyz="0 0 {com:?}"/>
+      <mass value="{:?}"/>
+      <inertia ixx="{hinge:?}" iyy="{transverse:?}" izz="{axial:?}" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+    <visual>
+      <origin xyz="0 0 {com:?}"/>
+      <geometry><cylinder radius="{:?}" length="{:?}"/></geometry>
+    </visual>
+  </link>
+  <transmission name="motor">
+    <type>transmission_interface/SimpleTransmission</type>
+    <joint name="theta">
+      <hardwareInterface>hardware_interface/EffortJointInterface</hardwareInterface>
+    </joint>
+    <actuator name="motor">
+      <mechanicalReduction>1</mechanicalReduction>
+    </actuator>
+  </transmission>
+</robot>
+"#,
         k.arm_damping,
         0.5 * length,
         0.05 * length,

@@ -77,15 +77,34 @@ impl Written {
         }
         Ok(Self {
             functions: format!(
-                "\n/* The effects' torques on arm and pendulum. */\nstatic void add_effects(const furuta_real x[4], \
-                 furuta_real s, furuta_real co, furuta_real volts, int smooth,\n                        \
-                 furuta_real torque[2])\n{{\n    (void)x;\n    (void)s;\n    (void)co;\n    (void)volts;\n    \
-                 (void)smooth;\n    (void)torque;\n{torques}}}\n\n/* The motor's voltage for a command. */\n\
-                 static furuta_real mapped(furuta_real u)\n{{\n{volts}    return u;\n}}\n"
+                r#"
+/* The effects' torques on arm and pendulum. */
+static void add_effects(const furuta_real x[4], furuta_real s, furuta_real co, furuta_real volts, int smooth,
+                        furuta_real torque[2])
+{{
+    (void)x;
+    (void)s;
+    (void)co;
+    (void)volts;
+    (void)smooth;
+    (void)torque;
+{torques}}}
+
+/* The motor's voltage for a command. */
+static furuta_real mapped(furuta_real u)
+{{
+{volts}    return u;
+}}
+"#
             ),
             readings: format!(
-                "\n/* What the encoders read for true angles. */\nstatic void read_angles(furuta_real y[2])\n{{\n    \
-                 (void)y;\n{readings}}}\n"
+                r#"
+/* What the encoders read for true angles. */
+static void read_angles(furuta_real y[2])
+{{
+    (void)y;
+{readings}}}
+"#
             ),
         })
     }
@@ -191,8 +210,11 @@ fn voltage<T: Real + Literal>(effect: &Effect<T>) -> String {
     let v = literal(effect.values().first().copied().unwrap_or(T::ZERO));
     match effect.spec().id {
         "motor.deadzone" => format!(
-            "    {{ /* motor.deadzone */\n        const furuta_real past = magnitude(u) - {v}, left = past < ZERO ? ZERO \
-             : past;\n        u = u < ZERO ? -left : left;\n    }}\n"
+            r#"    {{ /* motor.deadzone */
+        const furuta_real past = magnitude(u) - {v}, left = past < ZERO ? ZERO : past;
+        u = u < ZERO ? -left : left;
+    }}
+"#
         ),
         "motor.bias" => format!("    u = u + {v}; /* motor.bias */\n"),
         "motor.saturation" => format!("    u = limited(u, -({v}), {v}); /* motor.saturation */\n"),

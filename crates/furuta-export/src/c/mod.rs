@@ -226,18 +226,44 @@ fn head<T: Literal>(
     };
     let settings = plain_lines(&file.to_toml());
     format!(
-        "/* Control system of a rotary inverted pendulum, written by furuta (`furuta export c`). Do not edit.\n\n   \
-         rig         {}\n   period      {period:?} s: call furuta_step so often, exactly\n   controller  {controller}\n   \
-         estimator   {estimator}\n{settings}\n   C99, no allocation, math.h and string.h alone. Keep to IEEE 754 \
-         (-std=c99, never -ffast-math), and add\n   -ffp-contract=off where the machine has a fused multiply-add: then \
-         every command has the bits of furuta's own.\n\n   To use it from another file: `#define FURUTA_HEADER_ONLY`, \
-         then `#include` this file there; compile it once without.\n\n       static furuta_controller control;\n       \
-         furuta_init(&control);\n       furuta_ask(&control, FURUTA_START);\n       every period:\n           \
-         set_motor(control.u);                                          the command of the sample before\n           \
-         furuta_step(&control, arm(), pendulum(), control.u, 1, 0);     the next one is in control.u */\n\
-         #ifndef FURUTA_CONTROLLER_INCLUDED\n#define FURUTA_CONTROLLER_INCLUDED\n\n#include <stdint.h>\n\n\
-         typedef {} furuta_real;\n\n{}\n#endif\n\n#ifndef FURUTA_HEADER_ONLY\n\n#include <math.h>\n\
-         #include <string.h>\n\n#if defined(__clang__)\n#pragma STDC FP_CONTRACT OFF\n#endif\n\n",
+        r#"/* Control system of a rotary inverted pendulum, written by furuta (`furuta export c`). Do not edit.
+
+   rig         {}
+   period      {period:?} s: call furuta_step so often, exactly
+   controller  {controller}
+   estimator   {estimator}
+{settings}
+   C99, no allocation, math.h and string.h alone. Keep to IEEE 754 (-std=c99, never -ffast-math), and add
+   -ffp-contract=off where the machine has a fused multiply-add: then every command has the bits of furuta's own.
+
+   To use it from another file: `#define FURUTA_HEADER_ONLY`, then `#include` this file there; compile it once without.
+
+       static furuta_controller control;
+       furuta_init(&control);
+       furuta_ask(&control, FURUTA_START);
+       every period:
+           set_motor(control.u);                                          the command of the sample before
+           furuta_step(&control, arm(), pendulum(), control.u, 1, 0);     the next one is in control.u */
+#ifndef FURUTA_CONTROLLER_INCLUDED
+#define FURUTA_CONTROLLER_INCLUDED
+
+#include <stdint.h>
+
+typedef {} furuta_real;
+
+{}
+#endif
+
+#ifndef FURUTA_HEADER_ONLY
+
+#include <math.h>
+#include <string.h>
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+"#,
         plain(&rig.name),
         T::TYPE,
         include_str!("interface.c"),
