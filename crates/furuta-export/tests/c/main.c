@@ -45,7 +45,8 @@ int main(void)
             printf("%d\n", furuta_ask(&control, (furuta_request)request));
             continue;
         }
-        if (scanf("%" SCNx64 " %" SCNx64 " %" SCNx64 " %" SCNu32 " %" SCNx64, &theta, &alpha, &held, &periods, &target) != 5)
+        if (scanf("%" SCNx64 " %" SCNx64 " %" SCNx64, &theta, &alpha, &held) != 3
+            || scanf("%" SCNu32 " %" SCNx64, &periods, &target) != 2)
             return 1;
         furuta_step(&control, number(theta), number(alpha), number(held), periods, number(target));
         printf("%d %d", (int)control.mode, (int)control.fault);
