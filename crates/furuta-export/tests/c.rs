@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use furuta_ctrl::estimators::Measurement;
-use furuta_ctrl::supervisor::{Fault, Mode, Request, Supervisor};
+use furuta_ctrl::supervisor::{Fault, Mode, Request, Supervisor, SupervisorState};
 use furuta_ctrl::{Config, ControllerFile, Real, Site};
 use furuta_export::c::{CONTROLLERS, ESTIMATORS, ExportError, Precision, controller};
 use furuta_model::{Effect, Plant, Rig, State};
@@ -115,16 +115,15 @@ fn told<T: Bits>(supervisor: &Supervisor<T>, rig: &Rig, seed: u64) -> Told {
     let (mut input, mut answers, mut modes) = (String::new(), Vec::new(), Vec::new());
     let mut held = 0.0;
     for k in 0..SAMPLES {
-        let mut ask = |state: &mut _, request: Request| {
+        let mut ask = |state: &mut SupervisorState<T>, request: Request| {
             let number = [Request::Start, Request::Stop, Request::Reset]
                 .iter()
                 .position(|r| *r == request);
             let _ = writeln!(input, "a {}", number.expect("one of three"));
-            let state: &mut furuta_ctrl::supervisor::SupervisorState<T> = state;
             answers.push(i32::from(state.request(request)).to_string());
         };
         match k % 3000 {
-            0 => ask(&mut state, Request::Start),
+            20 => ask(&mut state, Request::Start),
             2200 => ask(&mut state, Request::Stop),
             2700 | 1700 | 1400 => {
                 ask(&mut state, Request::Reset);

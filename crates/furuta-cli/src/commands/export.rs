@@ -78,7 +78,7 @@ struct CArgs {
 
 fn timestep(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(value) if value >= 1e-6 && value <= 0.01 => Ok(value),
+        Ok(value) if (1e-6..=0.01).contains(&value) => Ok(value),
         _ => Err("must be a number from 0.000001 to 0.01 s".to_owned()),
     }
 }

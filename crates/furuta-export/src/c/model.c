@@ -1,9 +1,5 @@
 
-/* The rig's model: states are theta, alpha, theta_dot, alpha_dot. The lists of coefficients are in the order arm,
-   swing, coupling, pendulum, weight, lever, drive, arm damping, pendulum damping. */
-enum { ARM, SWING, COUPLING, PENDULUM, WEIGHT, LEVER, DRIVE, ARM_DAMPING, PENDULUM_DAMPING };
-
-/* dx/dt under `volts` at the motor; `weight` in place of the model's; `smooth`: with the effects alone that have a
+/* The rig's model; states are theta, alpha, theta_dot, alpha_dot. dx/dt under `volts` at the motor; `weight` in place of the model's; `smooth`: with the effects alone that have a
    slope at rest. */
 static void rate_of(const furuta_real x[4], furuta_real volts, furuta_real weight, int smooth, furuta_real rate[4])
 {

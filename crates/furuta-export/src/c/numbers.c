@@ -4,6 +4,9 @@
 #define FURUTA_PI 0x1.921fb54442d18p+1
 #define FURUTA_TAU 0x1.921fb54442d18p+2
 
+/* The lists of a model's coefficients are in this order. */
+enum { ARM, SWING, COUPLING, PENDULUM, WEIGHT, LEVER, DRIVE, ARM_DAMPING, PENDULUM_DAMPING };
+
 static furuta_real magnitude(furuta_real x) { return x < ZERO ? -x : x; }
 
 static furuta_real least(furuta_real a, furuta_real b) { return a < b ? a : b; }
