@@ -74,7 +74,7 @@ impl<T: Real> Catch<T> {
         }
     }
 
-    /// Every number that its prediction depends on, by name; its plant is [`Catch::plant`].
+    /// Every number that its prediction depends on, by name; its plant is [`Catch::plant()`].
     pub fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) {
         put("CATCH_GAIN", Number::Real(&self.feedback.gain));
         put("CATCH_HOLDS", Number::Whole(u32::from(self.holds)));
