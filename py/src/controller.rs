@@ -171,6 +171,41 @@ impl PyController {
         self.file.to_toml()
     }
 
+    /// The whole control system, estimator, swing-up and limits included, as one C99 file without allocation, whose
+    /// commands are the same bits.
+    ///
+    /// Parameters
+    /// ----------
+    /// single : bool, optional
+    ///     Compute in float, in place of double.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     The text of a C file.
+    ///
+    /// Raises
+    /// ------
+    /// ControllerError
+    ///     A controller, an estimator or an effect of the rig that cannot be exported; the message names what can.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import furuta
+    /// >>> control = furuta.Controller.from_toml("", furuta.Rig.load("qube-servo-2"), dt=0.002)
+    /// >>> "furuta_real furuta_step(" in control.to_c()
+    /// True
+    #[pyo3(signature = (*, single=false), text_signature = "(*, single=False)")]
+    fn to_c(&self, single: bool) -> PyResult<String> {
+        let precision = if single {
+            furuta_export::c::Precision::Single
+        } else {
+            furuta_export::c::Precision::Double
+        };
+        let (config, rig) = (&self.file.config, &self.rig);
+        furuta_export::c::controller(config, rig, self.period, precision).map_err(error::controller)
+    }
+
     /// Writes the controller file, which `furuta run`, `furuta simulate` and a microcontroller read. A file that is
     /// there already is replaced only with `force`.
     #[pyo3(signature = (path, *, force=false))]

@@ -76,6 +76,65 @@ impl PyRig {
         crate::file::write_data(py, &path, force, &self.rig.to_toml())
     }
 
+    /// The rig as a model of MuJoCo, with those of its effects that MJCF can say; the file's comment lists the others.
+    ///
+    /// The actuator `motor` takes volts, held from one sample to the next; joint `theta` is the arm, `alpha` the
+    /// pendulum, 0 upright.
+    ///
+    /// Parameters
+    /// ----------
+    /// timestep : float, optional
+    ///     Step of MuJoCo's integrator in s, 1e-6 to 0.01.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     The text of an MJCF file.
+    ///
+    /// Raises
+    /// ------
+    /// RigError
+    ///     A rig of which no rigid bodies have the moments of inertia; a step out of its range.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import furuta
+    /// >>> text = furuta.Rig.load("qube-servo-2").to_mjcf()
+    /// >>> text.splitlines()[0]
+    /// '<mujoco model="qube-servo-2">'
+    #[pyo3(signature = (*, timestep=furuta_export::mjcf::STEP), text_signature = "(*, timestep=0.0005)")]
+    fn to_mjcf(&self, timestep: f64) -> PyResult<String> {
+        if !(1e-6..=0.01).contains(&timestep) {
+            let problem =
+                format!("timestep = {timestep} s is outside the allowed range [1e-06, 0.01] s");
+            return Err(error::rig(problem));
+        }
+        let exported = furuta_export::mjcf(&self.rig, timestep).map_err(error::rig)?;
+        Ok(exported.text)
+    }
+
+    /// The rig as a robot description (URDF): bodies, joints and their friction, and a transmission for the motor. The
+    /// file's comment lists what it does not carry over.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     The text of a URDF file.
+    ///
+    /// Raises
+    /// ------
+    /// RigError
+    ///     A rig of which no rigid bodies have the moments of inertia.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import furuta
+    /// >>> "<robot" in furuta.Rig.load("qube-servo-2").to_urdf()
+    /// True
+    fn to_urdf(&self) -> PyResult<String> {
+        Ok(furuta_export::urdf(&self.rig).map_err(error::rig)?.text)
+    }
+
     /// The rig as a dict of plain Python values: name, source, parameters, sensors, limits, effects.
     ///
     /// Examples

@@ -13,6 +13,7 @@
 //! | [`compensation`] | what is added to the command for effects that the rig file names |
 //! | [`supervisor`] | modes, the catch, limits, faults: what stands between a controller and a motor |
 //! | [`settings`], [`config`], [`plan`] | a controller file's contents, checked, in fixed size, as sent to a microcontroller |
+//! | [`numbers`] | the numbers that a control system runs on, by name, for other languages |
 //! | `file` (feature `std`) | controller files (TOML) |
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
@@ -28,6 +29,7 @@ pub mod estimators;
 #[cfg(feature = "std")]
 pub mod file;
 mod from_settings;
+pub mod numbers;
 pub mod plan;
 mod real;
 mod section;

@@ -7,6 +7,7 @@ mod design;
 mod diagnose;
 mod effects;
 mod emulate;
+mod export;
 mod foresight;
 mod identify;
 mod latency;
@@ -35,6 +36,7 @@ pub(crate) enum Command {
     Run(run::Args),
     Latency(latency::Args),
     Convert(convert::Args),
+    Export(export::Args),
     Replay(replay::Args),
     Study(study::Args),
 }
@@ -55,6 +57,7 @@ impl Command {
             Self::Run(args) => run::run(args)?,
             Self::Latency(args) => latency::run(args)?,
             Self::Convert(args) => convert::run(args)?,
+            Self::Export(args) => export::run(args)?,
             Self::Replay(args) => replay::run(args)?,
             Self::Study(args) => study::run(args)?,
         }

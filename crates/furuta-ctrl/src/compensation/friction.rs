@@ -51,6 +51,11 @@ impl<T: Real> Friction<T> {
         })
     }
 
+    /// Level (V), time looked ahead (s), speed of full help (rad/s).
+    pub(super) fn numbers(&self) -> [T; 3] {
+        [self.level, self.ahead, self.full]
+    }
+
     /// What to add to the voltage `volts` in the state `x`, V.
     pub(super) fn voltage(&self, smooth: &Plant<T>, x: &State<T>, volts: T) -> T {
         let later = x.theta_dot + acceleration(smooth, x, volts) * self.ahead;

@@ -13,6 +13,7 @@ mod hold;
 mod motor;
 
 use crate::error::ConfigError;
+use crate::numbers::Number;
 use crate::real::{Real, is_finite};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
@@ -114,6 +115,33 @@ impl<T: Real> Compensation<T> {
     /// Whether the voltage is added that holds the arm at its reference against what pulls it.
     pub fn holds(&self) -> bool {
         self.hold
+    }
+
+    /// Every number that it depends on, by name; its plants are the rig's with all effects, and without dry friction.
+    pub fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) {
+        let [level, ahead, full] = self
+            .friction
+            .as_ref()
+            .map_or([T::ZERO; 3], Friction::numbers);
+        put("COMPENSATE_HOLD", Number::Whole(u32::from(self.hold)));
+        put(
+            "COMPENSATE_FRICTION",
+            Number::Whole(u32::from(self.friction.is_some())),
+        );
+        put("COMPENSATE_MOTOR", Number::Whole(u32::from(self.motor)));
+        put(
+            "COMPENSATE_DISTURBANCE",
+            Number::Whole(u32::from(self.disturbance)),
+        );
+        put("FRICTION_LEVEL", Number::Real(&[level]));
+        put("FRICTION_AHEAD", Number::Real(&[ahead]));
+        put("FRICTION_FULL", Number::Real(&[full]));
+        put("MOTOR_HALVINGS", Number::Whole(motor::HALVINGS));
+        put(
+            "MOTOR_SMALL",
+            Number::Real(&[crate::real::c::<T>(motor::STRAIGHT) * self.limit]),
+        );
+        put("MOTOR_LIMIT", Number::Real(&[self.limit]));
     }
 
     /// The command (V) in place of a balancing controller's `u`. Finite where `u` is; where a model has no finite

@@ -4,10 +4,10 @@ use crate::real::{Real, c};
 use furuta_model::Plant;
 
 /// Halvings of the interval of commands: to 1e-6 of it.
-const HALVINGS: u32 = 20;
+pub(super) const HALVINGS: u32 = 20;
 /// Share of the largest command below which a voltage is not reached exactly but in proportion: across a dead zone the
 /// command would otherwise jump with every change of sign.
-const STRAIGHT: f64 = 0.01;
+pub(super) const STRAIGHT: f64 = 0.01;
 
 /// The command (V, within `limit`) for which the model's motor has the voltage `volts`.
 pub(super) fn command<T: Real>(plant: &Plant<T>, volts: T, limit: T) -> T {

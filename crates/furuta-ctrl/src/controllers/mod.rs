@@ -16,6 +16,7 @@ pub use swing_up::{SPEC as SWING_UP, SwingUp, SwingUpState};
 pub use crate::from_settings::Design;
 
 use crate::error::ConfigError;
+use crate::numbers::{Number, listed};
 use crate::real::Real;
 use crate::section::{Settings, Spec};
 use crate::site::Site;
@@ -132,6 +133,56 @@ controllers! {
     lqr_sliding::LqrSliding,
     mpc::Mpc,
     lqi::Lqi,
+}
+
+impl<T: Real> AnyController<T> {
+    /// Every number that its command depends on while the pendulum's reference is upright, by name; `false` of one that
+    /// cannot be told by numbers alone (the predictive controller).
+    pub fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+        match self {
+            Self::StateFeedback(c) => {
+                put("GAIN", Number::Real(&c.gain));
+                put("CONTROLLER_LIMIT", Number::Real(&[c.command_limit]));
+            }
+            Self::Lqi(c) => {
+                put("GAIN", Number::Real(&c.gain));
+                put("INTEGRAL_GAIN", Number::Real(&[c.integral_gain]));
+                put("CONTROLLER_LIMIT", Number::Real(&[c.command_limit]));
+            }
+            Self::OutputRegulator(c) => {
+                put("GAIN", Number::Real(&c.gain));
+                put("CONTROLLER_LIMIT", Number::Real(&[c.command_limit]));
+                output_regulator::resting(&c.model, &c.steady, put);
+            }
+            Self::LqrSliding(c) => {
+                put("GAIN", Number::Real(&c.gain));
+                put("CONTROLLER_LIMIT", Number::Real(&[c.command_limit]));
+                put("SURFACE", Number::Real(&c.surface));
+                let (twisting, reaching) = match c.reaching {
+                    Reaching::BoundaryLayer { gain, width } => (0, [gain, width, T::ZERO]),
+                    Reaching::SuperTwisting {
+                        root,
+                        integral,
+                        limit,
+                    } => (1, [root, integral, limit]),
+                };
+                put("TWISTING", Number::Whole(twisting));
+                put("REACHING", Number::Real(&reaching));
+                output_regulator::resting(&c.model, &c.steady, put);
+            }
+            Self::NormalFormSliding(c) => {
+                put("GAIN", Number::Real(&c.gain));
+                put("CONTROLLER_LIMIT", Number::Real(&[c.command_limit]));
+                put("CONTROLLER_MODEL", Number::Real(&listed(&c.model)));
+                put("SWITCHING_GAMMA", Number::Real(&[c.switching.gamma]));
+                put("SWITCHING_EPS", Number::Real(&[c.switching.eps]));
+                put("SWITCHING_FILTER", Number::Real(&[c.switching.filter]));
+                output_regulator::resting(&c.model, &c.steady, put);
+            }
+            Self::Mpc(_) => return false,
+        }
+        true
+    }
 }
 
 /// Settings of the controller of this kind, nothing given yet.

@@ -3,6 +3,7 @@
 use super::{Controller, Design, StateFeedback};
 use crate::error::ConfigError;
 use crate::design::SteadyMotion;
+use crate::numbers::Number;
 use crate::real::{Real, command, wrap};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
@@ -170,6 +171,23 @@ impl<T: Real> Wanted<T> {
         let e = *x - self.state;
         [e.theta, wrap(e.alpha), e.theta_dot, e.alpha_dot]
     }
+}
+
+/// The motion wanted while the reference rests upright with the arm at 0, by name: its state, the pendulum's
+/// acceleration and the command. The arm's reference is added to the state's first number; the command does not depend
+/// on it.
+pub(super) fn resting<T: Real>(
+    model: &Coefficients<T>,
+    steady: &SteadyMotion<T>,
+    put: &mut impl FnMut(&'static str, Number<'_, T>),
+) {
+    let w = steady.oscillator(&State::upright());
+    let state = steady.state(w);
+    let alpha_ddot = -(steady.lambda * steady.lambda * w[1]);
+    put("WANTED", Number::Real(&state.to_array()));
+    put("WANTED_ACCELERATION", Number::Real(&[alpha_ddot]));
+    let forward = zero_dynamics::command(model, &state, alpha_ddot);
+    put("FORWARD", Number::Real(&[forward]));
 }
 
 pub(super) fn product<T: Real>(row: &[T; 4], x: &[T; 4]) -> T {

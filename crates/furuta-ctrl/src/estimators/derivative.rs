@@ -42,6 +42,11 @@ impl<T: Real> Derivative<T> {
         }
     }
 
+    /// `[1 - exp(-cutoff h), 1/h]`: all that it runs on.
+    pub fn numbers(&self) -> [T; 2] {
+        [self.blend, self.rate]
+    }
+
     /// Before the first sample.
     pub fn start(&self) -> DerivativeState<T> {
         DerivativeState {

@@ -78,6 +78,13 @@ impl<T: Real> Design for DisturbanceObserver<T> {
     }
 }
 
+impl<T: Real> DisturbanceObserver<T> {
+    /// The gain, and the largest disturbance (V).
+    pub(super) fn numbers(&self) -> (&[[T; 2]; 5], T) {
+        (&self.gain, self.limit)
+    }
+}
+
 impl<T: Real> Estimator<T> for DisturbanceObserver<T> {
     type State = DisturbedBelief<T>;
 

@@ -47,6 +47,10 @@ impl<T: Real> FixedGain<T> {
 macro_rules! estimates_with_fixed_gain {
     ($name:ident) => {
         impl<T: crate::real::Real> $name<T> {
+            pub(super) fn gain(&self) -> &[[T; 2]; 4] {
+                &self.0.gain
+            }
+
             pub(super) fn linear(&self) -> super::LinearEstimator {
                 self.0.linear()
             }

@@ -5,6 +5,7 @@
 
 use crate::error::ConfigError;
 pub use crate::from_settings::Design;
+use crate::numbers::Number;
 use crate::real::Real;
 use crate::section::{Settings, Spec};
 use crate::site::Site;
@@ -150,6 +151,31 @@ pub use fixed_gain::LinearEstimator;
 pub use predictor::Belief;
 
 impl<T: Real> AnyEstimator<T> {
+    /// Every number that its estimate depends on, by name; `false` of an estimator that cannot be told by numbers and
+    /// the rig's plant alone (the extended Kalman filter).
+    pub fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+        let gain = match self {
+            Self::Observer(e) => e.gain(),
+            Self::Luenberger(e) => e.gain(),
+            Self::Kalman(e) => e.gain(),
+            Self::DisturbanceObserver(e) => {
+                let (gain, limit) = e.numbers();
+                put("ESTIMATOR_GAIN", Number::Real(gain.as_flattened()));
+                put("ESTIMATOR_LIMIT", Number::Real(&[limit]));
+                return true;
+            }
+            Self::FilteredDerivative(e) => {
+                let [blend, rate] = e.speed.numbers();
+                put("ESTIMATOR_BLEND", Number::Real(&[blend]));
+                put("ESTIMATOR_RATE", Number::Real(&[rate]));
+                return true;
+            }
+            Self::ExtendedKalman(_) => return false,
+        };
+        put("ESTIMATOR_GAIN", Number::Real(gain.as_flattened()));
+        true
+    }
+
     /// What it is near upright, where it has the rig's model and a constant correction.
     ///
     /// ```

@@ -1,5 +1,6 @@
 //! How the motor is taken off when a limit is hit at speed: braked first, for a bounded time.
 
+use crate::numbers::Number;
 use crate::real::{Real, c, is_finite};
 use furuta_model::{Params, State};
 
@@ -86,6 +87,15 @@ impl<T: Real> Brake<T> {
             rise: T::ZERO,
             periods: 0,
         }
+    }
+
+    /// Every number that its voltage depends on, by name.
+    pub fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) {
+        put("BRAKE_GAIN", Number::Real(&[self.gain]));
+        put("BRAKE_LIMIT", Number::Real(&[self.limit]));
+        put("BRAKE_RISE", Number::Real(&[self.rise]));
+        put("BRAKE_FASTER", Number::Real(&[c(FASTER)]));
+        put("BRAKE_PERIODS", Number::Whole(self.periods));
     }
 
     /// Longest braking, periods.

@@ -2,6 +2,7 @@
 
 use crate::compensation::holding_voltage;
 use crate::controllers::{Controller, StateFeedback};
+use crate::numbers::Number;
 use crate::real::{Real, c, wrap};
 use furuta_model::params::Coefficients;
 use furuta_model::{Params, Plant, State};
@@ -71,6 +72,31 @@ impl<T: Real> Catch<T> {
             error,
             ..self
         }
+    }
+
+    /// Every number that its prediction depends on, by name; its plant is [`Catch::plant()`].
+    pub fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) {
+        put("CATCH_GAIN", Number::Real(&self.feedback.gain));
+        put("CATCH_HOLDS", Number::Whole(u32::from(self.holds)));
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        put("CATCH_STEPS", Number::Whole((HORIZON / STEP) as u32));
+        let single = [
+            ("CATCH_COMMAND_LIMIT", self.feedback.command_limit),
+            ("CATCH_ARM_ANGLE", self.arm_angle),
+            ("CATCH_STEP", c::<T>(STEP) / self.frequency),
+            ("CATCH_NEAR_ANGLE", c(NEAR_ANGLE)),
+            ("CATCH_NEAR_SPEED", c::<T>(NEAR_SPEED) * self.frequency),
+            ("CATCH_FURTHEST", self.furthest),
+            ("CATCH_ERROR", self.error),
+        ];
+        for (name, value) in single {
+            put(name, Number::Real(&[value]));
+        }
+    }
+
+    /// What the prediction takes for the rig: no dry friction, no voltage map with a kink.
+    pub fn plant(&self) -> &Plant<T> {
+        &self.plant
     }
 
     /// The largest speed (rad/s) at the top, the arm resting at its middle, that the feedback can catch.

@@ -4,6 +4,7 @@ use super::brake::{Brake, Braking};
 use super::catch::Catch;
 use super::fault::Fault;
 use super::mode::Mode;
+use super::transitions::{CATCH_BRAKE, LAST_BRAKE, SMALL_JUMP};
 use crate::compensation::Compensation;
 use crate::config::Config;
 use crate::controllers::{
@@ -12,7 +13,8 @@ use crate::controllers::{
 use crate::design;
 use crate::error::ConfigError;
 use crate::estimators::{AnyEstimator, AnyEstimatorState, Estimator};
-use crate::real::Real;
+use crate::numbers::{Number, listed};
+use crate::real::{Real, c};
 use crate::site::Site;
 use crate::thresholds::{SPEC, Thresholds, within};
 use furuta_model::linear_plant::smooth;
@@ -117,6 +119,39 @@ impl<T: Real> Supervisor<T> {
             brake: Brake::new(site.params, site.command_limit, site.period),
             h: T::from_f64(site.period),
         })
+    }
+
+    /// Every number that its commands depend on, by name; what is not told so are the rig's effects, and the kinds of
+    /// estimator and controller (`spec().id`). `false` where one of these cannot be told by numbers alone.
+    pub fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+        let t = &self.thresholds;
+        let single = [
+            ("PERIOD", self.h),
+            ("ARM_ANGLE_LIMIT", t.arm_angle_limit),
+            ("ARM_SPEED_LIMIT", t.arm_speed_limit),
+            ("PENDULUM_SPEED_LIMIT", t.pendulum_speed_limit),
+            ("COMMAND_LIMIT", t.command_limit),
+            ("DOUBT_ANGLE", t.doubt_angle),
+            ("RELEASE_ANGLE", t.release_angle),
+            ("REFERENCE_SPEED", t.reference_speed),
+            ("REST_SPEED", t.rest_speed),
+            ("BLEND", t.blend),
+            ("SMALL_JUMP", c::<T>(SMALL_JUMP) * t.command_limit),
+            ("LAST_BRAKE", c::<T>(LAST_BRAKE) * t.arm_angle_limit),
+            ("CATCH_BRAKE", c::<T>(CATCH_BRAKE) * t.arm_angle_limit),
+        ];
+        for (name, value) in single {
+            put(name, Number::Real(&[value]));
+        }
+        put("CATCH_EVERY", Number::Whole(t.catch_every));
+        let model = &self.catch.plant().coefficients;
+        put("MODEL", Number::Real(&listed(model)));
+        self.catch.numbers(put);
+        self.swing_up.numbers(put);
+        self.brake.numbers(put);
+        self.compensation.numbers(put);
+        let estimator = self.estimator.numbers(put);
+        self.balance.numbers(put) && estimator
     }
 
     /// Idle, before the first sample.

@@ -8,12 +8,12 @@ use crate::real::{Real, c, wrap};
 use furuta_model::State;
 
 /// A jump of the command at the catch that is small enough, of the command limit.
-const SMALL_JUMP: f64 = 0.1;
+pub(super) const SMALL_JUMP: f64 = 0.1;
 
 /// Balancing is given up where full braking would stop the arm beyond this share of its limit.
-const LAST_BRAKE: f64 = 0.9;
+pub(super) const LAST_BRAKE: f64 = 0.9;
 /// No catch is tried where it would stop beyond this: the distance from the other is a hysteresis.
-const CATCH_BRAKE: f64 = 0.7;
+pub(super) const CATCH_BRAKE: f64 = 0.7;
 
 impl<T: Real> Supervisor<T> {
     /// The mode from this sample on.

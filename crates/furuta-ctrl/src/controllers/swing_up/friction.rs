@@ -38,6 +38,11 @@ impl<T: Real> AscentFriction<T> {
         Self(table)
     }
 
+    /// The whole table, from upright on.
+    pub(super) fn table(&self) -> &[T] {
+        &self.0
+    }
+
     /// The work from this distance from upright (rad).
     pub(super) fn from(&self, angle: f64) -> T {
         let share = angle / core::f64::consts::PI;

@@ -14,6 +14,7 @@
 //! - On the last ascent, once the speed is nearly the one that just reaches the top, the arm holds the pendulum to it.
 
 mod friction;
+mod numbers;
 mod tuning;
 
 pub use tuning::SPEC;
