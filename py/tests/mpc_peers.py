@@ -15,9 +15,12 @@ equations of the active limits, whose signs are checked here.
 """
 
 import argparse
+import contextlib
 import json
+import os
 import pathlib
 import subprocess
+import sys
 import time
 
 import numpy as np
@@ -118,6 +121,19 @@ def piqp_warm(rows, lower, upper):
         yield np.array(solver.result.x), solver.result.info.run_time
 
 
+@contextlib.contextmanager
+def silent():
+    """Without what a library writes to the standard output of the process."""
+    kept, nothing = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nothing)
+
+
 def tinympc_warm(problems, horizon=100):
     """Its own problem: a move in each sample, a fifth of a second ahead, to its own tolerance of 1e-3."""
     import tinympc
@@ -169,9 +185,10 @@ def main() -> None:
     first = problems["first"]
     true = np.array([np.nan if x is None else first * x[0] for x in answers])
     active = np.array([bool(np.any(s["y"])) for s in inside])
+    sys.stdout.flush()
     print(f"{problems['rig']}: {len(every)} samples, {len(inside)} in which all limits can be kept, {active.sum()} with")
     print(f"active limits, at most {max(s['active'] for s in inside)}; {wrong} solutions that are not optimal; the clock")
-    print(f"itself takes {1e6 * problems['floor']:.3f} us")
+    print(f"itself takes {1e6 * problems['floor']:.3f} us", flush=True)
     ours = np.array([s["s"] for s in inside])
     measured = {"furuta": (ours, np.array([first * s["w"][0] for s in inside]) - true, 0)}
     command_limit = problems["command_limit"]
@@ -195,7 +212,8 @@ def main() -> None:
         found = np.array([np.nan if x is None else first * x[0] for x, _ in results[0]])
         measured[name] = (seconds, found - true, int(np.isnan(found).sum()))
     try:
-        results = [[t for _, t in tinympc_warm(problems)] for _ in range(2)]
+        with silent():
+            results = [[t for _, t in tinympc_warm(problems)] for _ in range(2)]
         kept = np.array([(np.abs(s["y"]) < np.where(prices < 0, np.inf, prices)).all() for s in every])
         measured["TinyMPC, 100 samples ahead"] = (np.min(results, axis=0)[kept], None, 0)
     except ImportError as missing:

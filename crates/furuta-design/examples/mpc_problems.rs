@@ -146,7 +146,10 @@ fn main() {
         .map(|_| Instant::now().elapsed().as_secs_f64())
         .fold(f64::MAX, f64::min);
     let limited = |k: usize| mpc.rows[k].is_limited();
-    let mut out = format!("{{\"rig\":\"{name}\",\"floor\":{floor:e},\"first\":{:e},", mpc.first);
+    let mut out = format!(
+        "{{\"rig\":\"{name}\",\"floor\":{floor:e},\"first\":{:e},",
+        mpc.first
+    );
     let list = |numbers: &mut dyn Iterator<Item = f64>| {
         let numbers: Vec<_> = numbers.map(|x| format!("{x:e}")).collect();
         format!("[{}]", numbers.join(","))
@@ -168,7 +171,11 @@ fn main() {
         list(&mut b.iter().copied()),
         1.0 / (u * u),
     );
-    let _ = write!(out, "\"rows\":[{}],\"prices\":{prices},\"samples\":[", rows.join(","));
+    let _ = write!(
+        out,
+        "\"rows\":[{}],\"prices\":{prices},\"samples\":[",
+        rows.join(",")
+    );
     let mut admm = Admm::new(&mpc);
     for (k, (u, memory, asked)) in samples.iter().enumerate() {
         let bound = |side: usize| {

@@ -56,7 +56,12 @@ pub enum Contender {
 
 impl Contender {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Lqr, Self::Sliding, Self::InteriorPoint, Self::ActiveSet];
+    pub const ALL: [Self; 4] = [
+        Self::Lqr,
+        Self::Sliding,
+        Self::InteriorPoint,
+        Self::ActiveSet,
+    ];
 
     /// In words.
     #[must_use]

@@ -127,11 +127,17 @@ fn the_solution_is_exact() {
                 assert!(missed < 1e-10 * limit, "{name}: {x:?}: {missed}");
                 // An interior-point method ends near the solution: at a corner of three prices 1e-6 away.
                 let other = exact.update(&mut (), &x, &upright, PERIOD);
-                assert!((u - other).abs() < 1e-5 * limit, "{name}: {x:?}: {u} V, not {other} V");
+                assert!(
+                    (u - other).abs() < 1e-5 * limit,
+                    "{name}: {x:?}: {u} V, not {other} V"
+                );
                 // 24 bits, rows that depend on each other by one part in a thousand.
                 let (x32, upright32) = (x.map(|v| v as f32), State::<f32>::upright());
                 let narrow = f64::from(single.update(&mut single.start(), &x32, &upright32, 0.002));
-                assert!((narrow - u).abs() < 1e-3 * limit, "{name}: {x:?}: {narrow} V, not {u} V");
+                assert!(
+                    (narrow - u).abs() < 1e-3 * limit,
+                    "{name}: {x:?}: {narrow} V, not {u} V"
+                );
             }
         }
     }
@@ -160,7 +166,8 @@ fn random_problems_are_solved_without_cycling() {
                 arm: Some(0.5 * ten(0.5)),
             };
             let horizon = 10.0 * ten(0.5) / frequency;
-            let mpc = Mpc::<f64>::new(&linear, PERIOD, &weights, horizon, &bounds, 200).expect("a gain");
+            let mpc =
+                Mpc::<f64>::new(&linear, PERIOD, &weights, horizon, &bounds, 200).expect("a gain");
             let mut memory = mpc.start();
             let mut x = draws.state(frequency);
             for _ in 0..4 {
@@ -226,7 +233,10 @@ fn dependent_limits_do_not_cycle() {
                     active += usize::from(report.outcome == Outcome::Solved);
                     let y = memory.multipliers(&mpc);
                     let missed = misses(&mpc, &mpc.problem(&x, &upright), &memory.moves(), &y);
-                    assert!(missed < 1e-10 * mpc.command_limit, "{name}: {x:?}: {missed}");
+                    assert!(
+                        missed < 1e-10 * mpc.command_limit,
+                        "{name}: {x:?}: {missed}"
+                    );
                 }
             }
         }
@@ -239,8 +249,8 @@ fn dependent_limits_do_not_cycle() {
 #[test]
 fn a_bound_of_changes_is_kept_and_counted() {
     let rig = Rig::builtin("qube-servo-2").expect("built in");
-    let [hasty, _] = tasks(&rig, 1.0);
-    let [patient, _] = tasks(&rig, 100.0);
+    let [_, hasty] = tasks(&rig, 1.0);
+    let [_, patient] = tasks(&rig, 100.0);
     let (x, upright) = (State::new(-0.8, 0.05, 0.0, 0.0), State::upright());
     let u = patient.update(&mut patient.start(), &x, &upright, PERIOD);
     let mut memory = hasty.start();
@@ -257,7 +267,10 @@ fn a_bound_of_changes_is_kept_and_counted() {
         assert!(last.abs() <= hasty.command_limit);
     }
     assert_eq!(memory.report().outcome, Outcome::Solved);
-    assert!((last - u).abs() < 1e-10 * hasty.command_limit, "{last} V, not {u} V");
+    assert!(
+        (last - u).abs() < 1e-10 * hasty.command_limit,
+        "{last} V, not {u} V"
+    );
     assert!(memory.report().bounds >= 2);
 }
 
@@ -429,8 +442,12 @@ fn limits_are_kept() {
             let found = study.runs.iter().find(|run| run.contender == c);
             found.expect("among them").figures
         };
-        let [lqr, exact, active_set] =
-            [Contender::Lqr, Contender::InteriorPoint, Contender::ActiveSet].map(figures);
+        let [lqr, exact, active_set] = [
+            Contender::Lqr,
+            Contender::InteriorPoint,
+            Contender::ActiveSet,
+        ]
+        .map(figures);
         assert!(lqr.alpha > 1.9 * study.pendulum, "{name}");
         for f in [exact, active_set] {
             assert!(f.up && f.settle.is_some(), "{name}: {f:?}");

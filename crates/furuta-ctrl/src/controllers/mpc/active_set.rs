@@ -61,8 +61,8 @@ struct Place {
 /// What is asked of the moves.
 pub(super) struct Problem<'a, T, const M: usize> {
     pub(super) rows: &'a [Rows<T, M>; LIMITED],
-    /// Of each group: values without moves, lowest, highest.
-    pub(super) asked: &'a [[[T; M]; 3]; LIMITED],
+    /// Of each group: values without moves.
+    pub(super) asked: &'a [[T; M]; LIMITED],
     /// Largest change count.
     pub(super) bound: usize,
     /// Rounding of a unit: what is beyond a limit by less is at it.
@@ -91,15 +91,17 @@ pub(super) struct WorkingSet<T, const M: usize> {
     beyond: usize,
     /// What these push: `-sum y_i c_i`.
     push: [T; M],
+    /// What that adds to each row.
+    pushed: [[T; M]; LIMITED],
+    /// All rows' products with each vector of `Q`: what the moves do to a row is told from as many of them as there are
+    /// members.
+    products: [[[T; M]; LIMITED]; M],
     /// Changes since the factors were made anew.
     age: u32,
     /// Coordinates of the last solution's moves along `-Q`.
     along: [T; M],
-    /// The same where all rows were last looked at, if `known`.
-    checked: [T; M],
-    /// What the moves added to each row there, from above and from below; without an end where the row is at its limit.
-    added: [[[T; M]; 2]; LIMITED],
-    known: bool,
+    /// Whether these are the last sample's solution.
+    solved: bool,
     /// Scaled moves of the last complete step of the solver.
     moves: [T; M],
 }
@@ -123,11 +125,11 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
             standing: [[Standing::Free; M]; LIMITED],
             beyond: 0,
             push: [T::ZERO; M],
+            pushed: [[T::ZERO; M]; LIMITED],
+            products: [[[T::ZERO; M]; LIMITED]; M],
             age: 0,
             along: [T::ZERO; M],
-            checked: [T::ZERO; M],
-            added: [[[T::ZERO; M]; 2]; LIMITED],
-            known: false,
+            solved: false,
             moves: [T::ZERO; M],
         }
     }
@@ -137,11 +139,12 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
         if self.count > 0 || self.beyond > 0 {
             self.standing = [[Standing::Free; M]; LIMITED];
             self.push = [T::ZERO; M];
+            self.pushed = [[T::ZERO; M]; LIMITED];
         }
         self.count = 0;
         self.beyond = 0;
         self.age = 0;
-        self.known = false;
+        self.solved = false;
         self.moves = [T::ZERO; M];
     }
 
@@ -158,7 +161,7 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
 
     /// Scaled moves `w = -C'y` of the last sample.
     pub(super) fn moves(&self) -> [T; M] {
-        if self.known {
+        if self.solved {
             self.along_to_moves()
         } else {
             self.moves
@@ -167,7 +170,7 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
 
     /// The first of them.
     pub(super) fn first_move(&self) -> T {
-        if !self.known {
+        if !self.solved {
             return self.moves.first().copied().unwrap_or(T::ZERO);
         }
         let mut first = self.push.first().copied().unwrap_or(T::ZERO);
@@ -177,72 +180,9 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
         first
     }
 
-    /// Whether the working set of the sample before is still that of the solution, as far as that can be told without
-    /// looking at what the moves do: no row is longer than 1, so that none changes by more than the moves do. If so, the
-    /// solution is that of this sample.
-    pub(super) fn stays(&mut self, problem: &Problem<'_, T, M>) -> bool {
-        if self.count == 0 || self.beyond > 0 || !self.known {
-            return false;
-        }
-        let (along, target) = self.target(problem);
-        if self.blocking(&target).is_some() {
-            return false;
-        }
-        let mut distance = T::ZERO;
-        for (a, b) in along.iter().zip(&self.checked) {
-            distance += (*a - *b) * (*a - *b);
-        }
-        let mut rooms = [T::from_f64(f64::INFINITY); M];
-        for ((rows, [free, lowest, highest]), [above, below]) in
-            problem.rows.iter().zip(problem.asked).zip(&self.added)
-        {
-            if !rows.is_limited() {
-                continue;
-            }
-            for i in 0..M {
-                let room = highest[i] - (free[i] + above[i]);
-                rooms[i] = room.if_less(rooms[i], room, rooms[i]);
-                let room = (free[i] + below[i]) - lowest[i];
-                rooms[i] = room.if_less(rooms[i], room, rooms[i]);
-            }
-        }
-        let room = least(&rooms);
-        let inside = room >= T::ZERO && room * room >= distance;
-        if inside {
-            self.along = along;
-            self.multipliers = target;
-        }
-        inside
-    }
-
-    /// Of a solution: what the moves add to each row.
-    fn remember(&mut self, problem: &Problem<'_, T, M>, values: &[[T; M]; LIMITED]) {
-        self.checked = self.along;
-        self.known = true;
-        let far = T::from_f64(f64::INFINITY);
-        let groups = self.added.iter_mut().zip(values).zip(problem.asked);
-        for (([above, below], values), [free, _, _]) in groups {
-            for i in 0..M {
-                above[i] = values[i] - free[i];
-                below[i] = above[i];
-            }
-        }
-        // At its limit a row is whatever the moves are.
-        for at in self.members.iter().take(self.count) {
-            let Some([above, below]) = self.added.get_mut(usize::from(at.group)) else {
-                continue;
-            };
-            let i = usize::from(at.row);
-            if let (Some(above), Some(below)) = (above.get_mut(i), below.get_mut(i)) {
-                *above = -far;
-                *below = far;
-            }
-        }
-    }
-
     /// From where the working set is to the solution. Returns how it ended and the number of changes.
     pub(super) fn solve(&mut self, problem: &Problem<'_, T, M>) -> (Outcome, usize) {
-        self.known = false;
+        self.solved = false;
         self.moves = [T::ZERO; M];
         if self.age > AGE {
             self.renew(problem);
@@ -258,11 +198,13 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
             }
             self.multipliers = target;
             self.along = along;
-            let moves = self.along_to_moves();
-            self.moves = moves;
-            match self.worst(problem, &moves) {
-                None => return (Outcome::Solved, changes),
+            match self.worst(problem) {
+                None => {
+                    self.solved = true;
+                    return (Outcome::Solved, changes);
+                }
                 Some((place, up)) => {
+                    self.moves = self.along_to_moves();
                     if !self.enter(problem, place, up) {
                         return (Outcome::Unsound, changes);
                     }
@@ -303,21 +245,14 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
 
     fn excess(&self, problem: &Problem<'_, T, M>, at: Place, sign: T) -> T {
         let (k, i) = (usize::from(at.group), usize::from(at.row));
-        let Some([free, lowest, highest]) = problem.asked.get(k) else {
+        let free = problem.asked.get(k).and_then(|g| g.get(i));
+        let reach = problem.rows.get(k).and_then(|g| g.reach.get(i));
+        let (Some(free), Some(reach)) = (free, reach) else {
             return T::ZERO;
         };
-        let limit = if sign < T::ZERO {
-            lowest.get(i)
-        } else {
-            highest.get(i)
-        };
-        let (Some(free), Some(limit)) = (free.get(i), limit) else {
-            return T::ZERO;
-        };
-        if self.beyond == 0 {
-            return *free - *limit;
-        }
-        dot(row(problem, at), &self.push) + (*free - *limit)
+        let excess = *free - sign * *reach;
+        let pushed = self.pushed.get(k).and_then(|g| g.get(i));
+        excess + pushed.copied().unwrap_or(T::ZERO)
     }
 
     fn standing(&self, at: Place) -> Standing {
@@ -365,42 +300,48 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
     }
 
     /// The row that is beyond its limit by most, or no more beyond by most, and whether its multiplier is to rise.
-    ///
-    /// If there is none, what the moves add to the rows is kept for [`WorkingSet::stays`].
-    fn worst(&mut self, problem: &Problem<'_, T, M>, moves: &[T; M]) -> Option<(Place, bool)> {
-        let mut all = [[T::ZERO; M]; LIMITED];
+    fn worst(&self, problem: &Problem<'_, T, M>) -> Option<(Place, bool)> {
+        let mut all = *problem.asked;
         let mut rooms = [T::ZERO; M];
-        let mut size = moves.iter().fold(T::ZERO, |sum, w| sum + w.abs());
-        for ((rows, [free, lowest, highest]), values) in
-            problem.rows.iter().zip(problem.asked).zip(&mut all)
-        {
-            if !rows.is_limited() {
-                continue;
+        let mut size = T::ZERO;
+        for (products, along) in self.products.iter().zip(&self.along).take(self.count) {
+            size += along.abs();
+            for (values, products) in all.iter_mut().zip(products) {
+                for i in 0..M {
+                    values[i] -= *along * products[i];
+                }
             }
-            *values = *free;
-            add_rows(values, &rows.by_move, moves);
+        }
+        if self.beyond > 0 {
+            size += self.push.iter().fold(T::ZERO, |sum, w| sum + w.abs());
+            for (values, pushed) in all.iter_mut().zip(&self.pushed) {
+                for i in 0..M {
+                    values[i] += pushed[i];
+                }
+            }
+        }
+        for (rows, values) in problem.rows.iter().zip(&all) {
             for i in 0..M {
-                let room = highest[i] - values[i];
-                rooms[i] = room.if_less(rooms[i], room, rooms[i]);
-                let room = values[i] - lowest[i];
+                let room = rows.reach[i] - values[i].abs();
                 rooms[i] = room.if_less(rooms[i], room, rooms[i]);
             }
-            size += (highest[0] - lowest[0]).abs();
+            if rows.is_limited() {
+                size += rows.reach[0];
+            }
         }
         let tolerance = problem.precision * size;
         if self.beyond == 0 && least(&rooms) >= -tolerance {
-            self.remember(problem, &all);
             return None;
         }
         let mut worst = tolerance;
         let mut found = None;
-        let groups = problem.rows.iter().zip(problem.asked).zip(&all).zip(&self.standing);
-        for (k, (((rows, [_, lowest, highest]), values), standing)) in groups.enumerate() {
+        let groups = problem.rows.iter().zip(&all).zip(&self.standing);
+        for (k, ((rows, values), standing)) in groups.enumerate() {
             if !rows.is_limited() {
                 continue;
             }
             for i in 0..M {
-                let (over, under) = (values[i] - highest[i], lowest[i] - values[i]);
+                let (over, under) = (values[i] - rows.reach[i], -rows.reach[i] - values[i]);
                 let (violation, up) = match standing[i] {
                     Standing::AtUpper | Standing::AtLower => continue,
                     Standing::Free if under > over => (under, false),
@@ -531,6 +472,7 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
                 }
             }
         }
+        self.pushed = products(problem, &self.push);
     }
 
     /// The factors anew.
@@ -588,6 +530,9 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
         *q = rest.map(|x| x * *inverse);
         *diagonal = length;
         *column = parts;
+        if let Some(own) = self.products.get_mut(n) {
+            *own = products(problem, q);
+        }
         if n < M {
             self.members[n] = at;
             self.multipliers[n] = multiplier;
@@ -630,6 +575,12 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
             for j in 0..M {
                 (self.basis[i][j], self.basis[i + 1][j]) =
                     turn(self.basis[i][j], self.basis[i + 1][j]);
+            }
+            for k in 0..LIMITED {
+                for j in 0..M {
+                    (self.products[i][k][j], self.products[i + 1][k][j]) =
+                        turn(self.products[i][k][j], self.products[i + 1][k][j]);
+                }
             }
         }
         self.count = n - 1;
@@ -676,6 +627,20 @@ fn least<T: Real, const M: usize>(x: &[T; M]) -> T {
     }
     let (a, b) = (out[1].if_less(out[0], out[1], out[0]), out[3].if_less(out[2], out[3], out[2]));
     a.if_less(b, a, b)
+}
+
+/// `x` times each row.
+fn products<T: Real, const M: usize>(
+    problem: &Problem<'_, T, M>,
+    x: &[T; M],
+) -> [[T; M]; LIMITED] {
+    let mut out = [[T::ZERO; M]; LIMITED];
+    for (out, rows) in out.iter_mut().zip(problem.rows) {
+        if rows.is_limited() {
+            add_rows(out, &rows.by_move, x);
+        }
+    }
+    out
 }
 
 fn row<'a, T: Real, const M: usize>(problem: &Problem<'a, T, M>, at: Place) -> &'a [T; M] {

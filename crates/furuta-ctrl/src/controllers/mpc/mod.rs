@@ -232,12 +232,21 @@ impl<T: Real, const M: usize> Mpc<T, M> {
 
     /// What the rows are and must be in this state: without moves, at least, at most.
     pub fn problem(&self, x: &State<T>, reference: &State<T>) -> [[[T; M]; 3]; LIMITED] {
-        self.asked(&Self::error(x, reference), reference)
+        let asked = self.asked(&Self::error(x, reference), reference);
+        core::array::from_fn(|k| {
+            let reach = self.rows[k].reach;
+            [asked[k], reach.map(|x| -x), reach]
+        })
     }
 
-    fn asked(&self, e: &[T; 4], reference: &State<T>) -> [[[T; M]; 3]; LIMITED] {
-        let zeros = [T::ZERO, reference.alpha, reference.theta];
-        core::array::from_fn(|k| self.rows[k].asked(e, zeros[k]))
+    /// The rows' values without moves.
+    fn asked(&self, e: &[T; 4], reference: &State<T>) -> [[T; M]; LIMITED] {
+        let [command, pendulum, arm] = &self.rows;
+        [
+            command.asked(e, T::ZERO),
+            pendulum.asked(e, reference.alpha),
+            arm.asked(e, reference.theta),
+        ]
     }
 }
 
@@ -295,16 +304,13 @@ impl<T: Real, const M: usize> Controller<T> for Mpc<T, M> {
             bound: self.iterations,
             precision: self.precision,
         };
-        if state.working.stays(&problem) {
-            state.report.ended(Outcome::Solved, 0, state.working.count);
-            let first = self.first * state.working.first_move();
-            return command(feedback + first, self.command_limit);
+        let mut kept = true;
+        for (rows, free) in self.rows.iter().zip(&asked) {
+            for i in 0..M {
+                kept &= free[i].abs() <= rows.reach[i];
+            }
         }
-        let kept = |[free, lowest, highest]: &[[T; M]; 3]| {
-            let inside = |i: usize| free[i] >= lowest[i] && free[i] <= highest[i];
-            (0..M).fold(true, |all, i| all & inside(i))
-        };
-        if asked.iter().all(kept) {
+        if kept {
             state.working.clear();
             state.report.ended(Outcome::Regulator, 0, 0);
             return command(feedback, self.command_limit);

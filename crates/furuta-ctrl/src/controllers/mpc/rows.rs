@@ -16,6 +16,8 @@ pub struct Rows<T, const M: usize> {
     pub scale: [T; M],
     /// Largest value either way, V or rad; infinite where there is no limit.
     pub limit: T,
+    /// The same in each row: `limit * scale`.
+    pub reach: [T; M],
     /// Largest multiplier: the price of a unit beyond the limit in the row's units; infinite for a limit that is kept
     /// at all cost.
     pub price: [T; M],
@@ -30,6 +32,7 @@ impl<const M: usize> Rows<f64, M> {
                 by_move: [[0.0; M]; M],
                 scale: [1.0; M],
                 limit,
+                reach: [limit; M],
                 price: [0.0; M],
             };
         }
@@ -50,6 +53,7 @@ impl<const M: usize> Rows<f64, M> {
             forced,
             scale,
             limit,
+            reach: scale.map(|s| limit * s),
             price: scale.map(|s| price / s),
         }
     }
@@ -61,6 +65,7 @@ impl<const M: usize> Rows<f64, M> {
             by_move: self.by_move.map(|row| row.map(c)),
             scale: self.scale.map(c),
             limit: c(self.limit),
+            reach: self.reach.map(c),
             price: self.price.map(c),
         }
     }
@@ -72,20 +77,17 @@ impl<T: Real, const M: usize> Rows<T, M> {
         self.limit.value() < f64::INFINITY
     }
 
-    /// The values without moves, and the lowest and the highest that they may have, where zero of the number itself is
-    /// at `zero`; all 0 where there is no limit.
-    pub fn asked(&self, e: &[T; 4], zero: T) -> [[T; M]; 3] {
-        let mut out = [[T::ZERO; M]; 3];
-        if !self.is_limited() {
-            return out;
-        }
-        let [free, lowest, highest] = &mut out;
-        let [a, b, c, d] = &self.free;
-        let (low, high) = (-self.limit - zero, self.limit - zero);
-        for i in 0..M {
-            free[i] = (a[i] * e[0] + b[i] * e[1]) + (c[i] * e[2] + d[i] * e[3]);
-            lowest[i] = low * self.scale[i];
-            highest[i] = high * self.scale[i];
+    /// The rows' values without moves, less what they are where the number itself is zero: it is at `zero`. Within
+    /// `reach` either way if the limit is kept; 0 where there is none.
+    pub fn asked(&self, e: &[T; 4], zero: T) -> [T; M] {
+        let mut out = [T::ZERO; M];
+        if self.is_limited() {
+            let [a, b, c, d] = &self.free;
+            for i in 0..M {
+                out[i] = (a[i] * e[0] + b[i] * e[1])
+                    + (c[i] * e[2] + d[i] * e[3])
+                    + zero * self.scale[i];
+            }
         }
         out
     }
