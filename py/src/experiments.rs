@@ -203,7 +203,7 @@ pub(crate) fn shahzad2022<'py>(
 /// limits is worth.
 ///
 /// LQR; sliding mode on its surface; model predictive control that lets the pendulum lean only so far, solved to the
-/// end in each sample (Clarabel) and by a fixed number of steps (ADMM, as on a microcontroller).
+/// end in each sample (Clarabel) and by the controller's own active-set method (as on a microcontroller).
 ///
 /// Parameters
 /// ----------
@@ -227,9 +227,9 @@ pub(crate) fn shahzad2022<'py>(
 /// Returns
 /// -------
 /// dict
-///     pendulum_limit (rad), command_limit (V), and for each of "lqr", "sliding", "mpc_clarabel", "mpc_active_set" a dict: t,
-///     u of shape (N,), x, reference of shape (N, 4); settle (s, None where it does not), overshoot (part of the step),
-///     alpha_max (rad), u_max (V), violations (samples beyond the pendulum's limit), saturated (samples at the command
+///     pendulum_limit (rad), command_limit (V), and for each of "lqr", "sliding", "mpc_clarabel", "mpc_active_set" a
+///     dict: t, u of shape (N,), x, reference of shape (N, 4); settle (s, None where it does not), overshoot (part of
+///     the step), alpha_max (rad), u_max (V), violations (samples beyond the pendulum's limit), saturated (samples at the command
 ///     limit), effort (V**2 s), cost, up.
 ///
 /// Raises

@@ -117,7 +117,7 @@ def test_predictive_control_keeps_the_pendulum_within_its_limit():
         assert run["violations"] == (np.abs(run["x"][:, 1]) > 0.101).sum()
     assert study["lqr"]["alpha_max"] > 0.2 and study["mpc_active_set"]["alpha_max"] < 0.102
     # Two solvers of one problem; the interior-point method stops at a finite precision.
-    assert np.abs(study["mpc_active_set"]["x"] - study["mpc_clarabel"]["x"]).max() < 1e-6
+    assert np.abs(study["mpc_active_set"]["x"] - study["mpc_clarabel"]["x"]).max() < 1e-4
 
 
 def test_a_study_that_is_not_possible_says_why():

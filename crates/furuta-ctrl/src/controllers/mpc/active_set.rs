@@ -4,22 +4,25 @@
 //! (above 0 at its upper limit, below 0 at its lower) the solution is `w = -C'y`, and the dual problem is to maximise a
 //! concave quadratic function of `y` within `|y_i| <= p_i`. A price is thus a bound of the multiplier, and needs no
 //! slack variable. The range of `y` does not depend on the state: the multipliers of the sample before are where the
-//! next one starts from (D. Goldfarb, A. Idnani, *A numerically stable dual method for solving strictly convex quadratic
-//! programs*, Math. Prog. 27, 1983; D. Arnstroem, A. Bemporad, D. Axehill, *A dual active-set solver for embedded
-//! quadratic programming using recursive LDL' updates*, IEEE TAC 67, 2022).
+//! next one starts from (D. Goldfarb, A. Idnani, *A numerically stable dual method for solving strictly convex
+//! quadratic programs*, Math. Prog. 27, 1983; D. Arnstroem, A. Bemporad, D. Axehill, *A dual active-set solver for
+//! embedded quadratic programming using recursive LDL' updates*, IEEE TAC 67, 2022).
 //!
 //! Rows are free (`y = 0`), at a limit (the working set), or beyond one (`|y| = p`). Of the working set `C_W' = Q R` is
 //! kept, `Q` orthonormal, from sample to sample: a product `C C'`, whose condition is the square, is not formed, and
 //! single precision suffices. Each change of the working set raises the dual function or makes the set smaller, so
 //! none occurs twice; rounding could spoil that only within `tolerance`, and the number of changes is bounded.
 
+// Several arrays run side by side, and a range whose end is known has no index that could panic.
+#![allow(clippy::needless_range_loop)]
+
 use super::rows::Rows;
 use super::{LIMITED, add_rows, dot};
-use crate::real::Real;
+use crate::real::{Real, is_finite};
 
 /// Where a row stands.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub(super) enum Standing {
     /// Within its limits.
     Free,
     /// At its upper limit.
@@ -268,14 +271,15 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
         }
     }
 
-    /// The first multiplier that leaves its range on the way to `target`: which, after which share of the way, and where
-    /// its row stands then.
+    /// The first multiplier that leaves its range on the way to `target`: which, after which share of the way, and
+    /// where its row stands then.
     fn blocking(&self, target: &[T; M]) -> Option<(usize, T, Standing)> {
         let n = self.count.min(M);
         let mut inside = true;
         for i in 0..n {
             let target = self.signs[i] * target[i];
-            inside &= !(target < T::ZERO) & !(target > self.prices[i]);
+            let outside = target < T::ZERO || target > self.prices[i];
+            inside &= !outside;
         }
         if inside {
             return None;
@@ -417,7 +421,7 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
                     out = Some((i, standing));
                 }
             }
-            if !(step.value() < f64::INFINITY) {
+            if !is_finite(step) {
                 return false;
             }
             for (y, part) in self.multipliers.iter_mut().zip(&exchange) {
@@ -523,7 +527,8 @@ impl<T: Real, const M: usize> WorkingSet<T, M> {
         let (Some(diagonal), Some(inverse)) = (parts.get_mut(n), self.inverse.get_mut(n)) else {
             return Some(parts);
         };
-        if !(length > least) {
+        let independent = length > least;
+        if !independent {
             return Some(parts);
         }
         *inverse = T::ONE / length;

@@ -3,7 +3,7 @@
 mod active_set;
 mod rows;
 
-pub use active_set::{Outcome, Standing};
+pub use active_set::Outcome;
 pub use rows::Rows;
 
 use self::active_set::{Problem, WorkingSet};
@@ -85,8 +85,8 @@ const HORIZON: f64 = 10.0;
 ///
 /// Solved to rounding by a dual active-set method that starts from the active limits of the sample before (see
 /// [`Outcome`] for how a sample may end, and [`MpcState::report`]). One sample takes some `5 * MOVES²` multiplications
-/// where the active limits stay as they were, about as many again for each change of them, at most `iterations` changes,
-/// and `12 * MOVES` where the regulator keeps the limits: then the command is the regulator's, to the bit.
+/// where the active limits stay as they were, about as many again for each change of them, at most `iterations`
+/// changes, and `12 * MOVES` where the regulator keeps the limits: then the command is the regulator's, to the bit.
 ///
 /// ```
 /// use furuta_ctrl::controllers::{self, Controller, Design, Mpc, StateFeedback};
@@ -306,8 +306,8 @@ impl<T: Real, const M: usize> Controller<T> for Mpc<T, M> {
         };
         let mut kept = true;
         for (rows, free) in self.rows.iter().zip(&asked) {
-            for i in 0..M {
-                kept &= free[i].abs() <= rows.reach[i];
+            for (free, reach) in free.iter().zip(&rows.reach) {
+                kept &= free.abs() <= *reach;
             }
         }
         if kept {
