@@ -71,8 +71,8 @@ fn misses(mpc: &Mpc<f64>, asked: &[[[f64; 12]; 3]; 3], w: &[f64; 12], y: &[[f64;
                 assert_eq!(y, 0.0);
                 continue;
             }
-            for j in 0..12 {
-                stationary[j] += y * rows.forced[i][j];
+            for (s, x) in stationary.iter_mut().zip(rows.forced[i]) {
+                *s += y * x;
             }
             let forced: f64 = (0..12).map(|j| rows.forced[i][j] * w[j]).sum();
             let value = free[i] + forced;
