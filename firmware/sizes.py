@@ -12,7 +12,7 @@ PROGRAMS = [
     ("on_chip_stm32f407", "`on_chip_stm32f407` (designs on the chip)"),
     ("lqr", "LQR's step alone"),
     ("lqr_sliding", "sliding mode's step alone"),
-    ("mpc", "ADMM-MPC's step alone"),
+    ("mpc", "MPC's step alone"),
     ("kalman", "Kalman filter's step alone"),
     ("supervisor", "counts to voltage, every controller and estimator"),
     ("wire", "the rig's end of the wire alone"),

@@ -32,22 +32,12 @@ fn updates<T: Real>(c: &mut Criterion, label: &str, mpc: &Mpc<T>) {
 fn mpc(c: &mut Criterion) {
     let rig = Rig::builtin("qube-servo-2").expect("built in");
     let site = Site::of(&rig, 0.002);
-    let settings = |iterations: f64| -> Settings {
-        controllers::settings("mpc")
-            .and_then(|s| s.with("pendulum_angle", &[0.05]).ok())
-            .and_then(|s| s.with("iterations", &[iterations]).ok())
-            .expect("in range")
-    };
-    for iterations in [30.0, 100.0] {
-        let design = Mpc::<f64>::design(&settings(iterations), &site).expect("suits it");
-        updates(c, &format!("{iterations} steps, f64"), &design);
-        updates(
-            c,
-            &format!("{iterations} steps, f32"),
-            &design.cast::<f32>(),
-        );
-    }
-    let settings = settings(30.0);
+    let settings: Settings = controllers::settings("mpc")
+        .and_then(|s| s.with("pendulum_angle", &[0.05]).ok())
+        .expect("in range");
+    let design = Mpc::<f64>::design(&settings, &site).expect("suits it");
+    updates(c, "f64", &design);
+    updates(c, "f32", &design.cast::<f32>());
     let exact = InteriorPoint(Mpc::design(&settings, &site).expect("suits it"));
     c.bench_function("mpc, Clarabel", |bench| {
         bench.iter(|| {

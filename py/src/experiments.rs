@@ -203,7 +203,7 @@ pub(crate) fn shahzad2022<'py>(
 /// limits is worth.
 ///
 /// LQR; sliding mode on its surface; model predictive control that lets the pendulum lean only so far, solved to the
-/// end in each sample (Clarabel) and by a fixed number of steps (ADMM, as on a microcontroller).
+/// end in each sample (Clarabel) and by the controller's own active-set method (as on a microcontroller).
 ///
 /// Parameters
 /// ----------
@@ -222,14 +222,14 @@ pub(crate) fn shahzad2022<'py>(
 /// duration : float
 ///     s.
 /// iterations : int
-///     Steps of ADMM in each sample.
+///     Largest number of changes of the active limits in each sample.
 ///
 /// Returns
 /// -------
 /// dict
-///     pendulum_limit (rad), command_limit (V), and for each of "lqr", "sliding", "mpc_clarabel", "mpc_admm" a dict: t,
-///     u of shape (N,), x, reference of shape (N, 4); settle (s, None where it does not), overshoot (part of the step),
-///     alpha_max (rad), u_max (V), violations (samples beyond the pendulum's limit), saturated (samples at the command
+///     pendulum_limit (rad), command_limit (V), and for each of "lqr", "sliding", "mpc_clarabel", "mpc_active_set" a
+///     dict: t, u of shape (N,), x, reference of shape (N, 4); settle (s, None where it does not), overshoot (part of
+///     the step), alpha_max (rad), u_max (V), violations (samples beyond the pendulum's limit), saturated (samples at the command
 ///     limit), effort (V**2 s), cost, up.
 ///
 /// Raises
@@ -241,11 +241,11 @@ pub(crate) fn shahzad2022<'py>(
 /// --------
 /// >>> import furuta
 /// >>> study = furuta.arm_step(furuta.Rig.load("qube-servo-2"), pendulum_angle=0.1, duration=2.0)
-/// >>> [round(study[name]["alpha_max"], 2) for name in ("lqr", "mpc_clarabel", "mpc_admm")]
+/// >>> [round(study[name]["alpha_max"], 2) for name in ("lqr", "mpc_clarabel", "mpc_active_set")]
 /// [0.21, 0.1, 0.1]
 #[pyfunction]
 #[pyo3(signature = (rig, step = 0.5, *, q = None, r = None, pendulum_angle = None, rate = 500.0, duration = 5.0,
-    iterations = 30))]
+    iterations = 100))]
 #[allow(clippy::too_many_arguments)] // keywords of a Python function
 pub(crate) fn arm_step<'py>(
     py: Python<'py>,
@@ -279,7 +279,7 @@ pub(crate) fn arm_step<'py>(
             Holder::Lqr => "lqr",
             Holder::Sliding => "sliding",
             Holder::InteriorPoint => "mpc_clarabel",
-            Holder::Admm => "mpc_admm",
+            Holder::ActiveSet => "mpc_active_set",
         };
         let (f, columns) = (&one.figures, run(py, &one.samples)?);
         columns.set_item("settle", f.settle)?;

@@ -228,7 +228,7 @@ fn predictive_control_is_compared() {
     assert!(
         std::fs::read_to_string(picture)
             .expect("drawn")
-            .contains("MPC, ADMM")
+            .contains("MPC, active set")
     );
     let wrong = failure(&["study", "mpc", "--step", "0"]);
     assert!(wrong.contains("step = 0 rad"), "{wrong}");

@@ -23,12 +23,12 @@ pub struct Experiment {
     pub weights: Option<([f64; 4], f64)>,
     /// How far the pendulum may lean, rad; `None`: half of what it leans under the LQR.
     pub pendulum: Option<f64>,
-    /// Steps of the fixed-step solver in each sample.
+    /// Largest number of changes of the active limits in each sample.
     pub iterations: usize,
 }
 
 impl Default for Experiment {
-    /// 0.5 rad, 500 Hz, 5 s, 30 steps.
+    /// 0.5 rad, 500 Hz, 5 s, at most 100 changes.
     fn default() -> Self {
         Self {
             step: 0.5,
@@ -36,7 +36,7 @@ impl Default for Experiment {
             duration: 5.0,
             weights: None,
             pendulum: None,
-            iterations: 30,
+            iterations: 100,
         }
     }
 }
@@ -50,13 +50,18 @@ pub enum Contender {
     Sliding,
     /// Model predictive control solved to the end.
     InteriorPoint,
-    /// Model predictive control by a fixed number of steps, as on a microcontroller.
-    Admm,
+    /// Model predictive control by the active-set method, as on a microcontroller.
+    ActiveSet,
 }
 
 impl Contender {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Lqr, Self::Sliding, Self::InteriorPoint, Self::Admm];
+    pub const ALL: [Self; 4] = [
+        Self::Lqr,
+        Self::Sliding,
+        Self::InteriorPoint,
+        Self::ActiveSet,
+    ];
 
     /// In words.
     #[must_use]
@@ -65,7 +70,7 @@ impl Contender {
             Self::Lqr => "LQR",
             Self::Sliding => "sliding mode",
             Self::InteriorPoint => "MPC, Clarabel",
-            Self::Admm => "MPC, ADMM",
+            Self::ActiveSet => "MPC, active set",
         }
     }
 }
@@ -185,12 +190,12 @@ impl Experiment {
         let predictive = settings("mpc")?
             .with("pendulum_angle", &[pendulum])?
             .with("iterations", &[self.iterations as f64])?;
-        let admm = Mpc::design(&predictive, &site)?;
+        let mpc = Mpc::design(&predictive, &site)?;
         let mut runs = vec![
             first,
             self.of(Contender::Sliding, rig, &sliding),
-            self.of(Contender::InteriorPoint, rig, &InteriorPoint(admm)),
-            self.of(Contender::Admm, rig, &admm),
+            self.of(Contender::InteriorPoint, rig, &InteriorPoint(mpc)),
+            self.of(Contender::ActiveSet, rig, &mpc),
         ];
         for run in &mut runs {
             run.figures

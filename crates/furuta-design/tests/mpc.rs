@@ -6,7 +6,7 @@ use clarabel::solver::{
     DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT,
 };
 use furuta_ctrl::Site;
-use furuta_ctrl::controllers::{self, Bounds, Controller, Design, Mpc};
+use furuta_ctrl::controllers::{self, Bounds, Controller, Design, Mpc, Outcome};
 use furuta_ctrl::design::{Prediction, Weights, balance_weights, dlqr};
 use furuta_design::arm_step::{Contender, Experiment};
 use furuta_design::mpc::InteriorPoint;
@@ -56,49 +56,222 @@ fn tasks(rig: &Rig, iterations: f64) -> [Mpc<f64>; 2] {
     [calm, eager].map(|settings| Mpc::design(&settings, &site).expect("suits any rig"))
 }
 
-/// Cold, from 200 states in which limits are active: 400 steps give Clarabel's command to a thousandth of the command
-/// limit (1.4e-4 is the worst seen), the standard 30 do in nine states of ten, and in single precision as in double.
+/// The optimality conditions of the problem, from its rows alone: by how much the moves and multipliers miss them, in V.
+///
+/// `w = -C'y`; `y` above 0 only at or beyond an upper limit, below 0 only at or beyond a lower one, `|y|` within the
+/// price; a row inside its price is within its limits.
+fn misses(mpc: &Mpc<f64>, asked: &[[[f64; 12]; 3]; 3], w: &[f64; 12], y: &[[f64; 12]; 3]) -> f64 {
+    let mut stationary = *w;
+    let mut worst: f64 = 0.0;
+    for (k, rows) in mpc.rows.iter().enumerate() {
+        let [free, lowest, highest] = &asked[k];
+        for i in 0..12 {
+            let y = y[k][i];
+            if !rows.limit.is_finite() {
+                assert_eq!(y, 0.0);
+                continue;
+            }
+            for (s, x) in stationary.iter_mut().zip(rows.forced[i]) {
+                *s += y * x;
+            }
+            let forced: f64 = (0..12).map(|j| rows.forced[i][j] * w[j]).sum();
+            let value = free[i] + forced;
+            let (over, under) = (value - highest[i], lowest[i] - value);
+            let price = rows.price[i];
+            assert!(y.abs() <= price, "{y} costs {price}");
+            if y.abs() < price {
+                worst = worst.max(over).max(under);
+            }
+            if y > 0.0 {
+                worst = worst.max(-over);
+            }
+            if y < 0.0 {
+                worst = worst.max(-under);
+            }
+        }
+    }
+    // In units of the multipliers: of pushes that cancel, what is left counts by their size.
+    let size = 1.0 + y.iter().flatten().fold(0.0, |a: f64, y| a.max(y.abs()));
+    stationary
+        .iter()
+        .fold(worst, |worst, x| worst.max(x.abs() / size))
+}
+
+/// Cold, from 200 states in which limits are active: the conditions of optimality hold to 1e-10 of the command limit,
+/// and so does the command against the solution of the linear equations of Clarabel's active rows.
 #[test]
-fn steps_lead_to_the_solution() {
+fn the_solution_is_exact() {
     let mut draws = Draws(1);
-    let mut quick = Vec::new();
     let mut compared = 0;
     for name in Rig::BUILTIN {
         let rig = Rig::builtin(name).expect("built in");
         let frequency = Site::of(&rig, PERIOD).frequency();
-        let (many, few) = (tasks(&rig, 400.0), tasks(&rig, 30.0));
-        for (many, few) in many.into_iter().zip(few) {
-            let exact = InteriorPoint(many);
-            let single: Mpc<f32> = many.cast();
+        for mpc in tasks(&rig, 100.0) {
+            let exact = InteriorPoint(mpc);
+            let single: Mpc<f32> = mpc.cast();
             let mut found = 0;
             while found < 25 {
                 let x = draws.state(frequency);
-                let moves = exact.moves(&x, &State::upright()).expect("has a solution");
-                if moves.iter().all(|w| w.abs() < 1e-6) {
+                let upright = State::upright();
+                let mut memory = mpc.start();
+                let u = mpc.update(&mut memory, &x, &upright, PERIOD);
+                if memory.report().outcome == Outcome::Regulator {
                     continue;
                 }
                 found += 1;
                 compared += 1;
-                let upright = State::upright();
-                let u = exact.update(&mut (), &x, &upright, PERIOD);
-                let error = |other: f64| (other - u).abs() / many.command_limit;
-                let wide = many.update(&mut many.start(), &x, &upright, PERIOD);
-                assert!(error(wide) < 1e-3, "{name}: {x:?}: {wide} V, not {u} V");
-                let (x32, upright32) = (x.map(|v| v as f32), State::<f32>::upright());
-                let narrow = single.update(&mut single.start(), &x32, &upright32, 0.002);
-                // 24 bits through 400 steps.
+                let limit = mpc.command_limit;
+                assert_eq!(memory.report().outcome, Outcome::Solved, "{name}: {x:?}");
+                let asked = mpc.problem(&x, &upright);
+                let missed = misses(&mpc, &asked, &memory.moves(), &memory.multipliers(&mpc));
+                assert!(missed < 1e-10 * limit, "{name}: {x:?}: {missed}");
+                // An interior-point method ends near the solution: at a corner of three prices 1e-6 away.
+                let other = exact.update(&mut (), &x, &upright, PERIOD);
                 assert!(
-                    error(f64::from(narrow)) < 3e-3,
+                    (u - other).abs() < 1e-5 * limit,
+                    "{name}: {x:?}: {u} V, not {other} V"
+                );
+                // 24 bits, rows that depend on each other by one part in a thousand.
+                let (x32, upright32) = (x.map(|v| v as f32), State::<f32>::upright());
+                let narrow = f64::from(single.update(&mut single.start(), &x32, &upright32, 0.002));
+                assert!(
+                    (narrow - u).abs() < 1e-3 * limit,
                     "{name}: {x:?}: {narrow} V, not {u} V"
                 );
-                quick.push(error(few.update(&mut few.start(), &x, &upright, PERIOD)));
             }
         }
     }
     assert_eq!(compared, 25 * 2 * Rig::BUILTIN.len());
-    quick.sort_by(f64::total_cmp);
-    let ninth = quick[quick.len() * 9 / 10];
-    assert!(ninth < 1e-3, "{ninth}");
+}
+
+/// Random weights over six decades, horizons, limits (some of which cannot be kept) and states, four samples each that
+/// start from the one before: all 8,000 are solved, none near the bound of changes.
+#[test]
+fn random_problems_are_solved_without_cycling() {
+    let mut draws = Draws(3);
+    let (mut active, mut beyond, mut most) = (0, 0, 0);
+    for name in Rig::BUILTIN {
+        let rig = Rig::builtin(name).expect("built in");
+        let site = Site::of(&rig, PERIOD);
+        let linear = site.linear().expect("has one");
+        let frequency = site.frequency();
+        for _ in 0..500 {
+            let mut ten = |decades: f64| 10f64.powf(decades * draws.next());
+            let q = [ten(2.0), ten(2.0), 1e-2 * ten(2.0), 1e-2 * ten(2.0)];
+            let u = site.command_limit;
+            let weights = Weights::diagonal(q, [ten(1.0) / (u * u)]);
+            let bounds = Bounds {
+                command: u,
+                pendulum: Some(0.05 * ten(0.5)),
+                arm: Some(0.5 * ten(0.5)),
+            };
+            let horizon = 10.0 * ten(0.5) / frequency;
+            let mpc =
+                Mpc::<f64>::new(&linear, PERIOD, &weights, horizon, &bounds, 200).expect("a gain");
+            let mut memory = mpc.start();
+            let mut x = draws.state(frequency);
+            for _ in 0..4 {
+                let upright = State::upright();
+                let command = mpc.update(&mut memory, &x, &upright, PERIOD);
+                let report = memory.report();
+                assert!(
+                    matches!(report.outcome, Outcome::Solved | Outcome::Regulator),
+                    "{name}: {x:?}: {report:?}"
+                );
+                let y = memory.multipliers(&mpc);
+                let missed = misses(&mpc, &mpc.problem(&x, &upright), &memory.moves(), &y);
+                assert!(missed < 1e-10 * u, "{name}: {x:?}: {missed} V, {report:?}");
+                assert!(command.abs() <= u);
+                active += usize::from(report.outcome == Outcome::Solved);
+                let priced = |k: usize| (0..12).any(|i| y[k][i].abs() == mpc.rows[k].price[i]);
+                beyond += usize::from(priced(1) || priced(2));
+                most = most.max(report.changes);
+                let further = draws.state(frequency);
+                x = State::from(std::array::from_fn(|i| {
+                    0.8 * x.to_array()[i] + 0.2 * further.to_array()[i]
+                }));
+            }
+        }
+    }
+    assert!(active > 4000 && beyond > 500, "{active}, {beyond}");
+    // Ten times the horizon's moves: the standard bound is not what ends it.
+    assert!(most < 100, "{most} changes");
+}
+
+/// Rows that depend on each other, with the same limits and with the same prices: the arm's are the pendulum's, or all
+/// are the command's.
+#[test]
+fn dependent_limits_do_not_cycle() {
+    let mut draws = Draws(4);
+    let mut active = 0;
+    for name in Rig::BUILTIN {
+        let rig = Rig::builtin(name).expect("built in");
+        let frequency = Site::of(&rig, PERIOD).frequency();
+        for mpc in tasks(&rig, 200.0) {
+            let [command, pendulum, _] = mpc.rows;
+            let soft = furuta_ctrl::controllers::Rows {
+                price: pendulum.price,
+                ..command
+            };
+            for rows in [
+                [command, pendulum, pendulum],
+                [command, command, command],
+                [command, soft, soft],
+                [soft, soft, pendulum],
+            ] {
+                let mpc = Mpc { rows, ..mpc };
+                let mut memory = mpc.start();
+                for _ in 0..100 {
+                    let (x, upright) = (draws.state(frequency), State::upright());
+                    let u = mpc.update(&mut memory, &x, &upright, PERIOD);
+                    assert!(u.abs() <= mpc.command_limit);
+                    let report = memory.report();
+                    assert!(
+                        matches!(report.outcome, Outcome::Solved | Outcome::Regulator),
+                        "{name}: {x:?}: {report:?}"
+                    );
+                    active += usize::from(report.outcome == Outcome::Solved);
+                    let y = memory.multipliers(&mpc);
+                    let missed = misses(&mpc, &mpc.problem(&x, &upright), &memory.moves(), &y);
+                    assert!(
+                        missed < 1e-10 * mpc.command_limit,
+                        "{name}: {x:?}: {missed}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(active > 1000, "{active}");
+}
+
+/// With one change allowed in a sample the bound is reached, said and counted; the command stays within its limit, and
+/// later samples, which go on from there, come to the solution.
+#[test]
+fn a_bound_of_changes_is_kept_and_counted() {
+    let rig = Rig::builtin("qube-servo-2").expect("built in");
+    let [_, hasty] = tasks(&rig, 1.0);
+    let [_, patient] = tasks(&rig, 100.0);
+    let (x, upright) = (State::new(-0.8, 0.05, 0.0, 0.0), State::upright());
+    let u = patient.update(&mut patient.start(), &x, &upright, PERIOD);
+    let mut memory = hasty.start();
+    let first = hasty.update(&mut memory, &x, &upright, PERIOD);
+    assert_eq!(memory.report().outcome, Outcome::Bound);
+    assert_eq!((memory.report().bounds, memory.report().changes), (1, 1));
+    assert!(first.abs() <= hasty.command_limit);
+    // Nothing of the solution is known yet: the regulator's command, cut off.
+    let regulator = hasty.feedback().update(&mut (), &x, &upright, PERIOD);
+    assert_eq!(first, regulator);
+    let mut last = first;
+    for _ in 0..50 {
+        last = hasty.update(&mut memory, &x, &upright, PERIOD);
+        assert!(last.abs() <= hasty.command_limit);
+    }
+    assert_eq!(memory.report().outcome, Outcome::Solved);
+    assert!(
+        (last - u).abs() < 1e-10 * hasty.command_limit,
+        "{last} V, not {u} V"
+    );
+    assert!(memory.report().bounds >= 2);
 }
 
 /// The textbook's problem with every state and command of every sample a variable, their costs as the LQR has them and
@@ -251,7 +424,8 @@ fn without_limits_it_is_the_regulator() {
                 let near = x.map(|v| 1e-3 * v);
                 let u = mpc.update(&mut memory, &near, &State::upright(), PERIOD);
                 assert_eq!(u, mpc.feedback().unlimited(&near, &State::upright()));
-                assert_eq!(memory, mpc.start());
+                assert_eq!(memory.multipliers(&mpc), [[0.0; 12]; 3]);
+                assert_eq!(memory.moves(), [0.0; 12]);
             }
         }
     }
@@ -268,21 +442,28 @@ fn limits_are_kept() {
             let found = study.runs.iter().find(|run| run.contender == c);
             found.expect("among them").figures
         };
-        let [lqr, exact, admm] =
-            [Contender::Lqr, Contender::InteriorPoint, Contender::Admm].map(figures);
+        let [lqr, exact, active_set] = [
+            Contender::Lqr,
+            Contender::InteriorPoint,
+            Contender::ActiveSet,
+        ]
+        .map(figures);
         assert!(lqr.alpha > 1.9 * study.pendulum, "{name}");
-        for f in [exact, admm] {
+        for f in [exact, active_set] {
             assert!(f.up && f.settle.is_some(), "{name}: {f:?}");
             assert!(f.command <= study.command, "{name}: {f:?}");
             // Between the times that are looked at, and on a plant that is not linear, a little more.
             assert!(f.alpha < 1.06 * study.pendulum, "{name}: {f:?}");
         }
-        // Warm, 30 steps are as good as the solution.
+        // Warm, it is the solution, which the interior-point method comes near to.
         assert!(
-            (admm.alpha - exact.alpha).abs() < 1e-4 * exact.alpha,
+            (active_set.alpha - exact.alpha).abs() < 1e-6 * exact.alpha,
             "{name}"
         );
-        assert!((admm.cost - exact.cost).abs() < 1e-3 * exact.cost, "{name}");
+        assert!(
+            (active_set.cost - exact.cost).abs() < 1e-6 * exact.cost,
+            "{name}"
+        );
     }
 }
 

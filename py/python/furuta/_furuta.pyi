@@ -390,7 +390,7 @@ class _ArmStep(TypedDict):
     lqr: _ArmStepRun
     sliding: _ArmStepRun
     mpc_clarabel: _ArmStepRun
-    mpc_admm: _ArmStepRun
+    mpc_active_set: _ArmStepRun
 
 def shahzad2022(
     task: Literal["step", "steps", "push"] = "steps", on: Literal["linear", "nonlinear", "rig"] = "nonlinear"
@@ -404,7 +404,7 @@ def arm_step(
     pendulum_angle: float | None = None,
     rate: float = 500.0,
     duration: float = 5.0,
-    iterations: int = 30,
+    iterations: int = 100,
 ) -> _ArmStep: ...
 def ramos_velasco(
     controller: _Tracker = "normal_form",

@@ -9,7 +9,7 @@ mod weights;
 
 pub use lqi::LqiState;
 pub use lqr_sliding::{LqrSlidingState, Reaching};
-pub use mpc::{Bounds, LIMITED, MOVES, MpcState, Rows};
+pub use mpc::{Bounds, LIMITED, MOVES, MpcState, Outcome, Report, Rows};
 pub use normal_form_sliding::{NormalFormSlidingState, Switching};
 pub use swing_up::{SPEC as SWING_UP, SwingUp, SwingUpState};
 

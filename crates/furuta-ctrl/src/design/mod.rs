@@ -33,7 +33,6 @@ pub use balance::{balance, balance_weights, balance_weights_with_integral};
 pub use controllability::{
     Controllability, controllability, controllability_matrix, observability,
 };
-pub(crate) use elimination::solve;
 pub use error::{DesignError, Entry};
 pub use integral::{dlqi, lqi, with_integral, with_sum};
 pub use kalman::{Estimator, Noise, dlqe, lqe};

@@ -163,8 +163,8 @@ mod table {
             plant,
             near,
         )?;
-        controller::<Mpc<f32>>("ADMM-MPC, limits far", "mpc", meter, site, plant, near)?;
-        controller::<Mpc<f32>>("ADMM-MPC, limits active", "mpc", meter, site, plant, far)?;
+        controller::<Mpc<f32>>("MPC, limits far", "mpc", meter, site, plant, near)?;
+        controller::<Mpc<f32>>("MPC, limits active", "mpc", meter, site, plant, far)?;
         estimator::<Observer<f32>>("observer", "observer", meter, site, plant)?;
         estimator::<Kalman<f32>>("Kalman filter", "kalman", meter, site, plant)?;
         estimator::<DisturbanceObserver<f32>>(

@@ -1,4 +1,4 @@
-//! Model predictive control (ADMM).
+//! Model predictive control (active set).
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

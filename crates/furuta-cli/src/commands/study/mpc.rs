@@ -16,8 +16,8 @@ use crate::print::significant;
 use crate::streams;
 
 /// A step of the arm under four controllers with the same weights: LQR, sliding mode, model predictive control that
-/// lets the pendulum lean only so far, solved to the end in each sample (Clarabel, interior point) and by a fixed
-/// number of steps (ADMM, as on a microcontroller). Nonlinear model, perfect states.
+/// lets the pendulum lean only so far, solved by an interior-point method (Clarabel) and by the controller itself (active
+/// set, as on a microcontroller). Nonlinear model, perfect states.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file.
@@ -47,8 +47,8 @@ pub(crate) struct Args {
     /// How long each run is.
     #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = positive)]
     duration: f64,
-    /// Steps of ADMM in each sample.
-    #[arg(long, value_name = "N", default_value_t = 30)]
+    /// Largest number of changes of the active limits in each sample.
+    #[arg(long, value_name = "N", default_value_t = 100)]
     iterations: usize,
     /// Draw the four runs: arm, pendulum, command (SVG).
     #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
@@ -156,7 +156,7 @@ fn chart(rig: &Rig, step: f64, study: &Study) -> Chart {
             .enumerate()
             .map(|(k, run)| {
                 let line = Line::new(run.contender.name(), shown(&run.samples, value)).colour(k);
-                // ADMM lies on the exact solution: dashed above it, both are seen.
+                // Two solvers of one problem: dashed above the other, both are seen.
                 if k == 3 { line.dashed() } else { line }
             })
             .collect()

@@ -1,14 +1,21 @@
 //! Model predictive control: the linear-quadratic regulator with limits that it knows of.
 
+mod active_set;
+mod rows;
+
+pub use active_set::Outcome;
+pub use rows::Rows;
+
+use self::active_set::{Problem, WorkingSet};
 use super::{Controller, Design, StateFeedback, weights};
-use crate::design::{DesignError, Predicted, Prediction, Weights, balance_weights, dlqr, solve};
+use crate::design::{DesignError, Prediction, Weights, balance_weights, dlqr};
 use crate::error::ConfigError;
 use crate::real::{Real, c, command, is_finite, wrap};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::discretize::zero_order_hold;
 use furuta_model::{Linear, State};
-use nalgebra::{RowSVector, SMatrix};
+use nalgebra::RowSVector;
 
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
@@ -47,8 +54,9 @@ pub(super) static SPEC: Spec = Spec {
             "iterations",
             1.0,
             1000.0,
-            30.0,
-            "of the solver in each sample; the next sample goes on from there",
+            100.0,
+            "bound of the solver's changes of active limits in each sample, beyond which the command is the \
+             solution for the limits considered until then, cut off",
         ),
     ],
 };
@@ -58,10 +66,8 @@ pub const MOVES: usize = 12;
 /// What is limited: the command (at all cost), the pendulum's angle, the arm's angle (at a price).
 pub const LIMITED: usize = 3;
 
-/// `rho`, once rows have about unit length.
-const PENALTY: f64 = 1.0;
-/// Over-relaxation: 1 is none, 2 diverges; 1.5 to 1.8 is the rule (Boyd et al. 2011, sec. 3.4.3).
-const RELAXATION: f64 = 1.6;
+/// What a limit may be missed by, in roundings of the numbers at hand.
+const ROUNDINGS: f64 = 64.0;
 /// Price of an angle beyond its limit by as much again, at each time looked at, in units of the cost of the full
 /// command.
 const PRICE: f64 = 30.0;
@@ -77,11 +83,10 @@ const HORIZON: f64 = 10.0;
 /// this is the point nearest to `w = 0` that keeps the limits. The command's are kept in any case; an angle beyond its
 /// limit costs in proportion to how far (an exact penalty: where the limit can be kept, it is).
 ///
-/// Solved by a fixed number of steps of ADMM (B. Stellato et al., *OSQP: an operator splitting solver for quadratic
-/// programs*, Math. Prog. Comp. 12, 2020; on microcontrollers: K. Nguyen et al., *TinyMPC*, ICRA 2024), its one matrix
-/// inverted beforehand; moves and multipliers of the sample before are where the next one starts. One sample takes
-/// about `iterations * 7 * MOVES²` multiplications, and none of that where the regulator keeps the limits: then the
-/// command is the regulator's, to the bit.
+/// Solved to rounding by a dual active-set method that starts from the active limits of the sample before (see
+/// [`Outcome`] for how a sample may end, and [`MpcState::report`]). One sample takes some `5 * MOVES²` multiplications
+/// where the active limits stay as they were, about as many again for each change of them, at most `iterations`
+/// changes, and `12 * MOVES` where the regulator keeps the limits: then the command is the regulator's, to the bit.
 ///
 /// ```
 /// use furuta_ctrl::controllers::{self, Controller, Design, Mpc, StateFeedback};
@@ -107,42 +112,36 @@ pub struct Mpc<T, const M: usize = MOVES> {
     pub gain: [T; 4],
     /// Rows of command, pendulum and arm, each at `M` times: the scaled value is `free e + forced w`.
     pub rows: [Rows<T, M>; LIMITED],
-    /// `rho`: weight of a step of the multipliers against the moves' cost `w'w / 2`.
-    pub penalty: T,
-    /// `(I/rho + C'C)^-1`, `C` all rows' `forced`.
-    pub inverse: [[T; M]; M],
     /// Volts of the first command for a unit of the first move.
     pub first: T,
-    /// Steps in each sample.
+    /// Largest number of changes of the active limits in each sample.
     pub iterations: usize,
     /// Largest command either way, V.
     pub command_limit: T,
-}
-
-/// One limited number at `M` times, each scaled to a row of about unit length.
-#[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Rows<T, const M: usize> {
-    /// From the error now.
-    pub free: [[T; 4]; M],
-    /// From the moves, a row for each time.
-    pub forced: [[T; M]; M],
-    /// The same, a row for each move: read both ways in every step.
-    pub by_move: [[T; M]; M],
-    /// What the number itself is multiplied by in each row.
-    pub scale: [T; M],
-    /// Largest value either way, V or rad; infinite where there is no limit.
-    pub limit: T,
-    /// Largest multiplier: the price in the rows' units over `rho`; infinite for a limit that is kept at all cost.
-    pub price: [T; M],
+    /// What a limit may be missed by, as a part of the numbers at hand: rounding.
+    pub precision: T,
 }
 
 /// Memory of an [`Mpc`].
-#[derive(Copy, Clone, Debug, PartialEq)]
+#[derive(Copy, Clone, Debug)]
 pub struct MpcState<T, const M: usize = MOVES> {
-    /// Scaled moves.
-    pub moves: [T; M],
-    /// Scaled multipliers.
-    pub multipliers: [[T; M]; LIMITED],
+    working: WorkingSet<T, M>,
+    report: Report,
+}
+
+/// How the solver did.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// How the last sample's problem ended.
+    pub outcome: Outcome,
+    /// Changes of the active limits in the last sample.
+    pub changes: usize,
+    /// Active limits in the last sample.
+    pub active: usize,
+    /// Samples so far in which the bound of changes was reached.
+    pub bounds: u32,
+    /// Samples so far in which there was no solution: a state that is not finite, or numbers beyond reason.
+    pub unsound: u32,
 }
 
 /// What angles may be, and how the solver works.
@@ -191,21 +190,14 @@ impl<const M: usize> Mpc<f64, M> {
                 price(arm),
             ),
         ];
-        let mut normal = SMatrix::<f64, M, M>::identity() / PENALTY;
-        for row in rows.iter().flat_map(|r| r.forced) {
-            normal += SMatrix::from_fn(|i, j| row[i] * row[j]);
-        }
-        let inverse = solve::<f64, M, M>(normal, SMatrix::identity())
-            .ok_or(DesignError::NoStabilisingSolution { measure: f64::NAN })?;
         Ok(Self {
             gain: regulator.gain.into(),
             rows,
-            penalty: PENALTY,
-            inverse: core::array::from_fn(|i| core::array::from_fn(|j| inverse[(i, j)])),
             #[allow(clippy::cast_precision_loss)]
             first: 1.0 / libm::sqrt(prediction.length(0) as f64),
             iterations,
             command_limit: bounds.command,
+            precision: ROUNDINGS * rounding::<f64>(),
         })
     }
 
@@ -214,68 +206,21 @@ impl<const M: usize> Mpc<f64, M> {
         Mpc {
             gain: self.gain.map(c),
             rows: self.rows.map(|r| r.cast()),
-            penalty: c(self.penalty),
-            inverse: self.inverse.map(|row| row.map(c)),
             first: c(self.first),
             iterations: self.iterations,
             command_limit: c(self.command_limit),
+            precision: c(ROUNDINGS * rounding::<T>()),
         }
     }
 }
 
-impl<const M: usize> Rows<f64, M> {
-    fn new(predicted: &Predicted<4, M>, limit: f64, price: f64) -> Self {
-        if !limit.is_finite() {
-            return Self {
-                free: [[0.0; 4]; M],
-                forced: [[0.0; M]; M],
-                by_move: [[0.0; M]; M],
-                scale: [1.0; M],
-                limit,
-                price: [0.0; M],
-            };
-        }
-        let lengths = predicted
-            .forced
-            .map(|row| libm::sqrt(row.iter().map(|x| x * x).sum()));
-        let longest = lengths.iter().fold(0.0, |a: f64, b| a.max(*b));
-        // What the moves hardly reach, an angle a few samples from now, stays a short row: nothing is gained by
-        // insisting.
-        let scale = lengths.map(|length| 1.0 / length.max(0.1 * longest));
-        let forced: [[f64; M]; M] =
-            core::array::from_fn(|i| predicted.forced[i].map(|x| x * scale[i]));
-        Self {
-            free: core::array::from_fn(|i| predicted.free[i].map(|x| x * scale[i])),
-            by_move: core::array::from_fn(|j| forced.map(|row| row[j])),
-            forced,
-            scale,
-            limit,
-            price: scale.map(|s| price / (s * PENALTY)),
-        }
+/// The distance from 1 to the next number.
+fn rounding<T: Real>() -> f64 {
+    let mut last = 1.0;
+    while (T::ONE + c::<T>(0.5 * last)).value() > 1.0 {
+        last *= 0.5;
     }
-
-    fn cast<T: Real>(&self) -> Rows<T, M> {
-        Rows {
-            free: self.free.map(|row| row.map(c)),
-            forced: self.forced.map(|row| row.map(c)),
-            by_move: self.by_move.map(|row| row.map(c)),
-            scale: self.scale.map(c),
-            limit: c(self.limit),
-            price: self.price.map(c),
-        }
-    }
-}
-
-impl<T: Real, const M: usize> Rows<T, M> {
-    /// The values without moves, and the lowest and the highest that they may have, where zero of the number itself is
-    /// at `zero`.
-    pub fn asked(&self, e: &[T; 4], zero: T) -> [[T; M]; 3] {
-        [
-            self.free.map(|row| dot(&row, e)),
-            self.scale.map(|s| (-self.limit - zero) * s),
-            self.scale.map(|s| (self.limit - zero) * s),
-        ]
-    }
+    last
 }
 
 impl<T: Real, const M: usize> Mpc<T, M> {
@@ -287,43 +232,21 @@ impl<T: Real, const M: usize> Mpc<T, M> {
 
     /// What the rows are and must be in this state: without moves, at least, at most.
     pub fn problem(&self, x: &State<T>, reference: &State<T>) -> [[[T; M]; 3]; LIMITED] {
-        let e = Self::error(x, reference);
-        let zeros = [T::ZERO, reference.alpha, reference.theta];
-        core::array::from_fn(|k| self.rows[k].asked(&e, zeros[k]))
+        let asked = self.asked(&Self::error(x, reference), reference);
+        core::array::from_fn(|k| {
+            let reach = self.rows[k].reach;
+            [asked[k], reach.map(|x| -x), reach]
+        })
     }
 
-    /// The solver's steps: moves and multipliers go from where they are towards the solution.
-    fn solve(&self, state: &mut MpcState<T, M>, problem: &[[[T; M]; 3]; LIMITED]) {
-        let (relaxation, rest) = (c::<T>(RELAXATION), c::<T>(1.0 - RELAXATION));
-        let mut before: Option<[[T; M]; LIMITED]> = None;
-        for _ in 0..self.iterations {
-            let mut inside = [[T::ZERO; M]; LIMITED];
-            let mut pull = [T::ZERO; M];
-            for (k, rows) in self.rows.iter().enumerate() {
-                let [free, lowest, highest] = &problem[k];
-                let mut values = *free;
-                add_rows(&mut values, &rows.by_move, &state.moves);
-                let mut targets = [T::ZERO; M];
-                for i in 0..M {
-                    let value = match &before {
-                        Some(before) => relaxation * values[i] + rest * before[k][i],
-                        None => values[i],
-                    };
-                    let wanted = value + state.multipliers[k][i];
-                    let excess = wanted - wanted.clamp(lowest[i], highest[i]);
-                    let multiplier = excess.clamp(-rows.price[i], rows.price[i]);
-                    state.multipliers[k][i] = multiplier;
-                    inside[k][i] = wanted - multiplier;
-                    targets[i] = inside[k][i] - free[i] - multiplier;
-                }
-                add_rows(&mut pull, &rows.forced, &targets);
-            }
-            // The inverse is symmetric.
-            let mut moves = [T::ZERO; M];
-            add_rows(&mut moves, &self.inverse, &pull);
-            state.moves = moves;
-            before = Some(inside);
-        }
+    /// The rows' values without moves.
+    fn asked(&self, e: &[T; 4], reference: &State<T>) -> [[T; M]; LIMITED] {
+        let [command, pendulum, arm] = &self.rows;
+        [
+            command.asked(e, T::ZERO),
+            pendulum.asked(e, reference.alpha),
+            arm.asked(e, reference.theta),
+        ]
     }
 }
 
@@ -358,33 +281,87 @@ impl<T: Real, const M: usize> Controller<T> for Mpc<T, M> {
 
     fn start(&self) -> MpcState<T, M> {
         MpcState {
-            moves: [T::ZERO; M],
-            multipliers: [[T::ZERO; M]; LIMITED],
+            working: WorkingSet::new(),
+            report: Report {
+                outcome: Outcome::Regulator,
+                changes: 0,
+                active: 0,
+                bounds: 0,
+                unsound: 0,
+            },
         }
     }
 
     fn update(&self, state: &mut MpcState<T, M>, x: &State<T>, reference: &State<T>, _: T) -> T {
-        let feedback = self.feedback().unlimited(x, reference);
-        let problem = self.problem(x, reference);
-        let kept = |[free, lowest, highest]: &[[T; M]; 3]| {
-            (0..M).all(|i| free[i] >= lowest[i] && free[i] <= highest[i])
+        let e = Self::error(x, reference);
+        // As `StateFeedback::unlimited`, to the bit.
+        let [a, b, c, d] = self.gain;
+        let feedback = -(a * e[0] + b * e[1] + c * e[2] + d * e[3]);
+        let asked = self.asked(&e, reference);
+        let problem = Problem {
+            rows: &self.rows,
+            asked: &asked,
+            bound: self.iterations,
+            precision: self.precision,
         };
-        if problem.iter().all(kept) {
-            *state = self.start();
+        let mut kept = true;
+        for (rows, free) in self.rows.iter().zip(&asked) {
+            for (free, reach) in free.iter().zip(&rows.reach) {
+                kept &= free.abs() <= *reach;
+            }
+        }
+        if kept {
+            state.working.clear();
+            state.report.ended(Outcome::Regulator, 0, 0);
             return command(feedback, self.command_limit);
         }
-        self.solve(state, &problem);
-        let mut all = state.multipliers.iter().flatten().chain(&state.moves);
-        let sound = all.all(|x| is_finite(*x));
-        if !sound {
-            // A state that is no number, or so far away that numbers do not reach: nothing of it is remembered.
-            *state = self.start();
+        let (mut outcome, changes) = state.working.solve(&problem);
+        if !state.working.moves().iter().all(|w| is_finite(*w)) {
+            outcome = Outcome::Unsound;
         }
-        command(feedback + self.first * state.moves[0], self.command_limit)
+        if outcome == Outcome::Unsound {
+            // A state that is no number, or so far away that numbers do not reach: nothing of it is remembered.
+            state.working.clear();
+        }
+        state.report.ended(outcome, changes, state.working.count);
+        let first = self.first * state.working.first_move();
+        command(feedback + first, self.command_limit)
     }
 
     fn surrogate(&self) -> Option<StateFeedback<T>> {
         Some(self.feedback())
+    }
+}
+
+impl<T: Real, const M: usize> MpcState<T, M> {
+    /// How the solver did in the last sample, and how often it had to give up until now.
+    pub fn report(&self) -> Report {
+        self.report
+    }
+
+    /// Scaled moves `w` of the last sample, in V.
+    pub fn moves(&self) -> [T; M] {
+        self.working.moves()
+    }
+
+    /// Multipliers of the last sample's limits, of command, pendulum and arm at each time: above 0 at an upper limit,
+    /// below 0 at a lower one.
+    pub fn multipliers(&self, mpc: &Mpc<T, M>) -> [[T; M]; LIMITED] {
+        self.working.all_multipliers(&mpc.rows)
+    }
+}
+
+impl Report {
+    fn ended(&mut self, outcome: Outcome, changes: usize, active: usize) {
+        self.outcome = outcome;
+        self.changes = changes;
+        self.active = active;
+        let count = match outcome {
+            Outcome::Bound => &mut self.bounds,
+            Outcome::Unsound => &mut self.unsound,
+            Outcome::Regulator | Outcome::Solved => return,
+        };
+        *count = count.saturating_add(1);
     }
 }
 
@@ -398,11 +375,16 @@ impl<T: Real, const M: usize> Mpc<T, M> {
     }
 }
 
+/// Four sums side by side: one would wait for each addition.
 fn dot<T: Real, const M: usize>(a: &[T; M], b: &[T; M]) -> T {
-    a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
+    let mut sums = [T::ZERO; 4];
+    for i in 0..M {
+        sums[i % 4] += a[i] * b[i];
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
-/// `out += rows' x`: whole rows at once, where a sum over one row would wait for each addition.
+/// `out += rows' x`.
 fn add_rows<T: Real, const M: usize>(out: &mut [T; M], rows: &[[T; M]; M], x: &[T; M]) {
     for (row, x) in rows.iter().zip(x) {
         for (out, a) in out.iter_mut().zip(row) {
