@@ -10,7 +10,8 @@ use crate::rig_loop::{Law, RigLoop};
 /// real part of its poles, as those of continuous time; below 0 where it is stable. `None` where the controller has no
 /// gain near upright, or the rig has no linear model.
 ///
-/// See [`crate::rig_loop`] for what the loop holds; the integral of the one controller that has one counts.
+/// See [`crate::rig_loop`] for what the loop holds; integrals of the arm's error count, a PID's filters and its integral
+/// of the pendulum's error do not.
 ///
 /// ```
 /// use furuta_ctrl::controllers::{AnyController, StateFeedback};
@@ -43,6 +44,7 @@ pub fn growth_turned(balance: &AnyController<f64>, rig: &Rig, period: f64) -> Op
 pub fn law(balance: &AnyController<f64>) -> Option<Law> {
     let integral = match balance {
         AnyController::Lqi(lqi) => lqi.integral_gain,
+        AnyController::Pid(pid) => pid.pendulum[0] * pid.arm[1],
         _ => 0.0,
     };
     Some(Law {

@@ -1,10 +1,18 @@
 //! Integral action on the nonlinear plant: no lasting error, and no overshoot from a motor at its limit.
 
+#[path = "data/lqi.rs"]
+mod answers;
+
 use furuta_ctrl::Site;
 use furuta_ctrl::controllers::{self, AnyController, Controller, Design, Lqi};
+use furuta_ctrl::design::{Weights, poles, sampled_lqi};
 use furuta_ctrl::settings::Settings;
-use furuta_design::closed_loop::{ClosedLoop, Sample, Sensing};
-use furuta_model::{Effect, Plant, Rig, State};
+use furuta_design::closed_loop::{ClosedLoop, Model, Sample, Sensing};
+use furuta_design::rig_loop::{Law, RigLoop};
+use furuta_model::discretize::zero_order_hold;
+use furuta_model::linear_plant::Amplitudes;
+use furuta_model::{Effect, Linear, Plant, Rig, State};
+use nalgebra::{Complex, Matrix5, RowVector4, RowVector5, Vector5};
 
 const PERIOD: f64 = 0.002;
 
@@ -87,4 +95,118 @@ fn it_takes_over_without_a_bump() {
     let mut state = control.take_over(&x, &upright, 1.25);
     let u = control.update(&mut state, &x, &upright, PERIOD);
     assert!((u - 1.25).abs() < 1e-12, "{u}");
+}
+
+const ARM: RowVector4<f64> = RowVector4::new(1.0, 0.0, 0.0, 0.0);
+
+fn upright(rig: &Rig) -> Linear {
+    Site::of(rig, PERIOD).linear().expect("rests")
+}
+
+/// The rig with the integral of theta, sampled.
+fn extended(up: &Linear, period: f64) -> (Matrix5<f64>, Vector5<f64>) {
+    let mut a = Matrix5::zeros();
+    a.fixed_view_mut::<4, 4>(0, 0).copy_from(&up.a);
+    a[(4, 0)] = 1.0;
+    let b = Vector5::from_fn(|i, _| if i < 4 { up.b[i] } else { 0.0 });
+    zero_order_hold(&a, &b, period)
+}
+
+/// The integral is sampled with the rig, not by Euler's rule: SciPy's gains, down to 50 Hz.
+#[test]
+fn the_sampled_gain_is_scipys() {
+    for (name, rate, expected) in answers::GAINS {
+        let rig = Rig::builtin(name).expect("built in");
+        let up = upright(&rig);
+        let weights = Weights::diagonal([5.0, 1.0, 0.1, 0.1, 20.0], [0.1]);
+        let k = sampled_lqi::<f64, 4, 5>(&up.a, &up.b, &ARM, 1.0 / rate, &weights)
+            .expect("a gain")
+            .gain;
+        for (k, e) in k.iter().zip(expected) {
+            assert!((k - e).abs() < 1e-8 * e.abs(), "{name} {rate}: {k} {e}");
+        }
+        // The controller of a file designs the same.
+        let settings = controllers::settings("lqi").expect("listed");
+        let settings = settings
+            .with("q", &[5.0, 1.0, 0.1, 0.1, 20.0])
+            .and_then(|s| s.with("r", &[0.1]))
+            .expect("in range");
+        let control = Lqi::<f64>::design(&settings, &Site::of(&rig, 1.0 / rate)).expect("a gain");
+        assert!(
+            (control.integral_gain - k[4]).abs() < 1e-12 * k[4].abs(),
+            "{name} {rate}"
+        );
+    }
+}
+
+/// The loop that designs are judged by has the very poles of the design, late by any share of a sample too.
+#[test]
+fn the_loop_has_the_designs_poles() {
+    for (name, rate, k) in answers::GAINS {
+        let rig = Rig::builtin(name).expect("built in");
+        let law = Law {
+            gain: [k[0], k[1], k[2], k[3]],
+            integral: k[4],
+        };
+        let closed = RigLoop::new(&rig, law, Some(1.0 / rate), &Amplitudes::NONE).expect("a loop");
+        let (a, b) = extended(&upright(&rig), 1.0 / rate);
+        let near = |of: &[Complex<f64>], pole: &Complex<f64>| {
+            of.iter()
+                .map(|p| (p - pole).norm())
+                .fold(f64::INFINITY, f64::min)
+        };
+        let designed = poles(&(a - b * RowVector5::from(k))).expect("poles");
+        for pole in &designed {
+            assert!(near(&closed.poles(), pole) < 1e-8, "{name} {rate}: {pole}");
+        }
+        // On the unit circle the response is that of the poles: at its delay margin the loop is on its edge.
+        let margins = closed.margins();
+        let edge = closed.delayed(margins.delay).growth();
+        assert!(
+            margins.stable && edge.abs() < 1e-6,
+            "{name} {rate}: {edge} {margins:?}"
+        );
+        let l = closed.response(margins.at[2]);
+        assert!((l.norm() - 1.0).abs() < 1e-9, "{name} {rate}: {l}");
+    }
+}
+
+/// What the controller adds up from angles and speeds alone is the true integral: its commands on the linear plant are
+/// those of the exact law, at 50 Hz as well.
+#[test]
+fn the_controller_integrates_what_the_design_does() {
+    for (name, rate, k) in answers::GAINS {
+        let rig = Rig::builtin(name).expect("built in");
+        let (up, period) = (upright(&rig), 1.0 / rate);
+        let control = Lqi {
+            gain: [k[0], k[1], k[2], k[3]],
+            integral_gain: k[4],
+            command_limit: 1e6,
+        };
+        let start = State::new(0.3, 0.1, -0.5, 0.4);
+        let samples = ClosedLoop {
+            plants: vec![(0.0, Model::Linear(up))],
+            start,
+            period,
+            substeps: 1,
+            duration: 3.0,
+            sensing: Sensing::Perfect,
+        }
+        .run(&control, |_| State::upright());
+        let (a, b) = extended(&up, period);
+        let mut x = Vector5::new(0.3, 0.1, -0.5, 0.4, 0.0);
+        let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
+        for sample in &samples {
+            let u = -(RowVector5::from(k) * x)[0];
+            worst = worst.max((sample.u - u).abs());
+            largest = largest.max(u.abs());
+            x = a * x + b * u;
+        }
+        println!("{name} {rate}: {worst:e} of {largest:e}");
+        let allowed = if rate < 100.0 { 5e-6 } else { 2e-7 };
+        assert!(
+            worst < allowed * largest,
+            "{name} {rate}: {worst} of {largest}"
+        );
+    }
 }

@@ -524,6 +524,7 @@ def lqi(
     N: ArrayLike | None = None,
     *,
     dt: float | None = None,
+    hold: float | None = None,
 ) -> _Design: ...
 def lqe(
     A: ArrayLike | _RigLike | _System,

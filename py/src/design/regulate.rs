@@ -4,6 +4,8 @@ use super::riccati::{Answer, Equation};
 use super::system::{Plant, Time, plant, required};
 use crate::error;
 use crate::matrix::{Lies, Matrix, Small};
+use furuta_model::discretize::zero_order_hold;
+use nalgebra::{SMatrix, SVector};
 use pyo3::prelude::*;
 
 /// Continuous-time linear-quadratic regulator: u = -K x minimises the integral of x'Q x + u'R u + 2 x'N u for x' = A x
@@ -156,7 +158,10 @@ pub(crate) fn dlqr<'py>(
 ///     Cross weight.
 /// dt : float, optional
 ///     Sample period in s, if A and B are those of a sampled system; the integral is then the sum s[k+1] = s[k] + dt C
-///     x[k].
+///     x[k], Euler's rule.
+/// hold : float, optional
+///     Sample period in s, if A and B are those of continuous time and the command is held between samples. The gain is
+///     that of the exactly sampled system, the integral included: what `furuta design lqi --rate` and kind = "lqi" take.
 ///
 /// Returns
 /// -------
@@ -178,8 +183,8 @@ pub(crate) fn dlqr<'py>(
 /// ((1, 5), True)
 #[pyfunction]
 #[pyo3(
-    signature = (A, B, C, Q, R, N=None, *, dt=None),
-    text_signature = "(A, B, C, Q, R, N=None, *, dt=None)"
+    signature = (A, B, C, Q, R, N=None, *, dt=None, hold=None),
+    text_signature = "(A, B, C, Q, R, N=None, *, dt=None, hold=None)"
 )]
 #[allow(non_snake_case, clippy::too_many_arguments)] // They are the matrices' usual names, in python-control's order.
 pub(crate) fn lqi<'py>(
@@ -191,6 +196,7 @@ pub(crate) fn lqi<'py>(
     R: Matrix<'py>,
     N: Option<Matrix<'py>>,
     dt: Option<f64>,
+    hold: Option<f64>,
 ) -> PyResult<Answer<'py>> {
     let (a, b, c) = (
         Small::read("A", &A, Lies::Square)?,
@@ -210,10 +216,17 @@ pub(crate) fn lqi<'py>(
     ] {
         m.expect(name, shape)?;
     }
-    if let Some(dt) = dt.filter(|dt| !(*dt > 0.0 && dt.is_finite())) {
-        return Err(error::design(format!(
-            "dt = {dt} s; a sample period is above 0"
-        )));
+    for (name, period) in [("dt", dt), ("hold", hold)] {
+        if let Some(h) = period.filter(|h| !(*h > 0.0 && h.is_finite())) {
+            return Err(error::design(format!(
+                "{name} = {h} s; a sample period is above 0"
+            )));
+        }
+    }
+    if dt.is_some() && hold.is_some() {
+        return Err(error::design(
+            "dt and hold are both given; dt is for A and B of a sampled system, hold for those of continuous time",
+        ));
     }
     let (keep, gain) = dt.map_or((0.0, 1.0), |dt| (1.0, dt));
     let a = Small::from_fn(states + 1, states + 1, |i, j| {
@@ -227,7 +240,34 @@ pub(crate) fn lqi<'py>(
     let b = Small::from_fn(states + 1, b.cols(), |i, j| {
         if i < states { b.at(i, j) } else { 0.0 }
     });
-    regulator(py, dt.is_some(), a, b, &Q, &R, N)
+    let (a, b) = match hold {
+        Some(h) => held(&a, &b, h),
+        None => (a, b),
+    };
+    regulator(py, dt.or(hold).is_some(), a, b, &Q, &R, N)
+}
+
+/// The system sampled exactly with its inputs held for `h` seconds. States that there are not are at rest.
+fn held(a: &Small, b: &Small, h: f64) -> (Small, Small) {
+    let (n, inputs) = (a.rows(), b.cols());
+    let at = |m: &Small, i: usize, j: usize| if i < n { m.at(i, j) } else { 0.0 };
+    let all = SMatrix::<f64, 8, 8>::from_fn(|i, j| if j < n { at(a, i, j) } else { 0.0 });
+    let mut sampled = (*a, *b);
+    for input in 0..inputs {
+        let (ad, bd) = zero_order_hold(&all, &SVector::from_fn(|i, _| at(b, i, input)), h);
+        let before = sampled.1;
+        sampled = (
+            Small::from_fn(n, n, |i, j| ad[(i, j)]),
+            Small::from_fn(
+                n,
+                inputs,
+                |i, j| {
+                    if j == input { bd[i] } else { before.at(i, j) }
+                },
+            ),
+        );
+    }
+    sampled
 }
 
 fn regulator<'py>(

@@ -2,7 +2,7 @@
 
 use super::{Controller, Design, StateFeedback, weights};
 use crate::error::ConfigError;
-use crate::design::{balance_weights_with_integral, dlqi};
+use crate::design::{balance_weights_with_integral, integral_over_sample, sampled_lqi};
 use crate::real::{Real, c, command, is_finite};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
@@ -38,6 +38,10 @@ pub(super) static SPEC: Spec = Spec {
 
 /// `u = -K (x - x_ref) - k_i s`, `s` the integral of the arm's error, limited.
 ///
+/// `s` grows from sample to sample by the integral of the cubic through the error and its rate at both
+/// ([`integral_over_sample`]): what [`sampled_lqi`] designs for, without a model of the rig, and 0 only where the error
+/// is.
+///
 /// Where the command is at its limit, `s` does not grow in the direction that holds it there, nor ever beyond what the
 /// full command needs (anti-windup).
 ///
@@ -50,7 +54,7 @@ pub(super) static SPEC: Spec = Spec {
 /// for _ in 0..500 {
 ///     control.update(&mut state, &off, &State::upright(), 0.002);
 /// }
-/// // After a second 0.1 rad s have come together.
+/// // A second after the first sample 0.1 rad s have come together.
 /// let u: f64 = control.update(&mut state, &off, &State::upright(), 0.002);
 /// assert!((u - 0.15).abs() < 1e-12);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
@@ -70,6 +74,17 @@ pub struct Lqi<T> {
 pub struct LqiState<T> {
     /// rad s.
     integral: T,
+    /// The sample before.
+    before: Option<Before<T>>,
+}
+
+/// What is kept of a sample.
+#[derive(Copy, Clone, Debug, PartialEq)]
+struct Before<T> {
+    /// Angle (rad) and speed (rad/s) of the arm.
+    arm: [T; 2],
+    /// What the arm was asked for from there on: rad, rad/s.
+    wanted: [T; 2],
 }
 
 impl<T: Real> Lqi<T> {
@@ -111,9 +126,9 @@ impl<T: Real> Design for Lqi<T> {
             (None, None) => {
                 let weights =
                     weights::given(settings, || balance_weights_with_integral(site.params))?;
-                let (a, b) = site.upright()?;
+                let up = site.linear()?;
                 let arm = RowVector4::new(1.0, 0.0, 0.0, 0.0);
-                let k = dlqi::<f64, 4, 5, 1>(&a, &b, &arm, site.period, &weights)?.gain;
+                let k = sampled_lqi::<f64, 4, 5>(&up.a, &up.b, &arm, site.period, &weights)?.gain;
                 ([k[0], k[1], k[2], k[3]], k[4])
             }
             _ => {
@@ -134,26 +149,41 @@ impl<T: Real> Controller<T> for Lqi<T> {
     type State = LqiState<T>;
 
     fn start(&self) -> LqiState<T> {
-        LqiState { integral: T::ZERO }
+        LqiState {
+            integral: T::ZERO,
+            before: None,
+        }
     }
 
     fn take_over(&self, x: &State<T>, reference: &State<T>, u: T) -> LqiState<T> {
         let rest = self.feedback().unlimited(x, reference) - u;
         LqiState {
             integral: self.bounded(rest / self.integral_gain),
+            before: None,
         }
     }
 
     fn update(&self, state: &mut LqiState<T>, x: &State<T>, reference: &State<T>, h: T) -> T {
         let feedback = self.feedback().unlimited(x, reference);
-        let wanted = feedback - self.integral_gain * state.integral;
-        let step = (x.theta - reference.theta) * h;
+        let arm = [x.theta, x.theta_dot];
+        // The error since the sample before, from what was wanted then.
+        let step = state.before.map_or(T::ZERO, |before| {
+            let off = |arm: [T; 2]| [arm[0] - before.wanted[0], arm[1] - before.wanted[1]];
+            integral_over_sample(h, off(before.arm), off(arm))
+        });
+        let held = feedback - self.integral_gain * state.integral;
         // The command that the step asks for in addition.
         let more = -(self.integral_gain * step);
-        let stuck = wanted.abs() >= self.command_limit && wanted * more > T::ZERO;
-        if is_finite(wanted) && is_finite(step) && !stuck {
+        let stuck = held.abs() >= self.command_limit && held * more > T::ZERO;
+        if is_finite(held) && is_finite(step) && !stuck {
             state.integral = self.bounded(state.integral + step);
         }
+        let sound = arm.iter().all(|v| is_finite(*v));
+        state.before = sound.then_some(Before {
+            arm,
+            wanted: [reference.theta, reference.theta_dot],
+        });
+        let wanted = feedback - self.integral_gain * state.integral;
         command(wanted, self.command_limit)
     }
 

@@ -11,6 +11,8 @@ pub use lqi::LqiState;
 pub use lqr_sliding::{LqrSlidingState, Reaching};
 pub use mpc::{Bounds, LIMITED, MOVES, MpcState, Outcome, Report, Rows};
 pub use normal_form_sliding::{NormalFormSlidingState, Switching};
+pub use pid::PidState;
+pub use scheduled_lqr::SPEEDS;
 pub use swing_up::{SPEC as SWING_UP, SwingUp, SwingUpState};
 
 pub use crate::from_settings::Design;
@@ -133,6 +135,8 @@ controllers! {
     lqr_sliding::LqrSliding,
     mpc::Mpc,
     lqi::Lqi,
+    scheduled_lqr::ScheduledLqr,
+    pid::Pid,
 }
 
 impl<T: Real> AnyController<T> {

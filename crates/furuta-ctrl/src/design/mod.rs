@@ -5,7 +5,7 @@
 //! | algebraic Riccati equations | [`riccati::discrete`], [`riccati::continuous`] |
 //! | Lyapunov equations | [`lyapunov::discrete`], [`lyapunov::continuous`] |
 //! | linear-quadratic regulators | [`dlqr`], [`lqr`] |
-//! | the same with the integral of an output | [`dlqi`], [`lqi`], [`with_sum`], [`with_integral`] |
+//! | the same with the integral of an output | [`lqi`], [`sampled_lqi`], [`dlqi`], [`with_sum`], [`with_integral`] |
 //! | pole placement for one input | [`place()`] |
 //! | steady-state Kalman gains | [`dlqe`], [`lqe`] |
 //! | a rig's standard balance gain | [`balance`] |
@@ -34,7 +34,7 @@ pub use controllability::{
     Controllability, controllability, controllability_matrix, observability,
 };
 pub use error::{DesignError, Entry};
-pub use integral::{dlqi, lqi, with_integral, with_sum};
+pub use integral::{dlqi, integral_over_sample, lqi, sampled_lqi, with_integral, with_sum};
 pub use kalman::{Estimator, Noise, dlqe, lqe};
 pub use lqr::{Regulator, Weights, dlqr, lqr};
 pub use place::place;

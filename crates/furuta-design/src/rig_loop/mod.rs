@@ -26,7 +26,7 @@ use sampled::Sampled;
 pub struct Law {
     /// On `[theta, alpha, theta_dot, alpha_dot]`, V/rad and V s/rad.
     pub gain: [f64; 4],
-    /// V/(rad s); 0: none.
+    /// V/(rad s); 0: none. Of a sampled loop the integral is exact: a state of the plant, sampled with it.
     pub integral: f64,
 }
 
@@ -199,7 +199,7 @@ impl RigLoop {
                 let s = Complex::new(0.0, omega);
                 let late = (-s * self.delay()).exp();
                 let x = self.resolvent(&self.plant.a, s, &self.plant.b.map(|b| late * b));
-                self.row(&x, s.inv())
+                self.row(&x, x[0] * s.inv())
             }
         }
     }
@@ -225,13 +225,13 @@ impl RigLoop {
         Some(Sampled::new(&self.plant, self.delay(), period))
     }
 
-    /// `K x + k_i s`, `integral` the integrator's response.
+    /// `K x + k_i s`, `integral` the response of `s`.
     fn row(&self, x: &SVector<Complex<f64>, MAX_STATES>, integral: Complex<f64>) -> Complex<f64> {
         let fed: Complex<f64> = (0..4).map(|i| x[i] * self.law.gain[i]).sum();
         if self.law.integral == 0.0 {
             fed
         } else {
-            fed + x[0] * integral * self.law.integral
+            fed + integral * self.law.integral
         }
     }
 
@@ -242,7 +242,10 @@ impl RigLoop {
             whole * (sampled.newer[i] + sampled.older[i] / z)
         });
         let x = self.resolvent(&sampled.a, z, &input);
-        self.row(&x, sampled.period / (z - 1.0))
+        let growth = &sampled.integral;
+        let grown: Complex<f64> = (0..MAX_STATES).map(|i| x[i] * growth.row[i]).sum();
+        let driven = whole * (growth.older / z + growth.newer);
+        self.row(&x, (grown + driven) / (z - 1.0))
     }
 
     /// The law's row over all states of the closed loop.
@@ -279,15 +282,28 @@ impl RigLoop {
                 }
             }
         }
+        if self.law.integral != 0.0 {
+            let growth = &sampled.integral;
+            for i in 0..n {
+                m[(size - 1, i)] = growth.row[i];
+            }
+            m[(size - 1, size - 1)] = 1.0;
+            for (age, by) in [
+                (sampled.whole, growth.newer),
+                (sampled.whole + 1, growth.older),
+            ] {
+                if age == 0 {
+                    input[(size - 1, 0)] = by;
+                } else if age <= remembered {
+                    m[(size - 1, n + age - 1)] += by;
+                }
+            }
+        }
         if remembered > 0 {
             input[(n, 0)] = 1.0;
         }
         for k in 1..remembered {
             m[(n + k, n + k - 1)] = 1.0;
-        }
-        if self.law.integral != 0.0 {
-            m[(size - 1, size - 1)] = 1.0;
-            m[(size - 1, 0)] = sampled.period;
         }
         m - input * self.feedback(size)
     }

@@ -7,6 +7,7 @@
 use super::RigLoop;
 use super::margins::{Broken, Margins, margins};
 use super::sampled::Sampled;
+use furuta_ctrl::design::integral_over_sample;
 use furuta_ctrl::estimators::LinearEstimator;
 use furuta_model::linear_plant::MAX_STATES;
 use nalgebra::{Complex, DMatrix, DVector, SVector};
@@ -39,6 +40,8 @@ struct Memory {
     rig: Model,
     belief: Model,
     integral: f64,
+    /// Angle and speed of the arm that the law was given at the sample before, where it integrates.
+    before: [f64; 2],
     held: f64,
 }
 
@@ -151,6 +154,7 @@ impl ObservedLoop {
             rig: model(&self.true_plant()),
             belief: model(&self.sampled),
             integral: 0.0,
+            before: [0.0; 2],
             held: 0.0,
         }
     }
@@ -172,12 +176,14 @@ impl ObservedLoop {
         let x = self.ahead(&m.belief, m.held);
         let law = &self.base.law;
         let fed: f64 = law.gain.iter().zip(&x).map(|(k, x)| k * x).sum();
-        let u = -fed - law.integral * m.integral;
-        if law.integral != 0.0 {
-            m.integral += self.sampled.period * x[0];
+        if law.integral == 0.0 {
+            (m.integral, m.before) = (0.0, [0.0; 2]); // there is none
         } else {
-            m.integral = 0.0; // there is none
+            let arm = [x[0], x[2]];
+            m.integral += integral_over_sample(self.sampled.period, m.before, arm);
+            m.before = arm;
         }
+        let u = -fed - law.integral * m.integral;
         self.advance(&mut m.rig, &self.true_plant(), given);
         self.advance(&mut m.belief, &self.sampled, m.held);
         m.held = u;
@@ -261,7 +267,7 @@ impl Memory {
             all.extend(&model.commands);
             all.extend(model.seen.iter().flatten());
         }
-        all.extend([self.integral, self.held]);
+        all.extend([self.integral, self.before[0], self.before[1], self.held]);
         all
     }
 
@@ -275,7 +281,9 @@ impl Memory {
             model.commands.iter_mut().for_each(|u| *u = next());
             model.seen.iter_mut().flatten().for_each(|y| *y = next());
         }
-        (filled.integral, filled.held) = (next(), next());
+        filled.integral = next();
+        filled.before = [next(), next()];
+        filled.held = next();
         filled
     }
 }

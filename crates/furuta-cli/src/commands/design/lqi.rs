@@ -4,9 +4,8 @@ use std::io::Write;
 
 use furuta_ctrl::Config;
 use furuta_ctrl::controllers;
-use furuta_ctrl::design::{Weights, balance_weights_with_integral, dlqi, lqi};
+use furuta_ctrl::design::{Weights, balance_weights_with_integral, lqi, sampled_lqi};
 use furuta_model::Rig;
-use furuta_model::discretize::zero_order_hold;
 use nalgebra::RowVector4;
 use serde_json::json;
 
@@ -49,10 +48,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let linear = upright(&rig)?;
     let arm = RowVector4::new(1.0, 0.0, 0.0, 0.0);
     let designed = match args.common.rate {
-        Some(rate) => {
-            let (a, b) = zero_order_hold(&linear.a, &linear.b, 1.0 / rate);
-            dlqi::<f64, 4, 5, 1>(&a, &b, &arm, 1.0 / rate, &weights)
-        }
+        Some(rate) => sampled_lqi::<f64, 4, 5>(&linear.a, &linear.b, &arm, 1.0 / rate, &weights),
         None => lqi::<f64, 4, 5, 1>(&linear.a, &linear.b, &arm, &weights),
     };
     let regulator = designed.map_err(|e| Failure::new(format!("rig {}: {e}", rig.name)))?;
