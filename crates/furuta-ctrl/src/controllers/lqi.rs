@@ -3,6 +3,7 @@
 use super::{Controller, Design, StateFeedback, weights};
 use crate::error::ConfigError;
 use crate::design::{balance_weights_with_integral, integral_over_sample, sampled_lqi};
+use crate::numbers::Number;
 use crate::real::{Real, c, command, is_finite};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
@@ -189,5 +190,12 @@ impl<T: Real> Controller<T> for Lqi<T> {
 
     fn surrogate(&self) -> Option<StateFeedback<T>> {
         Some(self.feedback())
+    }
+
+    fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+        put("GAIN", Number::Real(&self.gain));
+        put("INTEGRAL_GAIN", Number::Real(&[self.integral_gain]));
+        put("CONTROLLER_LIMIT", Number::Real(&[self.command_limit]));
+        true
     }
 }

@@ -1,10 +1,11 @@
 //! Sliding mode on the surface of an LQR.
 
 use super::normal_form_sliding::saturation;
-use super::output_regulator::{LAMBDA, ORDER, Wanted, product, steady_motion};
+use super::output_regulator::{LAMBDA, ORDER, Wanted, product, resting, steady_motion};
 use super::{Controller, Design, StateFeedback, weights};
 use crate::error::ConfigError;
 use crate::design::{DesignError, SteadyMotion, Weights, balance_weights, lqr};
+use crate::numbers::Number;
 use crate::real::{Real, c, command, is_finite};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
@@ -284,5 +285,23 @@ impl<T: Real> Controller<T> for LqrSliding<T> {
         let (feedback, sigma) = self.feedback(x, reference);
         let u = feedback - self.reach(state, sigma, h);
         command(u, self.command_limit)
+    }
+
+    fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+        put("GAIN", Number::Real(&self.gain));
+        put("CONTROLLER_LIMIT", Number::Real(&[self.command_limit]));
+        put("SURFACE", Number::Real(&self.surface));
+        let (twisting, reaching) = match self.reaching {
+            Reaching::BoundaryLayer { gain, width } => (0, [gain, width, T::ZERO]),
+            Reaching::SuperTwisting {
+                root,
+                integral,
+                limit,
+            } => (1, [root, integral, limit]),
+        };
+        put("TWISTING", Number::Whole(twisting));
+        put("REACHING", Number::Real(&reaching));
+        resting(&self.model, &self.steady, put);
+        true
     }
 }

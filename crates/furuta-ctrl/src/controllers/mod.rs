@@ -18,7 +18,7 @@ pub use swing_up::{SPEC as SWING_UP, SwingUp, SwingUpState};
 pub use crate::from_settings::Design;
 
 use crate::error::ConfigError;
-use crate::numbers::{Number, listed};
+use crate::numbers::Number;
 use crate::real::Real;
 use crate::section::{Settings, Spec};
 use crate::site::Site;
@@ -49,6 +49,12 @@ pub trait Controller<T: Real> {
     /// which must be quick: the surrogate. If `None`, the rig's standard one.
     fn surrogate(&self) -> Option<StateFeedback<T>> {
         None
+    }
+
+    /// Every number that its command depends on while the pendulum's reference is upright, by name; `false` where
+    /// numbers alone do not tell it, so that no other program can be written from them.
+    fn numbers(&self, _put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+        false
     }
 }
 
@@ -110,6 +116,10 @@ macro_rules! controllers {
                 match self { $(Self::$name(c) => c.surrogate()),+ }
             }
 
+            fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+                match self { $(Self::$name(c) => c.numbers(put)),+ }
+            }
+
             fn update(&self, state: &mut Self::State, x: &State<T>, reference: &State<T>, h: T) -> T {
                 match self {
                     $(Self::$name(c) => {
@@ -137,56 +147,6 @@ controllers! {
     lqi::Lqi,
     scheduled_lqr::ScheduledLqr,
     pid::Pid,
-}
-
-impl<T: Real> AnyController<T> {
-    /// Every number that its command depends on while the pendulum's reference is upright, by name; `false` of one that
-    /// cannot be told by numbers alone (the predictive controller).
-    pub fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
-        match self {
-            Self::StateFeedback(c) => {
-                put("GAIN", Number::Real(&c.gain));
-                put("CONTROLLER_LIMIT", Number::Real(&[c.command_limit]));
-            }
-            Self::Lqi(c) => {
-                put("GAIN", Number::Real(&c.gain));
-                put("INTEGRAL_GAIN", Number::Real(&[c.integral_gain]));
-                put("CONTROLLER_LIMIT", Number::Real(&[c.command_limit]));
-            }
-            Self::OutputRegulator(c) => {
-                put("GAIN", Number::Real(&c.gain));
-                put("CONTROLLER_LIMIT", Number::Real(&[c.command_limit]));
-                output_regulator::resting(&c.model, &c.steady, put);
-            }
-            Self::LqrSliding(c) => {
-                put("GAIN", Number::Real(&c.gain));
-                put("CONTROLLER_LIMIT", Number::Real(&[c.command_limit]));
-                put("SURFACE", Number::Real(&c.surface));
-                let (twisting, reaching) = match c.reaching {
-                    Reaching::BoundaryLayer { gain, width } => (0, [gain, width, T::ZERO]),
-                    Reaching::SuperTwisting {
-                        root,
-                        integral,
-                        limit,
-                    } => (1, [root, integral, limit]),
-                };
-                put("TWISTING", Number::Whole(twisting));
-                put("REACHING", Number::Real(&reaching));
-                output_regulator::resting(&c.model, &c.steady, put);
-            }
-            Self::NormalFormSliding(c) => {
-                put("GAIN", Number::Real(&c.gain));
-                put("CONTROLLER_LIMIT", Number::Real(&[c.command_limit]));
-                put("CONTROLLER_MODEL", Number::Real(&listed(&c.model)));
-                put("SWITCHING_GAMMA", Number::Real(&[c.switching.gamma]));
-                put("SWITCHING_EPS", Number::Real(&[c.switching.eps]));
-                put("SWITCHING_FILTER", Number::Real(&[c.switching.filter]));
-                output_regulator::resting(&c.model, &c.steady, put);
-            }
-            Self::Mpc(_) => return false,
-        }
-        true
-    }
 }
 
 /// Settings of the controller of this kind, nothing given yet.

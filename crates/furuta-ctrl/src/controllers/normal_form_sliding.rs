@@ -1,9 +1,10 @@
 //! Sliding mode in the normal form: the pendulum's acceleration is the input, the arm its internal dynamics.
 
-use super::output_regulator::{LAMBDA, ORDER, Wanted, product, steady_motion};
+use super::output_regulator::{LAMBDA, ORDER, Wanted, product, resting, steady_motion};
 use super::{Controller, Design};
 use crate::error::ConfigError;
 use crate::design::{DesignError, SteadyMotion, Weights, balance_weights, lqr};
+use crate::numbers::{Number, listed};
 use crate::real::{Real, c, command, is_finite};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
@@ -240,5 +241,16 @@ impl<T: Real> Controller<T> for NormalFormSliding<T> {
         let alpha_ddot = wanted.alpha_ddot - product(&self.gain, &error) - state.switching;
         let u = zero_dynamics::command(&self.model, x, alpha_ddot);
         command(u, self.command_limit)
+    }
+
+    fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+        put("GAIN", Number::Real(&self.gain));
+        put("CONTROLLER_LIMIT", Number::Real(&[self.command_limit]));
+        put("CONTROLLER_MODEL", Number::Real(&listed(&self.model)));
+        put("SWITCHING_GAMMA", Number::Real(&[self.switching.gamma]));
+        put("SWITCHING_EPS", Number::Real(&[self.switching.eps]));
+        put("SWITCHING_FILTER", Number::Real(&[self.switching.filter]));
+        resting(&self.model, &self.steady, put);
+        true
     }
 }

@@ -145,6 +145,13 @@ impl<T: Real> Controller<T> for OutputRegulator<T> {
             command_limit: self.command_limit,
         })
     }
+
+    fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+        put("GAIN", Number::Real(&self.gain));
+        put("CONTROLLER_LIMIT", Number::Real(&[self.command_limit]));
+        resting(&self.model, &self.steady, put);
+        true
+    }
 }
 
 /// Where a reference wants the state, and with which acceleration of the pendulum.

@@ -3,6 +3,7 @@
 use super::{Controller, Design, weights};
 use crate::error::ConfigError;
 use crate::design::{Regulator, balance_weights, dlqr};
+use crate::numbers::Number;
 use crate::real::{Real, command, wrap};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
@@ -98,5 +99,11 @@ impl<T: Real> Controller<T> for StateFeedback<T> {
 
     fn surrogate(&self) -> Option<Self> {
         Some(*self)
+    }
+
+    fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+        put("GAIN", Number::Real(&self.gain));
+        put("CONTROLLER_LIMIT", Number::Real(&[self.command_limit]));
+        true
     }
 }

@@ -19,8 +19,9 @@ typedef struct {
     /* Estimator: the state believed, what the motor holds, what acts beside it; angles and two low passes. */
     furuta_real belief[4], held, disturbance, angle[2], first[2], second[2];
     int started, seen[2];
-    /* Balance controller. */
-    furuta_real memory;
+    /* Balance controller: what it has learnt; of the sample before the arm's angle and speed, and where it was wanted. */
+    furuta_real memory, before[3];
+    int has_before;
     /* Swing-up. */
     furuta_real direction, waited, heavier;
     furuta_real energy, cosine, theta_dot, lost, risen;
