@@ -6,6 +6,7 @@ use furuta_model::effects::{self, Kind, ParameterSpec};
 use furuta_model::{CATALOGUE, Rig, Spec};
 use serde_json::{Value, json};
 
+use super::candidates::CandidateArgs;
 use crate::failure::Failure;
 use crate::print;
 use crate::streams;
@@ -25,6 +26,8 @@ pub(crate) struct Args {
         requires = "id"
     )]
     rig: String,
+    #[command(flatten)]
+    candidates: CandidateArgs,
     /// Print JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -33,11 +36,12 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut out = streams::output();
+    let own = args.candidates.load()?;
     let Some(id) = &args.id else {
-        return list(&mut out, args.json);
+        return list(&mut out, &own, args.json);
     };
     let spec = effects::spec(id).ok_or_else(|| {
-        let known: Vec<_> = CATALOGUE.iter().map(|s| s.id).collect();
+        let known: Vec<_> = CATALOGUE.iter().chain(&own).map(|s| s.id).collect();
         Failure::new(format!(
             "unknown effect {id:?}: give one of {}",
             known.join(", ")
@@ -48,13 +52,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         writeln!(out, "{}", explained_json(spec, &rig))?;
         return Ok(());
     }
-    explain(&mut out, spec, &rig, &args.rig)
+    let given = format!("{}{}", args.rig, args.candidates.words());
+    explain(&mut out, spec, &rig, &given)
 }
 
-fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
+/// The catalogue, and laws of the user's own behind it.
+fn list(out: &mut impl Write, own: &[&'static Spec], as_json: bool) -> Result<(), Failure> {
     if as_json {
         let all: Value = CATALOGUE
             .iter()
+            .chain(own)
             .map(|s| {
                 let parameters: Value = s
                     .parameters
@@ -67,7 +74,7 @@ fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
         writeln!(out, "{all}")?;
         return Ok(());
     }
-    for s in CATALOGUE {
+    for s in CATALOGUE.iter().chain(own) {
         let parameters: Vec<_> = s
             .parameters
             .iter()
@@ -82,12 +89,14 @@ fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// `given` is how the rig was named on the command line.
+/// `given` is how the rig was named on the command line, with the files of the user's own laws.
 fn explain(out: &mut impl Write, spec: &Spec, rig: &Rig, given: &str) -> Result<(), Failure> {
     writeln!(out, "{}: {}\n{}\n", spec.id, spec.name, spec.sentence)?;
     writeln!(out, "law           {}", spec.law)?;
     writeln!(out, "shows         {}", spec.shows)?;
-    writeln!(out, "looks like    {}", spec.look_alikes.join(", "))?;
+    if !spec.look_alikes.is_empty() {
+        writeln!(out, "looks like    {}", spec.look_alikes.join(", "))?;
+    }
     writeln!(out, "to tell       {}\n", spec.experiment)?;
     for p in spec.parameters {
         writeln!(out, "  {:14}{}", p.name, described(p, rig))?;
@@ -133,7 +142,7 @@ fn described(p: &ParameterSpec, rig: &Rig) -> String {
 
 /// A value that would be noticed on this rig.
 fn typical(p: &ParameterSpec, rig: &Rig) -> f64 {
-    p.off + (p.typical)(&rig.params)
+    p.off + p.typical(&rig.params)
 }
 
 /// A value as one writes it: a word where there is one.

@@ -1,5 +1,6 @@
 //! The commands: one file each, with `Args` and `run`.
 
+mod candidates;
 mod controllers;
 mod convert;
 mod demo;

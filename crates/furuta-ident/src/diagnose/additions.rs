@@ -73,7 +73,7 @@ impl Problem<'_> {
         let typical: Vec<f64> = spec
             .parameters
             .iter()
-            .map(|p| (p.typical)(&from.model.sheet.params))
+            .map(|p| p.typical(&from.model.sheet.params))
             .collect();
         // In units of the vector, with where the zeros of theta go.
         let places: Vec<(Vec<f64>, Option<Vec<f64>>)> = if screen::is_placed(spec) {
@@ -121,9 +121,10 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// The candidates that are neither in `from` nor in the rig file, and whose parameters a fit can still hold.
+    /// The candidates, the user's own last, that are neither in `from` nor in the rig file, and whose parameters a fit can still hold.
     pub(super) fn addable(&self, from: &Fit) -> impl Iterator<Item = &'static Spec> {
         candidates()
+            .chain(from.model.sheet.own.iter().copied())
             .filter(|s| {
                 let numbers = from.model.layout().local() + s.parameters.len();
                 !from.model.has(s.id) && numbers <= MAX_FREE

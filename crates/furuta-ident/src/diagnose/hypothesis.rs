@@ -48,6 +48,8 @@ pub(super) struct Sheet {
     pub(super) reference: Option<usize>,
     /// Effects that the rig file already has: part of every hypothesis, their values fixed.
     pub(super) present: Vec<Effect<f64>>,
+    /// Hypotheses of the user's own that are looked for beside the catalogue.
+    pub(super) own: Vec<&'static Spec>,
 }
 
 impl Sheet {
@@ -75,6 +77,7 @@ impl Sheet {
             own_zeros,
             reference: Some(0),
             present: rig.effects.clone(),
+            own: Vec::new(),
         }
     }
 
@@ -227,7 +230,7 @@ impl Hypothesis {
             .filter(|(_, e)| e.acts.includes(Acts::JUMPS))
             .filter_map(move |(i, e)| {
                 let first = self.offset(i);
-                Effect::unchecked(e.id, &values[first..first + e.parameters.len()])
+                Effect::of(e, &values[first..first + e.parameters.len()])
             })
     }
 
@@ -302,7 +305,7 @@ impl Hypothesis {
         let mut scales = sheet.scale.to_vec();
         scales.push(sheet.period);
         for e in &self.effects {
-            scales.extend(e.parameters.iter().map(|p| (p.typical)(&sheet.params)));
+            scales.extend(e.parameters.iter().map(|p| p.typical(&sheet.params)));
         }
         scales.extend(zero_units(&self.layout()));
         scales
@@ -381,7 +384,7 @@ impl Model for Hypothesis {
             if !p.kind.is_continuous() {
                 return (*z, *z);
             }
-            let scale = (p.typical)(&sheet.params);
+            let scale = p.typical(&sheet.params);
             if p.kind == Kind::Time {
                 return (0.0, (sheet.end - p.off) / scale);
             }
@@ -465,7 +468,7 @@ impl Model for Hypothesis {
             i += spec.parameters.len();
             if is_late(spec) {
                 late += values[0];
-            } else if let Some(e) = Effect::unchecked(spec.id, &values) {
+            } else if let Some(e) = Effect::of(spec, &values) {
                 effects.push(e);
             }
         }

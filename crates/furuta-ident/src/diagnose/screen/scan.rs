@@ -117,12 +117,12 @@ impl Screen {
             .parameters
             .iter()
             .position(|p| matches!(p.kind, Kind::Phase | Kind::Rest));
-        let first = Effect::unchecked(spec.id, &values)?;
+        let first = Effect::of(spec, &values)?;
         let quarter = match turned {
             Some(i) if spec.parameters[i].kind == Kind::Phase => {
                 let mut quarter = values.clone();
                 quarter[i] = FRAC_PI_2;
-                Some(Effect::unchecked(spec.id, &quarter)?)
+                Some(Effect::of(spec, &quarter)?)
             }
             _ => None,
         };
@@ -214,7 +214,7 @@ impl Screen {
         let at = |value: f64| {
             let mut moved = values.to_vec();
             moved[i] = value;
-            Effect::unchecked(spec.id, &moved)
+            Effect::of(spec, &moved)
         };
         let (Some(low), Some(here), Some(high)) = (at(-SLOPE), at(0.0), at(SLOPE)) else {
             return 1.0;
