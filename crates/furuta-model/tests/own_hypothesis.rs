@@ -257,7 +257,7 @@ fn linear_models_are_the_same() {
 
 /// Expressions as a person writes them, with their values by Rust's own functions.
 fn expression() -> impl Strategy<Value = (String, fn(&[f64; 6]) -> f64)> {
-    let all: Vec<(&str, fn(&[f64; 6]) -> f64)> = vec![
+    let all: [(&str, fn(&[f64; 6]) -> f64); 12] = [
         ("sin(2*alpha)*theta_dot/w", |v| {
             (2.0 * v[1]).sin() * v[2] / 2.0
         }),
@@ -283,11 +283,7 @@ fn expression() -> impl Strategy<Value = (String, fn(&[f64; 6]) -> f64)> {
         }),
         ("max(0, theta) + 0", |v| v[0].max(0.0)),
     ];
-    prop::sample::select(
-        all.into_iter()
-            .map(|(s, f)| (s.to_owned(), f))
-            .collect::<Vec<_>>(),
-    )
+    prop::sample::select(all.map(|(text, value)| (text.to_owned(), value)).to_vec())
 }
 
 fn torque<S: Scalar>(effect: &Effect<S>, v: [S; 6]) -> S {
