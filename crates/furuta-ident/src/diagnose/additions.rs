@@ -121,7 +121,8 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// The candidates, the user's own last, that are neither in `from` nor in the rig file, and whose parameters a fit can still hold.
+    /// The candidates, the user's own last, that are neither in `from` nor in the rig file, and whose parameters a fit
+    /// can still hold.
     pub(super) fn addable(&self, from: &Fit) -> impl Iterator<Item = &'static Spec> {
         candidates()
             .chain(from.model.sheet.own.iter().copied())
