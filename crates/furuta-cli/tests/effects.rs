@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Folder, failure, furuta};
+use common::{failure, furuta};
 use furuta_model::{CATALOGUE, Effect, Rig};
 use serde_json::Value;
 
@@ -142,75 +142,4 @@ fn what_does_not_exist_is_named() {
         "drive.backlash:encoder=gear",
     ]);
     assert!(line.contains("gear") && line.contains("motor"), "{line}");
-}
-
-const BRAKE: &str = r#"
-[hypothesis."user.eddy-brake"]
-name = "Eddy-current brake at the arm"
-arm = "-k*theta_dot/(1 + (theta_dot/v)^2)"
-parameters.k = { unit = "N m s/rad", min = 0.0, max = 1.0, typical = 1e-4, strength = true }
-parameters.v = { unit = "rad/s", min = 0.5, max = 100.0, typical = 5.0 }
-"#;
-
-/// A law of the user's own is listed, explained and simulated like any other, and a mistake in it is shown.
-#[test]
-fn laws_of_ones_own() {
-    let folder = Folder::new("own-laws");
-    let file = folder.file("brake.toml", BRAKE);
-    let file = file.to_str().expect("UTF-8");
-    let lines = text(&["effects", "--candidate", file]);
-    let last = lines.lines().last().expect("a last line");
-    assert!(last.starts_with("user.eddy-brake"), "{lines}");
-    let page = text(&["effects", "user.eddy-brake", "--candidate", file]);
-    assert!(
-        page.contains("arm: -k*theta_dot/(1 + (theta_dot/v)^2)"),
-        "{page}"
-    );
-    let line = page.lines().last().expect("a last line");
-    let mut words: Vec<_> = line.split_whitespace().collect();
-    assert_eq!(words.remove(0), "furuta");
-    words.extend(["--duration", "0.5", "--start", "0,3,9,0"]);
-    let with = text(&words);
-    assert!(with.contains("\nt,u,theta,alpha"), "{line}");
-    let rig = [
-        "simulate",
-        "--rig",
-        "qube-servo-2",
-        "--duration",
-        "0.5",
-        "--start",
-        "0,3,9,0",
-    ];
-    assert_ne!(with.lines().last(), text(&rig).lines().last());
-    // A rig file with its law needs no candidate.
-    let sheet = Rig::builtin_text("qube-servo-2").expect("built in");
-    let value = "[effects.\"user.eddy-brake\"]\nk = 0.0001\nv = 5.0\n";
-    let rig = folder.file("rig.toml", format!("{sheet}{BRAKE}{value}"));
-    let rig = rig.to_str().expect("UTF-8");
-    let own = text(&[
-        "simulate",
-        "--rig",
-        rig,
-        "--duration",
-        "0.5",
-        "--start",
-        "0,3,9,0",
-    ]);
-    assert_eq!(own.lines().last(), with.lines().last());
-    // The line and the character.
-    let wrong = folder.file("wrong.toml", BRAKE.replace("theta_dot/v", "theta_dot/k"));
-    let output = furuta(&["effects", "--candidate"])
-        .arg(&wrong)
-        .output()
-        .expect("the binary runs");
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "{error}");
-    assert!(
-        error.contains("wrong.toml: hypothesis user.eddy-brake, arm (line 4), character 19"),
-        "{error}"
-    );
-    assert!(
-        error.contains("\n                    ^^^^^^^^^^^^^^^\n"),
-        "{error}"
-    );
 }

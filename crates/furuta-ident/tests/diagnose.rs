@@ -5,9 +5,7 @@ use std::fmt::Write as _;
 
 use furuta_ident::Insufficient;
 use furuta_ident::diagnose::result::{Shape, TorqueInTime};
-use furuta_ident::diagnose::{
-    Channel, Diagnosis, Options, Outcome, Request, Verdict, diagnose, diagnose_with,
-};
+use furuta_ident::diagnose::{Channel, Diagnosis, Outcome, Request, Verdict, diagnose};
 use furuta_ident::recording::Recording;
 use furuta_model::{Effect, Plant, Rig, Spec, State};
 
@@ -50,11 +48,6 @@ fn sheet(rig: &Rig) -> Rig {
 }
 
 fn run(rig: &Rig, effects: &[Effect<f64>]) -> Outcome {
-    run_with(rig, effects, &[])
-}
-
-/// With hypotheses of the user's own beside the catalogue.
-fn run_with(rig: &Rig, effects: &[Effect<f64>], candidates: &[&'static Spec]) -> Outcome {
     let plant: Plant<f64> = Plant::new(&rig.params, effects).expect("few effects");
     let recordings = [
         record(rig, &plant, "a.csv", 8.0, 0.0),
@@ -66,11 +59,7 @@ fn run_with(rig: &Rig, effects: &[Effect<f64>], candidates: &[&'static Spec]) ->
         rig: &sheet(rig),
         verify: &unseen,
     };
-    let options = Options {
-        candidates,
-        ..Options::default()
-    };
-    diagnose_with(&request, options, &|_| ()).expect("good recordings")
+    diagnose(&request, &|_| ()).expect("good recordings")
 }
 
 fn qube() -> Rig {
@@ -134,62 +123,6 @@ fn named_wrongly(spec: &Spec, rig: &Rig) -> Option<String> {
     // radian
     let far = diagnosis.verification.iter().find(|r| r.repaired >= 0.03);
     far.map(|row| format!("{}: {row:?}", spec.id))
-}
-
-/// A bearing under load: the arm's friction grows with the pendulum's speed, which no effect of the catalogue does.
-const LOADED: &str = r#"
-[hypothesis."user.loaded-bearing"]
-arm = "-k*theta_dot*abs(alpha_dot)"
-parameters.k = { unit = "N m s2/rad2", min = 0.0, max = 1.0, typical = 5e-5 }
-"#;
-
-/// A law of the user's own is named where it acts, with its parameter, and the repaired rig file carries it; where
-/// something else acts, or nothing, it is not.
-#[test]
-fn a_law_of_ones_own_is_named_only_where_it_acts() {
-    let rig = qube();
-    let own = furuta_model::effects::own::read(LOADED).expect("valid");
-    let truth = 1e-4;
-    let hidden = Effect::of(own[0], &[truth]).expect("own");
-    let outcome = run_with(&rig, &[hidden], &own);
-    let named = |o: &Outcome| -> Vec<String> {
-        let effects = o.diagnosis.effects.iter();
-        effects.map(|e| e.id.clone()).collect()
-    };
-    assert_eq!(named(&outcome), ["user.loaded-bearing"]);
-    assert_eq!(outcome.diagnosis.verdict, Verdict::MissingEffects);
-    let k = &outcome.diagnosis.effects[0].parameters["k"];
-    // 95 %: the fourth digit of the numbers is not to the point
-    assert!(
-        (k.value - truth).abs() < 2.0 * k.std.max(2.5e-3 * truth),
-        "{} ± {}",
-        k.value,
-        k.std
-    );
-    let text = outcome.repaired.to_toml();
-    let repaired = Rig::from_toml(&text).expect("readable");
-    assert_eq!(
-        repaired.effects[0].spec().id,
-        "user.loaded-bearing",
-        "{text}"
-    );
-    assert!(
-        outcome
-            .diagnosis
-            .verification
-            .iter()
-            .all(|r| r.repaired < 0.03)
-    );
-    // Without the candidate no effect of the catalogue takes its place and explains everything.
-    let without = run(&rig, &[hidden]);
-    assert!(
-        without.diagnosis.verdict != Verdict::MissingEffects,
-        "{:?}",
-        named(&without)
-    );
-    let spring = Effect::new("arm.spring", &[2e-3, 0.2]).expect("valid");
-    assert_eq!(named(&run_with(&rig, &[spring], &own)), ["arm.spring"]);
-    assert!(named(&run_with(&rig, &[], &own)).is_empty());
 }
 
 #[test]

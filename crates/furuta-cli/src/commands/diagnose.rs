@@ -10,7 +10,6 @@ use furuta_ident::{Task, report};
 use furuta_model::Rig;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::candidates::CandidateArgs;
 use super::recorded::RecordedArgs;
 use crate::failure::Failure;
 use crate::interrupt;
@@ -49,8 +48,6 @@ pub(crate) struct Args {
     /// the same names where what saves time is sound.
     #[arg(long)]
     thorough: bool,
-    #[command(flatten)]
-    candidates: CandidateArgs,
 }
 
 /// A time that is more than none, s.
@@ -68,7 +65,6 @@ const MOST_SECONDS: f64 = 365.0 * 86400.0;
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let candidates = args.candidates.load()?;
     let rig = Rig::load(&args.recorded.rig)?;
     let mut notices = Vec::new();
     let [recordings, verify] = args.recorded.load(&rig, &args.verify, &mut notices)?;
@@ -85,7 +81,6 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode, Failure> {
             same_zero: args.same_zero,
             time_limit: Some(Duration::from_secs_f64(args.time_limit)),
             thorough: args.thorough,
-            candidates: &candidates,
             ..Options::default()
         },
     )?;

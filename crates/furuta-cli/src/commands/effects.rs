@@ -6,7 +6,6 @@ use furuta_model::effects::{self, Kind, ParameterSpec};
 use furuta_model::{CATALOGUE, Rig, Spec};
 use serde_json::{Value, json};
 
-use super::candidates::CandidateArgs;
 use crate::failure::Failure;
 use crate::print;
 use crate::streams;
@@ -26,8 +25,6 @@ pub(crate) struct Args {
         requires = "id"
     )]
     rig: String,
-    #[command(flatten)]
-    candidates: CandidateArgs,
     /// Print JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -36,12 +33,11 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut out = streams::output();
-    let own = args.candidates.load()?;
     let Some(id) = &args.id else {
-        return list(&mut out, &own, args.json);
+        return list(&mut out, args.json);
     };
     let spec = effects::spec(id).ok_or_else(|| {
-        let known: Vec<_> = CATALOGUE.iter().chain(&own).map(|s| s.id).collect();
+        let known: Vec<_> = CATALOGUE.iter().map(|s| s.id).collect();
         Failure::new(format!(
             "unknown effect {id:?}: give one of {}",
             known.join(", ")
@@ -52,16 +48,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         writeln!(out, "{}", explained_json(spec, &rig))?;
         return Ok(());
     }
-    let given = format!("{}{}", args.rig, args.candidates.words());
-    explain(&mut out, spec, &rig, &given)
+    explain(&mut out, spec, &rig, &args.rig)
 }
 
-/// The catalogue, and laws of the user's own behind it.
-fn list(out: &mut impl Write, own: &[&'static Spec], as_json: bool) -> Result<(), Failure> {
+fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
     if as_json {
         let all: Value = CATALOGUE
             .iter()
-            .chain(own)
             .map(|s| {
                 let parameters: Value = s
                     .parameters
@@ -74,7 +67,7 @@ fn list(out: &mut impl Write, own: &[&'static Spec], as_json: bool) -> Result<()
         writeln!(out, "{all}")?;
         return Ok(());
     }
-    for s in CATALOGUE.iter().chain(own) {
+    for s in CATALOGUE {
         let parameters: Vec<_> = s
             .parameters
             .iter()
@@ -89,14 +82,12 @@ fn list(out: &mut impl Write, own: &[&'static Spec], as_json: bool) -> Result<()
     Ok(())
 }
 
-/// `given` is how the rig was named on the command line, with the files of the user's own laws.
+/// `given` is how the rig was named on the command line.
 fn explain(out: &mut impl Write, spec: &Spec, rig: &Rig, given: &str) -> Result<(), Failure> {
     writeln!(out, "{}: {}\n{}\n", spec.id, spec.name, spec.sentence)?;
     writeln!(out, "law           {}", spec.law)?;
     writeln!(out, "shows         {}", spec.shows)?;
-    if !spec.look_alikes.is_empty() {
-        writeln!(out, "looks like    {}", spec.look_alikes.join(", "))?;
-    }
+    writeln!(out, "looks like    {}", spec.look_alikes.join(", "))?;
     writeln!(out, "to tell       {}\n", spec.experiment)?;
     for p in spec.parameters {
         writeln!(out, "  {:14}{}", p.name, described(p, rig))?;

@@ -1,6 +1,5 @@
 //! The commands: one file each, with `Args` and `run`.
 
-mod candidates;
 mod controllers;
 mod convert;
 mod demo;

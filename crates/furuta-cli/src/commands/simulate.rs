@@ -19,7 +19,6 @@ use furuta_model::signals::Centring;
 use furuta_model::{Rig, State};
 use serde_json::json;
 
-use super::candidates::CandidateArgs;
 use super::design::{four, regulator};
 use super::emulate::positive;
 use super::run::{angle, arm_reference, load_controller, warn_of_another};
@@ -37,8 +36,6 @@ pub(crate) struct Args {
     /// Add an effect: ID or ID:NAME=VALUE,... in SI units; may be repeated.
     #[arg(long, value_name = "EFFECT")]
     hide: Vec<String>,
-    #[command(flatten)]
-    candidates: CandidateArgs,
     /// Initial theta, alpha, theta_dot, alpha_dot (rad, rad/s); alpha is 0 upright, 3.14159 hanging. Hanging at rest if
     /// not given, 0.1 rad from upright for the input `lqr`.
     #[arg(
@@ -195,7 +192,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             path.display()
         )));
     }
-    args.candidates.load()?; // from now on `--hide` knows them
     let known = Rig::load(&args.rig)?;
     let mut rig = known.clone();
     for text in &args.hide {

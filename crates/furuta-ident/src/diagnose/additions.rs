@@ -121,11 +121,9 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// The candidates, the user's own last, that are neither in `from` nor in the rig file, and whose parameters a fit
-    /// can still hold.
+    /// The candidates that are neither in `from` nor in the rig file, and whose parameters a fit can still hold.
     pub(super) fn addable(&self, from: &Fit) -> impl Iterator<Item = &'static Spec> {
         candidates()
-            .chain(from.model.sheet.own.iter().copied())
             .filter(|s| {
                 let numbers = from.model.layout().local() + s.parameters.len();
                 !from.model.has(s.id) && numbers <= MAX_FREE

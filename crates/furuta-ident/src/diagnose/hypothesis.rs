@@ -48,8 +48,6 @@ pub(super) struct Sheet {
     pub(super) reference: Option<usize>,
     /// Effects that the rig file already has: part of every hypothesis, their values fixed.
     pub(super) present: Vec<Effect<f64>>,
-    /// Hypotheses of the user's own that are looked for beside the catalogue.
-    pub(super) own: Vec<&'static Spec>,
 }
 
 impl Sheet {
@@ -77,7 +75,6 @@ impl Sheet {
             own_zeros,
             reference: Some(0),
             present: rig.effects.clone(),
-            own: Vec::new(),
         }
     }
 
@@ -230,7 +227,7 @@ impl Hypothesis {
             .filter(|(_, e)| e.acts.includes(Acts::JUMPS))
             .filter_map(move |(i, e)| {
                 let first = self.offset(i);
-                Effect::of(e, &values[first..first + e.parameters.len()])
+                Effect::unchecked(e.id, &values[first..first + e.parameters.len()])
             })
     }
 
@@ -468,7 +465,7 @@ impl Model for Hypothesis {
             i += spec.parameters.len();
             if is_late(spec) {
                 late += values[0];
-            } else if let Some(e) = Effect::of(spec, &values) {
+            } else if let Some(e) = Effect::unchecked(spec.id, &values) {
                 effects.push(e);
             }
         }

@@ -117,12 +117,12 @@ impl Screen {
             .parameters
             .iter()
             .position(|p| matches!(p.kind, Kind::Phase | Kind::Rest));
-        let first = Effect::of(spec, &values)?;
+        let first = Effect::unchecked(spec.id, &values)?;
         let quarter = match turned {
             Some(i) if spec.parameters[i].kind == Kind::Phase => {
                 let mut quarter = values.clone();
                 quarter[i] = FRAC_PI_2;
-                Some(Effect::of(spec, &quarter)?)
+                Some(Effect::unchecked(spec.id, &quarter)?)
             }
             _ => None,
         };
@@ -198,7 +198,7 @@ impl Screen {
     }
 
     /// By how much a phase or an angle of rest changes to do what turning the arm by one radian does.
-    fn per_turn(&self, spec: &'static Spec, i: usize, values: &[f64]) -> f64 {
+    fn per_turn(&self, spec: &Spec, i: usize, values: &[f64]) -> f64 {
         let torque = |effect: &Effect<f64>, by: f64| {
             let x = State::new(0.3 + by, 0.7, 0.0, 0.0);
             let at = Instant {
@@ -214,7 +214,7 @@ impl Screen {
         let at = |value: f64| {
             let mut moved = values.to_vec();
             moved[i] = value;
-            Effect::of(spec, &moved)
+            Effect::unchecked(spec.id, &moved)
         };
         let (Some(low), Some(here), Some(high)) = (at(-SLOPE), at(0.0), at(SLOPE)) else {
             return 1.0;
