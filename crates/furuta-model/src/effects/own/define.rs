@@ -262,7 +262,7 @@ impl Definition {
             }
             seen.push(name);
         }
-        for c in self.constants.iter().filter(|c| !c.value.is_finite()) {
+        if let Some(c) = self.constants.iter().find(|c| !c.value.is_finite()) {
             let key = format!("constants.{}.value", c.name);
             return Err(self.value_error(key, c.value, "a finite number"));
         }

@@ -20,7 +20,7 @@ pub(super) fn keep(
 ) -> &'static Spec {
     let mut read = READ.write().unwrap_or_else(PoisonError::into_inner);
     let same = |s: &&Spec| s.id == id && s.own.is_some_and(|laws| laws.text == text);
-    let spec: &'static Spec = match read.iter().position(|s| same(s)) {
+    let spec: &'static Spec = match read.iter().position(same) {
         Some(place) => read.remove(place),
         None => {
             let (spec, laws) = make(leak(id), leak(text));
