@@ -255,9 +255,12 @@ fn linear_models_are_the_same() {
     }
 }
 
+/// A law's value at theta, alpha, theta_dot, alpha_dot, u and t.
+type Value = fn(&[f64; 6]) -> f64;
+
 /// Expressions as a person writes them, with their values by Rust's own functions.
-fn expression() -> impl Strategy<Value = (String, fn(&[f64; 6]) -> f64)> {
-    let all: [(&str, fn(&[f64; 6]) -> f64); 12] = [
+fn expression() -> impl Strategy<Value = (String, Value)> {
+    let all: [(&str, Value); 12] = [
         ("sin(2*alpha)*theta_dot/w", |v| {
             (2.0 * v[1]).sin() * v[2] / 2.0
         }),
