@@ -117,10 +117,9 @@ pub fn typical(rig: &Rig, id: &str, share: f64) -> Option<Effect<f64>> {
         .enumerate()
         .map(|(i, p)| {
             if i < spec.strengths {
-                p.off + share * (p.typical)(&rig.params)
+                p.off + share * p.typical(&rig.params)
             } else {
-                p.default
-                    .unwrap_or_else(|| p.off + (p.typical)(&rig.params))
+                p.default.unwrap_or_else(|| p.off + p.typical(&rig.params))
             }
         })
         .collect();

@@ -84,7 +84,7 @@ fn typical(spec: &Spec, rig: &Rig) -> Vec<f64> {
     }
     spec.parameters
         .iter()
-        .map(|p| p.off + (p.typical)(&rig.params))
+        .map(|p| p.off + p.typical(&rig.params))
         .collect()
 }
 

@@ -12,7 +12,7 @@ fn qube() -> Params<f64> {
 
 /// Values within their ranges, not zero where that is possible.
 fn valid_values(spec: &Spec) -> Vec<f64> {
-    let value = |p: &ParameterSpec| (p.off + (p.typical)(&qube())).clamp(p.min, p.max);
+    let value = |p: &ParameterSpec| (p.off + p.typical(&qube())).clamp(p.min, p.max);
     let mut values: Vec<f64> = spec.parameters.iter().map(value).collect();
     while let Err(EffectError::NotWhole { parameter, .. }) = Effect::new(spec.id, &values) {
         let i = spec.parameters.iter().position(|p| p.name == parameter);

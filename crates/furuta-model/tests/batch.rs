@@ -36,7 +36,7 @@ fn a_batch_is_to_the_bit_what_its_rollouts_are_alone() {
         let values: Vec<f64> = spec
             .parameters
             .iter()
-            .map(|p| p.off + (p.typical)(&params))
+            .map(|p| p.off + p.typical(&params))
             .collect();
         vec![Effect::new(spec.id, &values).expect("valid")]
     }));

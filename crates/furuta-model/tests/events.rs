@@ -378,7 +378,7 @@ proptest! {
             .parameters
             .iter()
             .map(|q| {
-                let value = (q.off + size * (q.typical)(&p)).clamp(q.min, q.max);
+                let value = (q.off + size * q.typical(&p)).clamp(q.min, q.max);
                 if q.kind.is_continuous() { value } else { value.floor() }
             })
             .collect();
@@ -399,7 +399,7 @@ proptest! {
             "drive.backlash"][which];
         let p = qube();
         let parameters = spec(id).expect("known").parameters.iter();
-        let values: Vec<f64> = parameters.map(|q| (size * (q.typical)(&p)).min(q.max).floor_if(q.kind)).collect();
+        let values: Vec<f64> = parameters.map(|q| (size * q.typical(&p)).min(q.max).floor_if(q.kind)).collect();
         let mut plant = plant(&p, &[(id, &values)]);
         plant.coefficients.arm_damping = 0.0;
         plant.coefficients.pendulum_damping = 0.0;

@@ -151,7 +151,7 @@ fn plant<S: Scalar>(params: &Params<f64>, spec: Option<&Spec>) -> Plant<S> {
                 .map(|p| match p.name {
                     // Some disturbances belong to one run; this is the first.
                     "run" => S::ZERO,
-                    _ => S::from_f64((p.off + (p.typical)(params)).clamp(p.min, p.max)),
+                    _ => S::from_f64((p.off + p.typical(params)).clamp(p.min, p.max)),
                 })
                 .collect();
             Effect::new(spec.id, &values).expect("its typical size is within its range")

@@ -139,7 +139,7 @@ fn typical<F: Float>(spec: &Spec, params: &Params<f64>) -> Result<Effect<F>, &'s
         let value = match p.name {
             // Some disturbances belong to one run; this is the first.
             "run" => 0.0,
-            _ => (p.off + (p.typical)(params)).clamp(p.min, p.max),
+            _ => (p.off + p.typical(params)).clamp(p.min, p.max),
         };
         values
             .try_push(F::from_f64(value))

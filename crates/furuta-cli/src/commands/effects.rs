@@ -133,7 +133,7 @@ fn described(p: &ParameterSpec, rig: &Rig) -> String {
 
 /// A value that would be noticed on this rig.
 fn typical(p: &ParameterSpec, rig: &Rig) -> f64 {
-    p.off + (p.typical)(&rig.params)
+    p.off + p.typical(&rig.params)
 }
 
 /// A value as one writes it: a word where there is one.

@@ -52,7 +52,7 @@ mod tests {
             let values: arrayvec::ArrayVec<f64, 8> = spec
                 .parameters
                 .iter()
-                .map(|p| p.off + (p.typical)(&rig.params))
+                .map(|p| p.off + p.typical(&rig.params))
                 .collect();
             let effect = Effect::new(spec.id, &values).expect("typical");
             let plant = Plant::<f64>::new(&rig.params, &[effect]).expect("possible");

@@ -71,7 +71,7 @@ pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, Hi
     let (id, assignments) = text.split_once(':').unwrap_or((text, ""));
     let spec =
         effects::spec(id.trim()).ok_or_else(|| HideError::UnknownEffect { id: id.to_owned() })?;
-    let typical = |p: &ParameterSpec| p.off + (p.typical)(params);
+    let typical = |p: &ParameterSpec| p.off + p.typical(params);
     let mut values: Vec<Option<f64>> = match assignments.trim() {
         "" => spec
             .parameters

@@ -128,7 +128,7 @@ impl Space {
                 if !p.kind.is_continuous() || spec.acts.includes(Acts::JUMPS) {
                     continue;
                 }
-                let typical = (p.typical)(&rig.params);
+                let typical = p.typical(&rig.params);
                 parameters.push(Parameter {
                     key: format!("{}.{}", spec.id, p.name),
                     unit: unit(p.unit),
@@ -272,7 +272,7 @@ impl Space {
             if is_late(e) {
                 late += v[0];
             } else {
-                effects.extend(Effect::unchecked(e.spec().id, &v));
+                effects.extend(Effect::of(e.spec(), &v));
             }
         }
         let plant = Plant::from_coefficients(coefficients, &effects);
@@ -296,7 +296,7 @@ impl Space {
                         v[k] = *value;
                     }
                 }
-                Effect::unchecked(e.spec().id, &v).unwrap_or(*e)
+                Effect::of(e.spec(), &v).unwrap_or(*e)
             })
             .collect();
         rig

@@ -73,7 +73,7 @@ impl Problem<'_> {
         let typical: Vec<f64> = spec
             .parameters
             .iter()
-            .map(|p| (p.typical)(&from.model.sheet.params))
+            .map(|p| p.typical(&from.model.sheet.params))
             .collect();
         // In units of the vector, with where the zeros of theta go.
         let places: Vec<(Vec<f64>, Option<Vec<f64>>)> = if screen::is_placed(spec) {

@@ -190,7 +190,7 @@ fn possible(smaller: &Fit, larger: &Fit) -> bool {
         .flat_map(|(i, e)| e.parameters.iter().zip(&values[h.offset(i)..]))
         .filter(|(p, _)| p.kind == Kind::Real)
         .all(|(p, value)| {
-            let scale = (p.typical)(&h.sheet.params).abs();
+            let scale = p.typical(&h.sheet.params).abs();
             let at = |bound: f64| bound != p.off && (value - bound).abs() <= ROUNDING * scale;
             !at(p.min) && !at(p.max)
         })

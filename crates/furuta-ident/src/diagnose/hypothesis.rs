@@ -302,7 +302,7 @@ impl Hypothesis {
         let mut scales = sheet.scale.to_vec();
         scales.push(sheet.period);
         for e in &self.effects {
-            scales.extend(e.parameters.iter().map(|p| (p.typical)(&sheet.params)));
+            scales.extend(e.parameters.iter().map(|p| p.typical(&sheet.params)));
         }
         scales.extend(zero_units(&self.layout()));
         scales
@@ -381,7 +381,7 @@ impl Model for Hypothesis {
             if !p.kind.is_continuous() {
                 return (*z, *z);
             }
-            let scale = (p.typical)(&sheet.params);
+            let scale = p.typical(&sheet.params);
             if p.kind == Kind::Time {
                 return (0.0, (sheet.end - p.off) / scale);
             }

@@ -48,7 +48,7 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
                 .filter_map(|z| upper_bound(problem, named, spec, &screen, &z))
                 .max_by(|a, b| a.0.total_cmp(&b.0))?;
             let p = &spec.parameters[0];
-            let typical = (p.typical)(&named.model.sheet.params);
+            let typical = p.typical(&named.model.sheet.params);
             bound.is_finite().then(|| Limit {
                 id: spec.id.into(),
                 parameter: p.name.into(),

@@ -303,7 +303,7 @@ impl<'a> Search<'a> {
                 let same = replaced.and_then(|i| {
                     let names = here.model.effects[i].parameters;
                     let k = names.iter().position(|q| q.name == p.name)?;
-                    Some((physical[here.model.offset(i) + k] - p.off) / (p.typical)(&sheet.params))
+                    Some((physical[here.model.offset(i) + k] - p.off) / p.typical(&sheet.params))
                 });
                 z.push(same.unwrap_or(p.starts[0]));
             }

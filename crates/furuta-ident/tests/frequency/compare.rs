@@ -134,7 +134,7 @@ fn footprints_are_those_of_the_effects_own_laws() {
                 let values: Vec<f64> = spec
                     .parameters
                     .iter()
-                    .map(|p| (p.typical)(&rig.params))
+                    .map(|p| p.typical(&rig.params))
                     .collect();
                 let Ok(effect) = Effect::new(spec.id, &values) else {
                     continue;

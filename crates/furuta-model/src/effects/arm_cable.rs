@@ -1,6 +1,6 @@
 //! A real cable on the arm: `-(stiffness e + asymmetry e² + cubic e³)`, `e = theta - rest`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -36,7 +36,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.1 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.1 * super::stall_torque(p)),
             starts: &[0.5],
         },
         ParameterSpec {
@@ -47,7 +47,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -1e3,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.05 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.05 * super::stall_torque(p)),
             starts: &[0.0],
         },
         ParameterSpec {
@@ -58,7 +58,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.05 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.05 * super::stall_torque(p)),
             starts: &[0.5],
         },
         ParameterSpec {
@@ -69,7 +69,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -100.0,
             max: 100.0,
             off: 0.0,
-            typical: |_| 0.3,
+            typical: Typical::Of(|_| 0.3),
             starts: &[0.0],
         },
     ],
@@ -77,6 +77,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Like("arm.spring", "about its rest a cable is a spring"),
     acts: Acts::TORQUE.and(Acts::ANGLE),
     at_rest: AtRest::Slope,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for ArmCable<S> {

@@ -1,6 +1,6 @@
 //! Cogging of the motor: `amplitude sin(order theta + phase)`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,7 +33,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.1 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.1 * super::stall_torque(p)),
             starts: &[0.3],
         },
         ParameterSpec {
@@ -44,7 +44,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1000.0,
             off: 0.0,
-            typical: |_| 1.0,
+            typical: Typical::Of(|_| 1.0),
             starts: &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0],
         },
         ParameterSpec {
@@ -55,7 +55,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -100.0,
             max: 100.0,
             off: 0.0,
-            typical: |_| 1.0,
+            typical: Typical::Of(|_| 1.0),
             starts: &[0.0],
         },
     ],
@@ -64,6 +64,7 @@ pub(super) const SPEC: Spec = Spec {
         amplitude per radian"),
     acts: Acts::TORQUE.and(Acts::ANGLE).and(Acts::SHAFT),
     at_rest: AtRest::WITHIN_A_TOOTH,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for ArmCogging<S> {

@@ -1,6 +1,6 @@
 //! Coulomb friction on the arm: `-torque * sign(theta_dot); at rest it holds up to torque`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -30,7 +30,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.05 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.05 * super::stall_torque(p)),
             starts: &[0.3, 2.0],
         },
     ],
@@ -38,6 +38,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::ARM_DAMPING,
     acts: Acts::DRY_FRICTION.and(Acts::SHAFT),
     at_rest: AtRest::Friction("dry friction has no slope at rest"),
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for ArmCoulomb<S> {

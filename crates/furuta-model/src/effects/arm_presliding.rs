@@ -1,6 +1,6 @@
 //! Dahl friction on the arm: `-stiffness z`, `dz/dt = theta_dot (1 - stiffness z sign(theta_dot)/torque)`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,7 +33,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.1 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.1 * super::stall_torque(p)),
             starts: &[0.5, 0.05],
         },
         ParameterSpec {
@@ -44,7 +44,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 1e-9,
             max: 1e6,
             off: 0.0,
-            typical: |p| 2.0 * super::stall_torque(p),
+            typical: Typical::Of(|p| 2.0 * super::stall_torque(p)),
             // The last is a cable that rubs and bends: it gives way over a quarter of a radian, not over milliradians
             // as a bearing does.
             starts: &[0.5, 4.0, 0.02],
@@ -54,6 +54,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Like("arm.spring", "before it slides, friction is a spring; when it slides, a damping"),
     acts: Acts::TORQUE.and(Acts::MEMORY).and(Acts::SHAFT),
     at_rest: AtRest::Friction("a spring before it slides, dry friction when it does"),
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for ArmPresliding<S> {

@@ -1,6 +1,6 @@
 //! Quadratic drag on the arm: `-coefficient * |theta_dot| * theta_dot`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -29,7 +29,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.002 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.002 * super::stall_torque(p)),
             starts: &[0.3],
         },
     ],
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::ARM_DAMPING,
     acts: Acts::TORQUE.and(Acts::SHAFT),
     at_rest: AtRest::Friction("at rest its slope is 0"),
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for ArmQuadratic<S> {

@@ -1,6 +1,6 @@
 //! Spring (cable) on the arm: `-stiffness * (theta - rest)`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -31,7 +31,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.05 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.05 * super::stall_torque(p)),
             starts: &[0.3],
         },
         ParameterSpec {
@@ -42,7 +42,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -100.0,
             max: 100.0,
             off: 0.0,
-            typical: |_| 0.3,
+            typical: Typical::Of(|_| 0.3),
             starts: &[0.0],
         },
     ],
@@ -50,6 +50,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Own(&["stiffness"]),
     acts: Acts::TORQUE.and(Acts::ANGLE),
     at_rest: AtRest::Slope,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for ArmSpring<S> {

@@ -1,6 +1,6 @@
 //! Stribeck friction on the arm: `-(coulomb + (static - coulomb) exp(-(theta_dot/velocity)²)) sign(theta_dot)`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -32,7 +32,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.05 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.05 * super::stall_torque(p)),
             starts: &[0.5],
         },
         ParameterSpec {
@@ -43,7 +43,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.1 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.1 * super::stall_torque(p)),
             starts: &[0.75],
         },
         ParameterSpec {
@@ -54,7 +54,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 1e-3,
             max: 1e3,
             off: 0.0,
-            typical: |_| 0.5,
+            typical: Typical::Of(|_| 0.5),
             starts: &[1.0],
         },
     ],
@@ -62,6 +62,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::ARM_DAMPING,
     acts: Acts::DRY_FRICTION.and(Acts::SHAFT),
     at_rest: AtRest::Friction("dry friction has no slope at rest"),
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for ArmStribeck<S> {

@@ -1,6 +1,6 @@
 //! Tilted base: gravity leans by `angle` towards the arm direction `theta = direction`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -36,7 +36,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1.6,
             off: 0.0,
-            typical: |_| 0.05,
+            typical: Typical::Of(|_| 0.05),
             starts: &[0.3],
         },
         ParameterSpec {
@@ -47,7 +47,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -100.0,
             max: 100.0,
             off: 0.0,
-            typical: |_| 1.0,
+            typical: Typical::Of(|_| 1.0),
             starts: &[0.0],
         },
         // A level rig shows neither the arm's own moment nor, beside `m c`, where the pendulum's centre of mass is: a
@@ -60,7 +60,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -0.9,
             max: 10.0,
             off: 0.0,
-            typical: |_| 1.0,
+            typical: Typical::Of(|_| 1.0),
             starts: &[0.0],
         },
     ],
@@ -68,6 +68,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Own(&["angle"]),
     acts: Acts::TORQUE.and(Acts::ANGLE),
     at_rest: AtRest::Slope,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for ArmTilt<S> {

@@ -4,7 +4,9 @@
 //! `custom.1`, `custom.2`, … of one rig add up to an expression. They are no part of [`super::CATALOGUE`]: nothing is
 //! hidden behind them, and a search for causes does not name them.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, MAX_PARAMETERS, ParameterSpec, Spec};
+use super::{
+    Acts, AtRest, Footprint, Instant, Kind, Law, MAX_PARAMETERS, ParameterSpec, Spec, Typical,
+};
 use crate::scalar::Scalar;
 use arrayvec::ArrayVec;
 
@@ -193,6 +195,7 @@ macro_rules! specs {
             footprint: Footprint::Nothing("no law, so none is looked for"),
             acts: Acts::TORQUE.and(Acts::ANGLE),
             at_rest: AtRest::Slope,
+            own: None,
         }),+];
     };
 }
@@ -213,7 +216,7 @@ const PARAMETERS: &[ParameterSpec] = &[
         min: -1e3,
         max: 1e3,
         off: 0.0,
-        typical: |p| 0.1 * super::stall_torque(p),
+        typical: Typical::Of(|p| 0.1 * super::stall_torque(p)),
         starts: &[0.3],
     },
     ParameterSpec {
@@ -224,7 +227,7 @@ const PARAMETERS: &[ParameterSpec] = &[
         min: 0.0,
         max: 1.0,
         off: 0.0,
-        typical: |_| 1.0,
+        typical: Typical::Of(|_| 1.0),
         starts: &[0.0, 1.0],
     },
     ParameterSpec {
@@ -236,7 +239,7 @@ const PARAMETERS: &[ParameterSpec] = &[
         #[allow(clippy::cast_precision_loss)]
         max: (WORDS.len() - 1) as f64,
         off: 0.0,
-        typical: |_| 1.0,
+        typical: Typical::Of(|_| 1.0),
         starts: &[0.0],
     },
 ];

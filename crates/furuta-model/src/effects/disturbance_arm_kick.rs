@@ -1,6 +1,6 @@
 //! A kick: `torque` on the arm for `duration` from `time` on, in one run.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -34,7 +34,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -1e3,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.3 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.3 * super::stall_torque(p)),
             starts: &[0.5],
         },
         ParameterSpec {
@@ -45,7 +45,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e6,
             off: 0.0,
-            typical: |_| 1.0,
+            typical: Typical::Of(|_| 1.0),
             starts: &[0.0],
         },
         ParameterSpec {
@@ -56,7 +56,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e6,
             off: 0.0,
-            typical: |_| 0.05,
+            typical: Typical::Of(|_| 0.05),
             starts: &[0.4, 1.0, 2.5],
         },
         ParameterSpec {
@@ -67,7 +67,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e6,
             off: 0.0,
-            typical: |_| 1.0,
+            typical: Typical::Of(|_| 1.0),
             starts: &[0.0],
         },
     ],
@@ -75,6 +75,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::UNCOMMANDED,
     acts: Acts::TORQUE.and(Acts::JUMPS),
     at_rest: AtRest::UNCOMMANDED,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for DisturbanceArmKick<S> {

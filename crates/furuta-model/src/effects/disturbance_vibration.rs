@@ -1,6 +1,6 @@
 //! Vibration: `amplitude sin(2π frequency t + phase)` on the arm.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -33,7 +33,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.1 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.1 * super::stall_torque(p)),
             starts: &[0.2],
         },
         ParameterSpec {
@@ -44,7 +44,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.5,
             max: 1e4,
             off: 0.0,
-            typical: |_| 1.0,
+            typical: Typical::Of(|_| 1.0),
             starts: &[0.0],
         },
         ParameterSpec {
@@ -55,7 +55,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -100.0,
             max: 100.0,
             off: 0.0,
-            typical: |_| 1.0,
+            typical: Typical::Of(|_| 1.0),
             starts: &[0.0],
         },
     ],
@@ -63,6 +63,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::UNCOMMANDED,
     acts: Acts::TORQUE,
     at_rest: AtRest::UNCOMMANDED,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for DisturbanceVibration<S> {

@@ -1,6 +1,6 @@
 //! Backlash between rotor and arm (also called play): free of each other for `|rotor - arm| < gap/2`.
 
-use super::{Acts, AtRest, Drive, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Drive, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -25,7 +25,7 @@ pub(super) const MOTOR_SHARE: ParameterSpec = ParameterSpec {
     min: 0.02,
     max: 0.999,
     off: 0.0,
-    typical: |_| 0.5,
+    typical: Typical::Of(|_| 0.5),
     starts: &[1.0],
 };
 /// Of every such drive: on which of the two the arm's encoder sits.
@@ -37,7 +37,7 @@ pub(super) const ENCODER: ParameterSpec = ParameterSpec {
     min: 0.0,
     max: 1.0,
     off: 0.0,
-    typical: |_| 1.0,
+    typical: Typical::Of(|_| 1.0),
     starts: &[0.0, 1.0],
 };
 
@@ -58,7 +58,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 3.0,
             off: 0.0,
-            typical: |_| 0.03,
+            typical: Typical::Of(|_| 0.03),
             starts: &[1.0],
         },
         MOTOR_SHARE,
@@ -69,6 +69,7 @@ pub(super) const SPEC: Spec = Spec {
         softer the smaller the motion"),
     acts: Acts::DRIVE.and(Acts::BLOWS),
     at_rest: AtRest::LeftOut("rotor and arm are taken to touch: its gain depends on the motion's size"),
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for DriveBacklash<S> {

@@ -1,7 +1,7 @@
 //! A flexible coupling between rotor and arm: `stiffness (rotor - arm) + damping (rotor_dot - arm_dot)`.
 
 use super::drive_backlash::{ENCODER, MOTOR_SHARE};
-use super::{Acts, AtRest, Drive, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Drive, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -35,7 +35,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e6,
             off: 0.0,
-            typical: |p| 20.0 * super::stall_torque(p),
+            typical: Typical::Of(|p| 20.0 * super::stall_torque(p)),
             starts: &[0.3, 1.0, 3.0],
         },
         ParameterSpec {
@@ -46,7 +46,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.02 * super::stall_torque(p),
+            typical: Typical::Of(|p| 0.02 * super::stall_torque(p)),
             starts: &[0.5],
         },
         MOTOR_SHARE,
@@ -56,6 +56,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Own(&["stiffness", "damping", "motor_share"]),
     acts: Acts::DRIVE,
     at_rest: AtRest::Slope,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for DriveCompliance<S> {

@@ -8,13 +8,15 @@
 mod at_rest;
 mod custom;
 mod footprint;
+pub mod own;
 mod pulse;
 mod spec;
 
 pub use at_rest::AtRest;
 pub use custom::{Custom, EMPIRICAL, TERMS, Term};
 pub use footprint::{BaseParameter, Footprint};
-pub use spec::{Acts, Clock, Drive, EffectError, Instant, Kind, Law, ParameterSpec, Spec};
+pub use own::{Own, OwnLaws};
+pub use spec::{Acts, Clock, Drive, EffectError, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 
 use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
@@ -59,6 +61,8 @@ macro_rules! catalogue {
             $(#[doc = concat!("See [`", stringify!($name), "`].")] $name($name<S>),)+
             /// See [`Custom`].
             Custom(Custom<S>),
+            /// See [`Own`].
+            Own(Own<S>),
         }
 
         /// Every effect this version knows, in the catalogue's order.
@@ -67,13 +71,18 @@ macro_rules! catalogue {
         impl<S: Scalar> Effect<S> {
             fn build(id: &str, values: &[S]) -> Option<Self> {
                 $(if id == $module::SPEC.id { return Some(Self::$name($name::from_values(values))); })+
-                Custom::build(id, values).map(Self::Custom)
+                if let Some(e) = Custom::build(id, values) { return Some(Self::Custom(e)); }
+                spec(id).and_then(|own| Own::build(own, values)).map(Self::Own)
             }
 
             /// What the catalogue says of it.
             #[must_use]
             pub fn spec(&self) -> &'static Spec {
-                match self { $(Self::$name(_) => &$module::SPEC,)+ Self::Custom(e) => e.spec() }
+                match self {
+                    $(Self::$name(_) => &$module::SPEC,)+
+                    Self::Custom(e) => e.spec(),
+                    Self::Own(e) => e.spec(),
+                }
             }
 
             /// Whether it is on the motor's side of a drive ([`Acts::SHAFT`]); empirical terms are on the arm.
@@ -81,7 +90,7 @@ macro_rules! catalogue {
             pub(crate) fn is_on_shaft(&self) -> bool {
                 match self {
                     $(Self::$name(_) => const { $module::SPEC.acts.includes(Acts::SHAFT) },)+
-                    Self::Custom(_) => false,
+                    Self::Custom(_) | Self::Own(_) => false,
                 }
             }
 
@@ -90,6 +99,7 @@ macro_rules! catalogue {
             pub fn rank(&self) -> usize {
                 match self {
                     Self::Custom(e) => e.rank(),
+                    Self::Own(e) => e.rank(),
                     _ => CATALOGUE.iter().position(|s| s.id == self.spec().id).unwrap_or(usize::MAX),
                 }
             }
@@ -97,57 +107,102 @@ macro_rules! catalogue {
             /// Values in the order of [`Spec::parameters`].
             #[must_use]
             pub fn values(&self) -> ArrayVec<S, MAX_PARAMETERS> {
-                match self { $(Self::$name(e) => e.values(),)+ Self::Custom(e) => e.values() }
+                match self {
+                    $(Self::$name(e) => e.values(),)+
+                    Self::Custom(e) => e.values(),
+                    Self::Own(e) => e.values(),
+                }
             }
         }
 
         impl<S: Scalar> Law<S> for Effect<S> {
             #[inline(always)]
             fn voltage(&self, t: S, volts: S) -> S {
-                match self { $(Self::$name(e) => e.voltage(t, volts),)+ Self::Custom(e) => e.voltage(t, volts) }
+                match self {
+                    $(Self::$name(e) => e.voltage(t, volts),)+
+                    Self::Custom(e) => e.voltage(t, volts),
+                    Self::Own(e) => e.voltage(t, volts),
+                }
             }
             #[inline(always)]
             fn travelled(&self, memory: S, travel: S) -> S {
                 match self {
                     $(Self::$name(e) => e.travelled(memory, travel),)+
                     Self::Custom(e) => e.travelled(memory, travel),
+                    Self::Own(e) => e.travelled(memory, travel),
                 }
             }
             #[inline(always)]
             fn jump_after(&self, run: usize, t: S) -> Option<S> {
-                match self { $(Self::$name(e) => e.jump_after(run, t),)+ Self::Custom(e) => e.jump_after(run, t) }
+                match self {
+                    $(Self::$name(e) => e.jump_after(run, t),)+
+                    Self::Custom(e) => e.jump_after(run, t),
+                    Self::Own(e) => e.jump_after(run, t),
+                }
             }
             #[inline(always)]
             fn drive(&self) -> Drive<S> {
-                match self { $(Self::$name(e) => e.drive(),)+ Self::Custom(e) => e.drive() }
+                match self {
+                    $(Self::$name(e) => e.drive(),)+
+                    Self::Custom(e) => e.drive(),
+                    Self::Own(e) => e.drive(),
+                }
             }
             #[inline(always)]
             fn sensor_delay(&self) -> S {
-                match self { $(Self::$name(e) => e.sensor_delay(),)+ Self::Custom(e) => e.sensor_delay() }
+                match self {
+                    $(Self::$name(e) => e.sensor_delay(),)+
+                    Self::Custom(e) => e.sensor_delay(),
+                    Self::Own(e) => e.sensor_delay(),
+                }
             }
             #[inline(always)]
             fn delay(&self) -> S {
-                match self { $(Self::$name(e) => e.delay(),)+ Self::Custom(e) => e.delay() }
+                match self {
+                    $(Self::$name(e) => e.delay(),)+
+                    Self::Custom(e) => e.delay(),
+                    Self::Own(e) => e.delay(),
+                }
             }
             #[inline(always)]
             fn lag(&self) -> S {
-                match self { $(Self::$name(e) => e.lag(),)+ Self::Custom(e) => e.lag() }
+                match self {
+                    $(Self::$name(e) => e.lag(),)+
+                    Self::Custom(e) => e.lag(),
+                    Self::Own(e) => e.lag(),
+                }
             }
             #[inline(always)]
             fn shape(&self, coefficients: Coefficients<S>) -> Coefficients<S> {
-                match self { $(Self::$name(e) => e.shape(coefficients),)+ Self::Custom(e) => e.shape(coefficients) }
+                match self {
+                    $(Self::$name(e) => e.shape(coefficients),)+
+                    Self::Custom(e) => e.shape(coefficients),
+                    Self::Own(e) => e.shape(coefficients),
+                }
             }
             #[inline(always)]
             fn torque(&self, at: &Instant<'_, S>) -> [S; 2] {
-                match self { $(Self::$name(e) => e.torque(at),)+ Self::Custom(e) => e.torque(at) }
+                match self {
+                    $(Self::$name(e) => e.torque(at),)+
+                    Self::Custom(e) => e.torque(at),
+                    Self::Own(e) => e.torque(at),
+                }
             }
             #[inline(always)]
             fn dry_friction(&self, at: &Instant<'_, S>) -> [S; 2] {
-                match self { $(Self::$name(e) => e.dry_friction(at),)+ Self::Custom(e) => e.dry_friction(at) }
+                match self {
+                    $(Self::$name(e) => e.dry_friction(at),)+
+                    Self::Custom(e) => e.dry_friction(at),
+                    Self::Own(e) => e.dry_friction(at),
+                }
             }
             #[inline(always)]
             fn reading(&self, angles: [S; 2]) -> [S; 2] {
-                match self { $(Self::$name(e) => e.reading(angles),)+ Self::Custom(e) => e.reading(angles) }
+                match self {
+                    $(Self::$name(e) => e.reading(angles),)+
+                    Self::Custom(e) => e.reading(angles),
+                    Self::Own(e) => e.reading(angles),
+                }
             }
         }
     };
@@ -186,7 +241,8 @@ catalogue! {
     disturbance_arm_kick::DisturbanceArmKick,
 }
 
-/// The entry with this id, of the catalogue or of [`EMPIRICAL`].
+/// The entry with this id, of the catalogue or of [`EMPIRICAL`]; or a user's own hypothesis ([`own`]) that this process
+/// has read, of several with one id the last.
 ///
 /// ```
 /// let spec = furuta_model::effects::spec("arm.spring").expect("in the catalogue");
@@ -194,7 +250,7 @@ catalogue! {
 /// ```
 #[must_use]
 pub fn spec(id: &str) -> Option<&'static Spec> {
-    known().find(|s| s.id == id)
+    known().find(|s| s.id == id).or_else(|| own::known(id))
 }
 
 /// Everything that a rig file can name: the catalogue, and then the empirical terms.
@@ -221,8 +277,26 @@ impl<S: Scalar> Effect<S> {
     /// ```
     pub fn new(id: &str, values: &[S]) -> Result<Self, EffectError> {
         let spec = spec(id).ok_or(EffectError::UnknownEffect)?;
+        Self::checked(spec, values)
+    }
+
+    /// The effect of this entry with `values` in the order of its parameters.
+    ///
+    /// # Errors
+    /// An entry of no catalogue, a wrong number of values, or a value outside its range.
+    pub fn checked(spec: &'static Spec, values: &[S]) -> Result<Self, EffectError> {
         check(spec, values)?;
-        Self::build(id, values).ok_or(EffectError::UnknownEffect)
+        Self::of(spec, values).ok_or(EffectError::UnknownEffect)
+    }
+
+    /// The effect of this entry with values in the order of its parameters, without checking ranges: of a user's own
+    /// hypothesis this very one, whatever else has its id. `None` for an entry that is of no catalogue.
+    #[must_use]
+    pub fn of(spec: &'static Spec, values: &[S]) -> Option<Self> {
+        match Own::build(spec, values) {
+            Some(own) => Some(Self::Own(own)),
+            None => Self::build(spec.id, values),
+        }
     }
 
     /// Checks its values against their ranges.
@@ -262,7 +336,7 @@ impl<S: Scalar> Effect<S> {
             .iter()
             .map(|v| T::from_f64(v.value()))
             .collect();
-        match Effect::build(self.spec().id, &values) {
+        match Effect::of(self.spec(), &values) {
             Some(e) => e,
             // `spec()` only returns ids that `build` knows.
             None => unreachable!("an effect of the catalogue is in the catalogue"),

@@ -1,6 +1,6 @@
 //! Gain of the motor that depends on direction: `u -> negative_gain * u for u < 0`.
 
-use super::{Acts, AtRest, BaseParameter, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, BaseParameter, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -28,7 +28,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 10.0,
             off: 1.0,
-            typical: |_| 0.1,
+            typical: Typical::Of(|_| 0.1),
             starts: &[0.0],
         },
     ],
@@ -36,6 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Refitted(BaseParameter::MotorGain, "the mean of both directions' gains is seen"),
     acts: Acts::VOLTAGE,
     at_rest: AtRest::KINKED,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for MotorAsymmetry<S> {

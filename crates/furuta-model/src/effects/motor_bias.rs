@@ -1,6 +1,6 @@
 //! Offset of the motor voltage: `u -> u + voltage`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -28,7 +28,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -1e3,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.05 * p.motor.command_limit,
+            typical: Typical::Of(|p| 0.05 * p.motor.command_limit),
             starts: &[0.0],
         },
     ],
@@ -36,6 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::REST,
     acts: Acts::VOLTAGE,
     at_rest: AtRest::Slope,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for MotorBias<S> {

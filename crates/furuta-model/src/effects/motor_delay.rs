@@ -1,6 +1,6 @@
 //! Delay of the command: `u(t) -> u(t - delay)`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -28,7 +28,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 10.0,
             off: 0.0,
-            typical: |_| 0.005,
+            typical: Typical::Of(|_| 0.005),
             starts: &[0.3, 2.0],
         },
     ],
@@ -36,6 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Own(&["delay"]),
     acts: Acts::DELAY,
     at_rest: AtRest::Slope,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for MotorDelay<S> {

@@ -1,6 +1,6 @@
 //! Drift of the motor's gain: `u -> (1 + rate * t) u`.
 
-use super::{Acts, AtRest, BaseParameter, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, BaseParameter, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -28,7 +28,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -1.0,
             max: 1.0,
             off: 0.0,
-            typical: |_| 0.01,
+            typical: Typical::Of(|_| 0.01),
             starts: &[0.0],
         },
     ],
@@ -36,6 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Refitted(BaseParameter::MotorGain, "the mean over the recording is seen"),
     acts: Acts::VOLTAGE,
     at_rest: AtRest::Local("at the run's start"),
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for MotorDrift<S> {

@@ -1,6 +1,6 @@
 //! First-order lag of the motor voltage: `time_constant * dv/dt = u - v`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -28,7 +28,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 10.0,
             off: 0.0,
-            typical: |_| 0.01,
+            typical: Typical::Of(|_| 0.01),
             starts: &[0.3, 2.0],
         },
     ],
@@ -36,6 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Own(&["time_constant"]),
     acts: Acts::LAG,
     at_rest: AtRest::Slope,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for MotorLag<S> {

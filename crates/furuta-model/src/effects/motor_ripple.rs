@@ -1,6 +1,6 @@
 //! Ripple of the motor's torque constant: `motor torque -> (1 + amplitude sin(order theta + phase)) * motor torque`.
 
-use super::{Acts, AtRest, BaseParameter, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, BaseParameter, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -38,7 +38,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1.0,
             off: 0.0,
-            typical: |_| 0.1,
+            typical: Typical::Of(|_| 0.1),
             starts: &[0.3],
         },
         // Brushes that pass n segments commutate 2n times a turn where n is odd, n times where it is even: an even
@@ -51,7 +51,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1000.0,
             off: 0.0,
-            typical: |_| 2.0,
+            typical: Typical::Of(|_| 2.0),
             starts: &[
                 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0, 17.0,
                 18.0, 19.0, 20.0,
@@ -65,7 +65,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -100.0,
             max: 100.0,
             off: 0.0,
-            typical: |_| 1.0,
+            typical: Typical::Of(|_| 1.0),
             starts: &[0.0],
         },
     ],
@@ -76,6 +76,7 @@ pub(super) const SPEC: Spec = Spec {
     ),
     acts: Acts::TORQUE.and(Acts::ANGLE).and(Acts::SHAFT),
     at_rest: AtRest::WITHIN_A_TOOTH,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for MotorRipple<S> {

@@ -1,6 +1,6 @@
 //! Saturation of the motor voltage: `|u| <= limit`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -28,7 +28,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.5 * p.motor.command_limit,
+            typical: Typical::Of(|p| 0.5 * p.motor.command_limit),
             starts: &[0.5, 0.9, 1.4],
         },
     ],
@@ -36,6 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::GAIN_BY_LEVEL,
     acts: Acts::VOLTAGE,
     at_rest: AtRest::KINKED,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for MotorSaturation<S> {

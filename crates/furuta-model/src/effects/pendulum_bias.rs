@@ -1,6 +1,6 @@
 //! Constant torque on the pendulum: `torque`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -29,7 +29,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -1e3,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.02 * p.coefficients().weight,
+            typical: Typical::Of(|p| 0.02 * p.coefficients().weight),
             starts: &[0.0],
         },
     ],
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::REST,
     acts: Acts::TORQUE,
     at_rest: AtRest::Slope,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for PendulumBias<S> {

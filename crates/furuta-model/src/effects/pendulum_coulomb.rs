@@ -1,6 +1,6 @@
 //! Coulomb friction of the pendulum: `-torque * sign(alpha_dot); at rest it holds up to torque`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -28,7 +28,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.02 * p.coefficients().weight,
+            typical: Typical::Of(|p| 0.02 * p.coefficients().weight),
             starts: &[0.3, 2.0],
         },
     ],
@@ -36,6 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::PENDULUM_DAMPING,
     acts: Acts::DRY_FRICTION,
     at_rest: AtRest::Friction("dry friction has no slope at rest"),
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for PendulumCoulomb<S> {

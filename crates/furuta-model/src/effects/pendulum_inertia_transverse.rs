@@ -1,6 +1,6 @@
 //! Transverse inertia of the pendulum: `inertia * sin²(alpha) more on the arm's axis`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::params::Coefficients;
 use crate::scalar::Scalar;
 
@@ -30,7 +30,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 100.0,
             off: 0.0,
-            typical: |p| 0.2 * p.coefficients().pendulum,
+            typical: Typical::Of(|p| 0.2 * p.coefficients().pendulum),
             starts: &[0.0],
         },
     ],
@@ -38,6 +38,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Nothing("it acts with the square of the pendulum's angle from hanging"),
     acts: Acts::SHAPE,
     at_rest: AtRest::Slope,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for PendulumInertiaTransverse<S> {

@@ -1,6 +1,6 @@
 //! Air drag of the pendulum: `-coefficient * |alpha_dot| * alpha_dot`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -28,7 +28,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.001 * p.coefficients().weight,
+            typical: Typical::Of(|p| 0.001 * p.coefficients().weight),
             starts: &[0.3],
         },
     ],
@@ -36,6 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::PENDULUM_DAMPING,
     acts: Acts::TORQUE,
     at_rest: AtRest::Friction("at rest its slope is 0"),
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for PendulumQuadratic<S> {

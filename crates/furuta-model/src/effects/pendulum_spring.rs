@@ -1,6 +1,6 @@
 //! Spring (encoder cable) on the pendulum: `-stiffness * (alpha - rest)`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -31,7 +31,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1e3,
             off: 0.0,
-            typical: |p| 0.05 * p.coefficients().weight,
+            typical: Typical::Of(|p| 0.05 * p.coefficients().weight),
             starts: &[0.3],
         },
         ParameterSpec {
@@ -42,7 +42,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -100.0,
             max: 100.0,
             off: core::f64::consts::PI,
-            typical: |_| 0.3,
+            typical: Typical::Of(|_| 0.3),
             starts: &[0.0],
         },
     ],
@@ -50,6 +50,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Own(&["stiffness"]),
     acts: Acts::TORQUE,
     at_rest: AtRest::Slope,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for PendulumSpring<S> {

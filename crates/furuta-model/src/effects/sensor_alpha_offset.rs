@@ -1,6 +1,6 @@
 //! Offset of the pendulum's encoder: `measured alpha = alpha + angle`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -29,7 +29,7 @@ pub(super) const SPEC: Spec = Spec {
             min: -3.2,
             max: 3.2,
             off: 0.0,
-            typical: |_| 0.02,
+            typical: Typical::Of(|_| 0.02),
             starts: &[0.0],
         },
     ],
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Nothing("a response is of changes"),
     acts: Acts::READING,
     at_rest: AtRest::READING,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for SensorAlphaOffset<S> {

@@ -1,6 +1,6 @@
 //! Scale of the pendulum's encoder: `measured alpha = zero + scale * (alpha - zero)`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::transfer::Output;
 use crate::scalar::Scalar;
 
@@ -32,7 +32,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 10.0,
             off: 1.0,
-            typical: |_| 0.02,
+            typical: Typical::Of(|_| 0.02),
             starts: &[0.0],
         },
         // An incremental encoder counts from where it was switched on or zeroed, mostly hanging; without a word it is
@@ -45,7 +45,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 1.0,
             off: 0.0,
-            typical: |_| 1.0,
+            typical: Typical::Of(|_| 1.0),
             starts: &[0.0, 1.0],
         },
     ],
@@ -53,6 +53,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Scale(Output::Alpha),
     acts: Acts::READING,
     at_rest: AtRest::READING,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for SensorAlphaScale<S> {

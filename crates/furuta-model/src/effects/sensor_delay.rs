@@ -1,6 +1,6 @@
 //! Delay of the encoders: both angles are read `delay` late.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -29,7 +29,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 10.0,
             off: 0.0,
-            typical: |_| 0.005,
+            typical: Typical::Of(|_| 0.005),
             starts: &[0.3, 2.0],
         },
     ],
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Like("motor.delay", "late is late, before the rig or behind it"),
     acts: Acts::SENSOR_DELAY,
     at_rest: AtRest::Slope,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for SensorDelay<S> {

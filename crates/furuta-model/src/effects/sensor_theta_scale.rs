@@ -1,6 +1,6 @@
 //! Scale of the arm's encoder: `measured theta = scale * theta`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec};
+use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
 use crate::transfer::Output;
 use crate::scalar::Scalar;
 
@@ -30,7 +30,7 @@ pub(super) const SPEC: Spec = Spec {
             min: 0.0,
             max: 10.0,
             off: 1.0,
-            typical: |_| 0.02,
+            typical: Typical::Of(|_| 0.02),
             starts: &[0.0],
         },
     ],
@@ -38,6 +38,7 @@ pub(super) const SPEC: Spec = Spec {
     footprint: Footprint::Scale(Output::Theta),
     acts: Acts::READING,
     at_rest: AtRest::READING,
+    own: None,
 };
 
 impl<S: Scalar> Law<S> for SensorThetaScale<S> {

@@ -2,6 +2,7 @@
 
 use super::at_rest::AtRest;
 use super::footprint::Footprint;
+use super::own::OwnLaws;
 use crate::dynamics::Angle;
 use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
@@ -87,6 +88,15 @@ pub enum Kind {
     Choice(&'static [&'static str]),
 }
 
+/// How large something is that would be noticed.
+#[derive(Copy, Clone, Debug)]
+pub enum Typical {
+    /// So large on a rig with these parameters.
+    Of(fn(&Params<f64>) -> f64),
+    /// So large on any rig.
+    Is(f64),
+}
+
 /// One parameter of an effect.
 #[derive(Copy, Clone, Debug)]
 pub struct ParameterSpec {
@@ -105,7 +115,7 @@ pub struct ParameterSpec {
     /// The value at which the effect does nothing (a strength: 0, a gain: 1), or from which this parameter is counted.
     pub off: f64,
     /// A distance from `off` that would be noticed on this rig: the unit in which a search takes its steps.
-    pub typical: fn(&Params<f64>) -> f64,
+    pub typical: Typical,
     /// Where a search starts, as multiples of `typical` from `off`.
     pub starts: &'static [f64],
 }
@@ -122,6 +132,21 @@ impl Kind {
 }
 
 impl ParameterSpec {
+    /// A distance from `off` that would be noticed on a rig with these parameters, in the parameter's unit.
+    ///
+    /// ```
+    /// let rig = furuta_model::Rig::builtin("qube-servo-2").expect("built in");
+    /// let rest = &furuta_model::effects::spec("arm.spring").expect("in the catalogue").parameters[1];
+    /// assert_eq!(rest.typical(&rig.params), 0.3); // rad
+    /// ```
+    #[must_use]
+    pub fn typical(&self, params: &Params<f64>) -> f64 {
+        match self.typical {
+            Typical::Of(size) => size(params),
+            Typical::Is(size) => size,
+        }
+    }
+
     /// The value that `word` stands for, where the parameter is a choice.
     #[must_use]
     pub fn choice(&self, word: &str) -> Option<f64> {
@@ -174,6 +199,8 @@ pub struct Spec {
     pub acts: Acts,
     /// What becomes of it in a linear model about a place of rest.
     pub at_rest: AtRest,
+    /// The laws of a user's own hypothesis; none of the catalogue has them.
+    pub own: Option<&'static OwnLaws>,
 }
 
 /// What an effect may depend on at one moment.
@@ -389,7 +416,19 @@ impl Spec {
             .and(Acts::SHAPE)
             .and(Acts::ANGLE)
             .and(Acts::SHAFT);
-        of_state.includes(self.acts) && self.footprint != Footprint::UNCOMMANDED
+        let depends_on_time = self.footprint == Footprint::UNCOMMANDED || self.own.is_some();
+        of_state.includes(self.acts) && !depends_on_time
+    }
+
+    /// Whether both are the same entry: of users' own laws the very same text.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        let same_law = match (self.own, other.own) {
+            (None, None) => true,
+            (Some(a), Some(b)) => core::ptr::eq(a, b),
+            _ => false,
+        };
+        self.id == other.id && same_law
     }
 
     /// The values in the order of the parameters: those given, defaults for what is left out.

@@ -100,7 +100,9 @@ impl<S: Scalar> Plant<S> {
             return Err(PlantError::EventsInLanes);
         }
         // Whatever order they are given in, effects act in that of the catalogue.
-        plant.effects.sort_unstable_by_key(Effect::rank);
+        plant
+            .effects
+            .sort_unstable_by_key(|e| (e.rank(), e.spec().id));
         Ok(plant)
     }
 

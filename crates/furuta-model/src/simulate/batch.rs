@@ -174,7 +174,7 @@ fn in_lanes(rollouts: &[Rollout]) -> Result<(Plant<Several>, PlantState<Several>
     let params = Params::from_array(std::array::from_fn(|k| gather(&|r| r.params.to_array()[k])));
     let mut effects = Vec::with_capacity(lane(0).effects.len());
     for (place, first) in lane(0).effects.iter().enumerate() {
-        let id = first.spec().id;
+        let spec = first.spec();
         // A word (which encoder, which term) is a branch, and lanes take the same one.
         let same_words = |r: &Rollout| {
             let values = r.effects[place].values();
@@ -184,7 +184,7 @@ fn in_lanes(rollouts: &[Rollout]) -> Result<(Plant<Several>, PlantState<Several>
         };
         let alike = rollouts.iter().all(|r| {
             r.effects.len() == lane(0).effects.len()
-                && r.effects[place].spec().id == id
+                && r.effects[place].spec().is_same(spec)
                 && same_words(r)
         });
         if !alike {
@@ -193,7 +193,7 @@ fn in_lanes(rollouts: &[Rollout]) -> Result<(Plant<Several>, PlantState<Several>
         let values: Vec<_> = (0..first.values().len())
             .map(|k| gather(&|r| r.effects[place].values()[k]))
             .collect();
-        effects.extend(Effect::unchecked(id, &values));
+        effects.extend(Effect::of(spec, &values));
     }
     if rollouts.iter().any(|r| r.effects.len() != effects.len()) {
         return Err(PlantError::EventsInLanes);

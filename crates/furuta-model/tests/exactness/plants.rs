@@ -23,7 +23,7 @@ pub(crate) fn frictionless(rig: &Rig, effects: &[Effect<f64>]) -> Plant<f64> {
 pub(crate) fn typical(spec: &Spec, params: &Params<f64>, size: f64) -> Vec<f64> {
     let value = |(i, p): (usize, &ParameterSpec)| {
         let size = if i < spec.strengths { size } else { 1.0 };
-        let value = (p.off + size * (p.typical)(params)).clamp(p.min, p.max);
+        let value = (p.off + size * p.typical(params)).clamp(p.min, p.max);
         if p.name == "run" { 0.0 } else { value }
     };
     let mut values: Vec<f64> = spec.parameters.iter().enumerate().map(value).collect();

@@ -164,7 +164,7 @@ fn with_terms(
     let slots = slots(&here.model.sheet);
     for (i, column) in found.iter().enumerate() {
         let spec = slots.get(before + i)?;
-        let typical = (spec.parameters[0].typical)(&here.model.sheet.params);
+        let typical = spec.parameters[0].typical(&here.model.sheet.params);
         let values = [
             step[p + i] / typical,
             column.axis as f64,

@@ -99,7 +99,7 @@ impl<'a> CompareProblem<'a> {
                 .map(|(index, p)| FreeParameter {
                     spec,
                     index,
-                    typical: (p.typical)(&self.params),
+                    typical: p.typical(&self.params),
                 })
                 .collect::<Vec<_>>()
         };

@@ -1,6 +1,7 @@
 //! What is wrong with a rig file.
 
 use crate::effects::EffectError;
+use crate::effects::own::HypothesisError;
 use crate::params::ParamError;
 use crate::plant::PlantError;
 use furuta_input::{InputError, foreign, number, quoted};
@@ -110,6 +111,19 @@ pub enum RigError {
         /// The ids there are.
         known: String,
     },
+    /// An effect of a user's own without its law.
+    #[error(
+        "rig file: effect `{}` is a law of one's own, which a table [hypothesis.\"{}\"] of the same file has to say",
+        quoted(id),
+        quoted(id)
+    )]
+    NoHypothesis {
+        /// Its id.
+        id: String,
+    },
+    /// A law of a user's own that cannot be.
+    #[error("rig file: {0}")]
+    Hypothesis(#[from] HypothesisError),
     /// An effect's parameter that it does not have, or lacks.
     #[error(
         "rig file: effect `{}` {problem} `{}`; it has {known}",

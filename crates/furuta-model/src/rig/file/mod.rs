@@ -7,7 +7,8 @@ mod tests;
 pub use error::RigError;
 
 use super::{Limits, Rig, Sensors, Tolerance};
-use crate::effects::{self, Effect, Kind, MAX_PARAMETERS};
+use crate::effects::own::{HypothesisText, define_text};
+use crate::effects::{self, Effect, Kind, MAX_PARAMETERS, Spec};
 use crate::params::{Arm, Motor, Params, Pendulum, RANGES};
 use crate::plant::{MAX_EFFECTS, PlantError};
 use furuta_input::is_printable;
@@ -27,6 +28,7 @@ struct FileText {
     limits: Option<LimitsText>,
     tolerance: Option<BTreeMap<String, BTreeMap<String, f64>>>,
     effects: Option<BTreeMap<String, BTreeMap<String, ValueText>>>,
+    hypothesis: Option<BTreeMap<String, HypothesisText>>,
 }
 
 #[derive(Deserialize)]
@@ -174,11 +176,12 @@ pub(super) fn parse(text: &str) -> Result<Rig, RigError> {
             tolerance.set(&format!("{table}.{key}"), *share)?;
         }
     }
+    let own = define_text(text, file.hypothesis.unwrap_or_default())?;
     let effects = file
         .effects
         .unwrap_or_default()
         .iter()
-        .map(|(id, values)| effect(id, values))
+        .map(|(id, values)| effect(id, values, &own))
         .collect::<Result<Vec<_>, _>>()?;
     if effects.len() > MAX_EFFECTS {
         return Err(PlantError::TooManyEffects {
@@ -214,7 +217,12 @@ fn within(key: &'static str, value: f64, min: f64, max: f64) -> Result<f64, RigE
     }
 }
 
-fn effect(id: &str, values: &BTreeMap<String, ValueText>) -> Result<Effect<f64>, RigError> {
+/// `own` are the hypotheses of the same file: a rig file says itself what its effects are.
+fn effect(
+    id: &str,
+    values: &BTreeMap<String, ValueText>,
+    own: &[&'static Spec],
+) -> Result<Effect<f64>, RigError> {
     if let Some((rest, _)) = values
         .iter()
         .find(|(_, value)| matches!(value, ValueText::Table {}))
@@ -223,7 +231,13 @@ fn effect(id: &str, values: &BTreeMap<String, ValueText>) -> Result<Effect<f64>,
             id: format!("{id}.{rest}"),
         });
     }
-    let spec = effects::spec(id).ok_or_else(|| RigError::UnknownEffect {
+    let catalogue = || effects::known().find(|s| s.id == id);
+    let known = own.iter().copied().find(|s| s.id == id);
+    if known.is_none() && id.starts_with("user.") {
+        return Err(RigError::NoHypothesis { id: id.to_owned() });
+    }
+    let known = known.or_else(catalogue);
+    let spec = known.ok_or_else(|| RigError::UnknownEffect {
         id: id.to_owned(),
         known: effects::known()
             .map(|s| s.id)
@@ -262,7 +276,7 @@ fn effect(id: &str, values: &BTreeMap<String, ValueText>) -> Result<Effect<f64>,
             None => p.default.ok_or_else(|| wrong("lacks", p.name)),
         })
         .collect::<Result<arrayvec::ArrayVec<f64, MAX_PARAMETERS>, _>>()?;
-    Ok(Effect::new(id, &list)?)
+    Ok(Effect::checked(spec, &list)?)
 }
 
 fn wanted(p: &effects::ParameterSpec) -> String {
@@ -342,6 +356,9 @@ pub(super) fn write(rig: &Rig) -> String {
     }
     for e in &rig.effects {
         let spec = e.spec();
+        if let Some(laws) = spec.own {
+            let _ = write!(out, "\n[hypothesis.\"{}\"]\n{}", spec.id, laws.text());
+        }
         let _ = writeln!(out, "\n[effects.\"{}\"]   # {}", spec.id, spec.name);
         for (p, v) in spec.parameters.iter().zip(e.values()) {
             let _ = match p.word(v) {

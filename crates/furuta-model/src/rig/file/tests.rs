@@ -100,7 +100,7 @@ fn every_effect_is_written_and_read_back() {
         let values: Vec<f64> = spec
             .parameters
             .iter()
-            .map(|p| p.off + (p.typical)(&plain.params))
+            .map(|p| p.off + p.typical(&plain.params))
             .collect();
         let mut rig = plain.clone();
         rig.effects
