@@ -61,7 +61,7 @@ def test_every_kind_starts_anew(rig, kind):
     ("text", "message"),
     [
         ("[controller]\ngian = 1\n", "line 2: .controller. has no key `gian`"),
-        ('[controller]\nkind = "pid"\n', "it has lqr"),
+        ('[controller]\nkind = "bang_bang"\n', "it has lqr"),
         ("[limits]\ncommand = -1\n", "outside the allowed range"),
         ("[controller]\nr = 1\n", "give both q and r"),
     ],

@@ -19,14 +19,9 @@ fn recordings(hidden: &[(&str, &[f64])]) -> Vec<Recording> {
         .map(|(id, values)| Effect::new(id, values).expect("valid"))
         .collect();
     let rig = Rig { effects, ..qube() };
-    // As short as still shows the effects: each search is made four times.
-    let setup = || RunSetup {
-        seconds: 5.0,
-        ..RunSetup::default()
-    };
     [(1.5, 0.0), (2.5, 1.0)]
         .iter()
-        .map(|&(volts, phase)| record("run.csv", &rig, setup(), sweep(volts, phase)))
+        .map(|&(volts, phase)| record("run.csv", &rig, RunSetup::default(), sweep(volts, phase)))
         .collect()
 }
 

@@ -15,8 +15,8 @@ fn mistakes_are_named() {
              supervisor, limits, compensate",
         ),
         (
-            "[controller]\nkind = \"pid\"\n",
-            "line 2: [controller] has no kind \"pid\"; it has lqr",
+            "[controller]\nkind = \"bang_bang\"\n",
+            "line 2: [controller] has no kind \"bang_bang\"; it has lqr",
         ),
         (
             "[controller]\nkind = \"lqr\"\n\n[limits]\n# a remark\ncommand = -3\n",
