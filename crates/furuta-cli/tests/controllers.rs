@@ -196,6 +196,8 @@ fn everything_a_file_may_say_is_listed_and_explained() {
         }
         assert!(all.to_string().contains(spec.sentence));
     }
-    let output = furuta(&["controllers", "bang_bang"]).output().expect("runs");
+    let output = furuta(&["controllers", "bang_bang"])
+        .output()
+        .expect("runs");
     assert!(failure(&output).contains("give one of lqr"));
 }
