@@ -195,7 +195,7 @@ impl PyController {
     /// >>> control = furuta.Controller.from_toml("", furuta.Rig.load("qube-servo-2"), dt=0.002)
     /// >>> "furuta_real furuta_step(" in control.to_c()
     /// True
-    #[pyo3(signature = (*, single=false), text_signature = "(*, single=False)")]
+    #[pyo3(signature = (*, single=false))]
     fn to_c(&self, single: bool) -> PyResult<String> {
         let precision = if single {
             furuta_export::c::Precision::Single

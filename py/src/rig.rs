@@ -102,7 +102,7 @@ impl PyRig {
     /// >>> text = furuta.Rig.load("qube-servo-2").to_mjcf()
     /// >>> text.splitlines()[0]
     /// '<mujoco model="qube-servo-2">'
-    #[pyo3(signature = (*, timestep=furuta_export::mjcf::STEP), text_signature = "(*, timestep=0.0005)")]
+    #[pyo3(signature = (*, timestep=furuta_export::mjcf::STEP), text_signature = "($self, *, timestep=0.0005)")]
     fn to_mjcf(&self, timestep: f64) -> PyResult<String> {
         if !(1e-6..=0.01).contains(&timestep) {
             let problem =
