@@ -116,7 +116,7 @@ fn text(rig: &Rig, args: &Args, study: &Study) -> String {
             .settle
             .map_or_else(|| "-".to_owned(), |s| format!("{s:.3}"));
         text += &format!(
-            "  {:14} {settle:>7} {:>10.2} {:>9.4} {:>8.3} {:>7} {:>9} {:>9.4} {:>9.4} {:>9.2}{}\n",
+            "  {:15}{settle:>7} {:>10.2} {:>9.4} {:>8.3} {:>7} {:>9} {:>9.4} {:>9.4} {:>9.2}{}\n",
             run.contender.name(),
             100.0 * f.overshoot,
             f.alpha,
