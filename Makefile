@@ -83,7 +83,7 @@ py: $(VENV)/ready
 # sdist, which is built again where it is installed.
 MANYLINUX := manylinux2014
 wheel: $(VENV_WHEEL)/ready
-	rustup target add --quiet x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu
+	rustup target add x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu
 	rm -rf dist
 	for machine in x86_64 aarch64; do \
 		PATH="$(CURDIR)/$(VENV_WHEEL)/bin:$$PATH" maturin build --release --locked --strip --zig --out dist \

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import venv
+import zipfile
 
 # In the empty environment: the package, its command, a diagnosis, and what a wheel has to carry for editors.
 TRIED = """
@@ -37,6 +38,16 @@ print(f"furuta {furuta.__version__}: names what is hidden, and brings its comman
 """
 
 
+def check_contents(wheel: pathlib.Path) -> None:
+    """One wheel serves every Python from 3.10 on, and has the types and the command."""
+    assert "-cp310-abi3-" in wheel.name, wheel.name
+    held = zipfile.ZipFile(wheel)
+    missing = {"furuta/py.typed", "furuta/_furuta.pyi", "furuta/_furuta.abi3.so"} - set(held.namelist())
+    assert not missing, missing
+    (points,) = (name for name in held.namelist() if name.endswith("entry_points.txt"))
+    assert "furuta=furuta.__main__:main" in held.read(points).decode().replace(" ", "")
+
+
 def try_out(package: pathlib.Path) -> str:
     """Installs the package into an empty environment and tries it there; what it printed.
 
@@ -57,6 +68,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("packages", nargs="+", type=pathlib.Path)
     for package in parser.parse_args().packages:
+        if package.suffix == ".whl":
+            check_contents(package)
         print(f"{package.name}: {try_out(package)}")
 
 

@@ -13,7 +13,7 @@ use nalgebra::SMatrix;
 
 const PERIOD: f64 = 0.002;
 const SAMPLES: usize = 4000;
-/// Each sample's time is the shortest of so many runs: what the operating system does meanwhile is not counted.
+/// Each sample's time is the shortest of this number of runs: what the operating system does meanwhile is not counted.
 const RUNS: usize = 15;
 
 /// What was used before: 30 steps of ADMM (`rho` = 1, over-relaxation 1.6) that go on from sample to sample.

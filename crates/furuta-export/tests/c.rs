@@ -1,9 +1,11 @@
 //! The exported C file against the control system it was made from: the same bits, sample by sample.
 
+#[path = "../../furuta-wire/tests/common/compiled.rs"]
+mod compiled;
+
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use furuta_ctrl::estimators::Measurement;
 use furuta_ctrl::supervisor::{Fault, Mode, Request, Supervisor, SupervisorState};
@@ -192,37 +194,14 @@ fn told<T: Bits>(supervisor: &Supervisor<T>, rig: &Rig, seed: u64) -> Told {
 /// The C program's lines.
 fn asked(folder: &Path, text: &str, input: &str, precision: Precision) -> Vec<String> {
     std::fs::write(folder.join("furuta_controller.c"), text).expect("written");
-    let program = folder.join("control");
-    let mut compiler = Command::new("gcc");
-    compiler.args(STRICT).arg("-O2").arg("-I").arg(folder);
+    let include = format!("-I{}", folder.display());
+    let mut options = [&STRICT[..], &["-O2", &include]].concat();
     if precision == Precision::Single {
-        compiler.arg("-DSINGLE");
+        options.push("-DSINGLE");
     }
-    let compiled = compiler
-        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/c/main.c"))
-        .arg("-o")
-        .arg(&program)
-        .arg("-lm")
-        .output()
-        .expect("gcc is there");
-    assert!(
-        compiled.status.success(),
-        "{}",
-        String::from_utf8_lossy(&compiled.stderr)
-    );
-    let mut child = Command::new(&program)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("just compiled");
-    let mut stdin = child.stdin.take().expect("piped");
-    let input = input.to_owned();
-    let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
-    let output = child.wait_with_output().expect("ends by itself");
-    writer.join().expect("no panic").expect("all is read");
-    assert!(output.status.success(), "{output:?}");
-    let text = String::from_utf8(output.stdout).expect("text");
-    text.lines().map(str::to_owned).collect()
+    let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/c/main.c");
+    let answer = compiled::answer("gcc", &options, source, input).expect("gcc is there");
+    answer.lines().map(str::to_owned).collect()
 }
 
 /// Both in lockstep; the modes that were passed through.

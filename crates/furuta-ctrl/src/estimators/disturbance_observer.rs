@@ -6,6 +6,7 @@ use super::noise::{COMMAND, Noise, PENDULUM, READING};
 use super::predictor::{Belief, PREDICT, Predictor};
 use super::{Design, Estimate, Estimator, Measurement};
 use crate::error::ConfigError;
+use crate::numbers::Number;
 use crate::real::{Real, is_finite};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
@@ -78,13 +79,6 @@ impl<T: Real> Design for DisturbanceObserver<T> {
     }
 }
 
-impl<T: Real> DisturbanceObserver<T> {
-    /// The gain, and the largest disturbance (V).
-    pub(super) fn numbers(&self) -> (&[[T; 2]; 5], T) {
-        (&self.gain, self.limit)
-    }
-}
-
 impl<T: Real> Estimator<T> for DisturbanceObserver<T> {
     type State = DisturbedBelief<T>;
 
@@ -110,5 +104,11 @@ impl<T: Real> Estimator<T> for DisturbanceObserver<T> {
             None => s.disturbance = T::ZERO,
         }
         self.predictor.estimate(&s.belief, s.disturbance)
+    }
+
+    fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+        put("ESTIMATOR_GAIN", Number::Real(self.gain.as_flattened()));
+        put("ESTIMATOR_LIMIT", Number::Real(&[self.limit]));
+        true
     }
 }

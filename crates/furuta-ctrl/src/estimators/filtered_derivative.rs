@@ -2,6 +2,7 @@
 
 use super::{Derivative, DerivativeState, Design, Estimate, Estimator, Measurement};
 use crate::error::ConfigError;
+use crate::numbers::Number;
 use crate::real::Real;
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
@@ -63,5 +64,12 @@ impl<T: Real> Estimator<T> for FilteredDerivative<T> {
             ahead: now,
             disturbance: T::ZERO,
         }
+    }
+
+    fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+        let [blend, rate] = self.speed.numbers();
+        put("ESTIMATOR_BLEND", Number::Real(&[blend]));
+        put("ESTIMATOR_RATE", Number::Real(&[rate]));
+        true
     }
 }

@@ -46,16 +46,6 @@ impl<T: Real> FixedGain<T> {
 /// Makes an estimator of a type that holds nothing but a [`FixedGain`].
 macro_rules! estimates_with_fixed_gain {
     ($name:ident) => {
-        impl<T: crate::real::Real> $name<T> {
-            pub(super) fn gain(&self) -> &[[T; 2]; 4] {
-                &self.0.gain
-            }
-
-            pub(super) fn linear(&self) -> super::LinearEstimator {
-                self.0.linear()
-            }
-        }
-
         impl<T: crate::real::Real> super::Estimator<T> for $name<T> {
             type State = super::Belief<T>;
 
@@ -69,6 +59,19 @@ macro_rules! estimates_with_fixed_gain {
                 m: &super::Measurement<T>,
             ) -> super::Estimate<T> {
                 self.0.update(belief, m)
+            }
+
+            fn linear(&self) -> Option<super::LinearEstimator> {
+                Some(self.0.linear())
+            }
+
+            fn numbers(
+                &self,
+                put: &mut impl FnMut(&'static str, crate::numbers::Number<'_, T>),
+            ) -> bool {
+                let gain = self.0.gain.as_flattened();
+                put("ESTIMATOR_GAIN", crate::numbers::Number::Real(gain));
+                true
             }
         }
     };

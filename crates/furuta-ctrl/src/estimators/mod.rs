@@ -60,6 +60,28 @@ pub trait Estimator<T: Real> {
     /// The states after one sample. Angles that are not finite give states that are not, and are forgotten with the
     /// next sound sample.
     fn update(&self, state: &mut Self::State, measurement: &Measurement<T>) -> Estimate<T>;
+
+    /// What it is near upright, where it has the rig's model and a constant correction.
+    ///
+    /// ```
+    /// use furuta_ctrl::estimators::{AnyEstimator, Estimator};
+    /// use furuta_ctrl::{Config, Site};
+    /// let rig = furuta_model::Rig::builtin("qube-servo-2").ok_or("no such rig")?;
+    /// let standard = AnyEstimator::<f64>::design(&Config::default().estimator, &Site::of(&rig, 0.002))?;
+    /// let linear = standard.linear().ok_or("not linear")?;
+    /// // 120 rad/s: the angle is corrected by 1 - exp(-0.48) of what it is off.
+    /// assert!((linear.correction[0][0] - 0.381).abs() < 1e-3 && linear.ahead == 0.0);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    fn linear(&self) -> Option<LinearEstimator> {
+        None
+    }
+
+    /// Every number that its estimate depends on, by name; `false` where numbers and the rig's plant alone do not tell
+    /// it, so that no other program can be written from them.
+    fn numbers(&self, _put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+        false
+    }
 }
 
 /// Makes the enum over all estimators and their catalogue from one list.
@@ -126,6 +148,14 @@ macro_rules! estimators {
                     })+
                 }
             }
+
+            fn linear(&self) -> Option<LinearEstimator> {
+                match self { $(Self::$name(e) => e.linear()),+ }
+            }
+
+            fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
+                match self { $(Self::$name(e) => e.numbers(put)),+ }
+            }
         }
     };
 }
@@ -149,55 +179,6 @@ pub use disturbance_observer::DisturbedBelief;
 pub use extended_kalman::UncertainBelief;
 pub use fixed_gain::LinearEstimator;
 pub use predictor::Belief;
-
-impl<T: Real> AnyEstimator<T> {
-    /// Every number that its estimate depends on, by name; `false` of an estimator that cannot be told by numbers and
-    /// the rig's plant alone (the extended Kalman filter).
-    pub fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
-        let gain = match self {
-            Self::Observer(e) => e.gain(),
-            Self::Luenberger(e) => e.gain(),
-            Self::Kalman(e) => e.gain(),
-            Self::DisturbanceObserver(e) => {
-                let (gain, limit) = e.numbers();
-                put("ESTIMATOR_GAIN", Number::Real(gain.as_flattened()));
-                put("ESTIMATOR_LIMIT", Number::Real(&[limit]));
-                return true;
-            }
-            Self::FilteredDerivative(e) => {
-                let [blend, rate] = e.speed.numbers();
-                put("ESTIMATOR_BLEND", Number::Real(&[blend]));
-                put("ESTIMATOR_RATE", Number::Real(&[rate]));
-                return true;
-            }
-            Self::ExtendedKalman(_) => return false,
-        };
-        put("ESTIMATOR_GAIN", Number::Real(gain.as_flattened()));
-        true
-    }
-
-    /// What it is near upright, where it has the rig's model and a constant correction.
-    ///
-    /// ```
-    /// use furuta_ctrl::{Config, Site, estimators::AnyEstimator};
-    /// let rig = furuta_model::Rig::builtin("qube-servo-2").ok_or("no such rig")?;
-    /// let standard = AnyEstimator::<f64>::design(&Config::default().estimator, &Site::of(&rig, 0.002))?;
-    /// let linear = standard.linear().ok_or("not linear")?;
-    /// // 120 rad/s: the angle is corrected by 1 - exp(-0.48) of what it is off.
-    /// assert!((linear.correction[0][0] - 0.381).abs() < 1e-3 && linear.ahead == 0.0);
-    /// # Ok::<(), Box<dyn core::error::Error>>(())
-    /// ```
-    pub fn linear(&self) -> Option<LinearEstimator> {
-        match self {
-            Self::Observer(e) => Some(e.linear()),
-            Self::Luenberger(e) => Some(e.linear()),
-            Self::Kalman(e) => Some(e.linear()),
-            Self::ExtendedKalman(_)
-            | Self::DisturbanceObserver(_)
-            | Self::FilteredDerivative(_) => None,
-        }
-    }
-}
 
 /// Settings of the estimator of this kind, nothing given yet.
 #[must_use]

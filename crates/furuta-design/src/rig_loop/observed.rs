@@ -49,7 +49,8 @@ impl RigLoop {
     /// The same loop as it is run, with an estimator; `None` in continuous time.
     ///
     /// ```
-    /// use furuta_ctrl::{Config, Site, estimators::AnyEstimator};
+    /// use furuta_ctrl::estimators::{AnyEstimator, Estimator};
+    /// use furuta_ctrl::{Config, Site};
     /// use furuta_design::rig_loop::{Law, RigLoop};
     /// use furuta_model::linear_plant::Amplitudes;
     /// use furuta_model::{Effect, Rig};

@@ -23,6 +23,7 @@ pub(crate) fn answer(
         .arg(source)
         .arg("-o")
         .arg(&program)
+        .arg("-lm")
         .output();
     let compiled = match compiled {
         Ok(output) => output,

@@ -275,7 +275,7 @@ class _Driver:
                         pool.close()
 
     def _next(self, room: int, grain: float) -> list[int]:
-        """The cases of the next task: so many that it is neither all overhead nor the last to end."""
+        """The cases of the next task: enough to outweigh its overhead, few enough that it does not end last."""
         if self.alone:
             return [self.alone.popleft()]
         size = 1 if self.seconds is None else min(int(grain / max(self.seconds, 1e-6)), 1000)

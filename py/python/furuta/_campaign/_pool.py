@@ -38,7 +38,7 @@ class Pool(Protocol):
         ...
 
     def take(self, patience: float) -> list[Done]:
-        """What has come back, within so many seconds; `CampaignError` where no worker can load the function."""
+        """What has come back, within this number of seconds; `CampaignError` where no worker can load the function."""
         ...
 
     def close(self) -> None:
@@ -78,7 +78,7 @@ def loaded(rows: list[dict[str, Any]] | str) -> list[dict[str, Any]]:
 
 BOOT = "import sys, json; sys.path[:] = json.loads(sys.argv.pop()); from furuta._campaign._worker import main; main()"
 STILLBORN = 3
-"""So many workers in a row may die before they are ready."""
+"""At most this number of workers in a row may die before they are ready."""
 THREADS = ("RAYON_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 

@@ -4,7 +4,7 @@
 use std::io::Write;
 
 use furuta_chart::{Chart, Line, Panel};
-use furuta_ctrl::estimators::AnyEstimator;
+use furuta_ctrl::estimators::{AnyEstimator, Estimator};
 use furuta_ctrl::settings::Settings;
 use furuta_ctrl::{Config, Site};
 use furuta_design::rehearsal::{Rehearsal, rehearse};

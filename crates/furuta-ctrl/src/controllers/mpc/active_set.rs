@@ -109,7 +109,7 @@ pub(super) struct WorkingSet<T, const M: usize> {
     moves: [T; M],
 }
 
-/// After so many changes the factors are made anew: rounding errors of rotations do not add up.
+/// After this number of changes the factors are made anew: rounding errors of rotations do not add up.
 const AGE: u32 = 256;
 /// A row whose part outside of the working set's span is shorter, in roundings, depends on it.
 const DEPENDENT: f64 = 1e3;
