@@ -247,7 +247,11 @@ impl Problem<'_> {
                     // What is missing is small: so is this effect, if it is the one.
                     let factor = score.map_or(1.0, |s| s.product / s.square);
                     for i in strengths {
-                        z[i] = (here[i] * factor).clamp(-STRONGEST, STRONGEST);
+                        z[i] = if spec.acts.includes(Acts::BACKWARDS) {
+                            (here[i] / factor).max(1.0 / STRONGEST)
+                        } else {
+                            (here[i] * factor).clamp(-STRONGEST, STRONGEST)
+                        };
                     }
                 }
                 report(spec.id);

@@ -30,6 +30,7 @@ pub mod result;
 mod savers;
 mod screen;
 mod search;
+mod thinned;
 mod torque;
 mod verify;
 
@@ -212,13 +213,23 @@ fn search(
 
     stage("searching");
     let searching = teller.candidates("searching");
-    let mut search = Search::new(&short, refitted.clone(), &|_| true, savers, &searching);
+    let part = short.thinned(&refitted, savers.windows);
+    let from = |problem, start| Search::new(problem, start, &|_| true, savers, &searching);
+    let mut search = match &part {
+        Some((part, start)) => {
+            let mut search = from(part, start.clone());
+            search.run_while(|f| part.is_far(f));
+            search.onto(&short, refitted.clone())
+        }
+        None => from(&short, refitted.clone()),
+    };
     let mut named = search.run();
     let cut = !search.is_through();
     let first = std::mem::take(&mut search.first);
     let mut rivals = search.rivals(&named);
     let explains = |f: &Fit| short.explains(f);
-    if !explains(&named) && !hurry.wanted() {
+    // Where even short windows are far from what was measured, long ones say no more.
+    if !explains(&named) && !short.is_far(&named) && !hurry.wanted() {
         stage("searching over long windows");
         let further = horizons::search(
             &short,

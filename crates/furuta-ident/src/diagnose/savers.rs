@@ -4,6 +4,8 @@
 /// What a search leaves out to save time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Savers {
+    /// Of about this many windows a search begins, where a model is far from the data in most of them.
+    pub(super) windows: usize,
     /// Full fits go to this many of the candidates at most, of this many steps.
     pub(super) short_list: usize,
     pub(super) full_steps: usize,
@@ -25,6 +27,8 @@ pub(super) struct Savers {
 
 /// The savers of every diagnosis that is not [`super::Options::thorough`].
 pub(super) static USUAL: Savers = Savers {
+    // Of 12 s of three recordings, a quarter.
+    windows: 32,
     short_list: 4,
     full_steps: 20,
     followed: 8,
@@ -41,6 +45,7 @@ pub(super) static USUAL: Savers = Savers {
 
 /// Nothing is left out.
 pub(super) static NONE: Savers = Savers {
+    windows: usize::MAX,
     short_list: usize::MAX,
     full_steps: 40,
     followed: usize::MAX,

@@ -3,7 +3,8 @@
 //! Every set that was fitted is kept with its best fit. The search takes the set with the best score that it has not
 //! been through, and tries what is one step away: one effect more, one fewer, another one in the place of one. A
 //! neighbour is fitted from where the set ended, so a fit that stopped short is found out by its neighbours. It ends
-//! when no neighbour of the best set is better; what came near the best is a rival.
+//! when no neighbour of the best set is better; what came near the best is a rival. It may begin with a part of the
+//! windows (`thinned`) and go on with all.
 
 use std::collections::BTreeMap;
 
@@ -14,14 +15,14 @@ use super::Fit;
 use super::additions::Trial;
 use super::hypothesis::Hypothesis;
 use super::savers::Savers;
+use super::thinned::FAR;
 use crate::shooting::{Effort, Problem};
 
 /// The most effects that are looked for together.
 pub(super) const MOST_EFFECTS: usize = 4;
-/// Sets that are gone through side by side, where the best is still further than `ASTRAY` times the noise from the
-/// data: alone, neither of a pair need be the best.
+/// Sets that are gone through side by side, where the best is still further than `FAR` times the noise from the data:
+/// alone, neither of a pair need be the best.
 const BEAM: usize = 3;
-const ASTRAY: f64 = 3.0;
 /// Sets that are gone through at most.
 const MOST_SETS: usize = 16;
 
@@ -66,8 +67,8 @@ pub(super) struct Search<'a> {
     acceptable: &'a (dyn Fn(&Trial) -> bool + Sync),
     savers: &'static Savers,
     report: &'a (dyn Fn(&str) + Sync),
-    /// How often a set was gone through.
-    gone_through: usize,
+    /// How often a set may still be gone through.
+    left: usize,
     /// What was added to the start.
     pub(super) first: Vec<Trial>,
 }
@@ -88,7 +89,7 @@ impl<'a> Search<'a> {
             acceptable,
             savers,
             report,
-            gone_through: 0,
+            left: 2 * MOST_SETS,
             first: Vec::new(),
         };
         search.keep(start, true);
@@ -97,21 +98,66 @@ impl<'a> Search<'a> {
 
     /// Goes through sets until no neighbour of the best is better; the best fit.
     pub(super) fn run(&mut self) -> Fit {
-        while !self.problem.stop.wanted() && !self.is_through() {
+        self.run_while(|_| true);
+        self.best()
+    }
+
+    /// Goes through sets until no neighbour of the best is better, as long as the fit with the best score is `wanted`.
+    pub(super) fn run_while(&mut self, wanted: impl Fn(&Fit) -> bool) {
+        while !self.problem.stop.wanted() && !self.is_through() && wanted(&self.closest()) {
             let Some(next) = self.next() else { break };
             if self.known[&next].grown {
                 self.exchange(&next);
             } else {
                 self.grow(&next);
             }
-            self.gone_through += 1;
+            self.left -= 1;
         }
-        self.best()
     }
 
     /// Whether nothing is left to go through.
     pub(super) fn is_through(&self) -> bool {
-        self.gone_through >= 2 * MOST_SETS || self.next().is_none()
+        self.left == 0 || self.next().is_none()
+    }
+
+    /// The search over a part of the windows goes on with all of them: the best set, and what came near it in the
+    /// place of one of its effects, are fitted again from where `start`, without them, has the windows begin. Where
+    /// even the best is still far from the data, the rest of the windows says no more.
+    pub(super) fn onto(self, problem: &'a Problem<'a>, start: Fit) -> Self {
+        let ended = self.is_through();
+        let best = self.closest();
+        let here = set(&best.model);
+        let limits: Vec<(Hypothesis, f64)> = (best.model.effects.iter())
+            .filter_map(|e| self.known.get(&set(&best.model.without(e.id))))
+            .map(|node| (node.fit.model.clone(), self.near(&best, &node.fit)))
+            .collect();
+        let is_near = |s: &Set, fit: &Fit| {
+            let beside = |smaller: &Hypothesis| smaller.effects.iter().all(|e| fit.model.has(e.id));
+            let near = |(smaller, limit): &(Hypothesis, f64)| fit.cost < *limit && beside(smaller);
+            *s == here || (s.len() == here.len() && limits.iter().any(near))
+        };
+        let again: Vec<(Set, Node)> = (self.known.into_iter())
+            .filter(|(s, node)| is_near(s, &node.fit))
+            .collect();
+        let again: Vec<(Set, Node)> = again
+            .into_par_iter()
+            .map(|(s, node)| {
+                let (model, z) = (&node.fit.model, node.fit.z.clone());
+                let fit = problem.fit(model, z, &start.states, Effort::FULL);
+                (s, Node { fit, ..node })
+            })
+            .collect();
+        let mut search = Self::new(problem, start, self.acceptable, self.savers, self.report);
+        search.first = self.first;
+        search.known.extend(again);
+        if problem.is_far(&search.closest()) || problem.stop.wanted() {
+            search.left = if ended { 0 } else { search.left };
+        } else {
+            for node in search.known.values_mut() {
+                (node.grown, node.exchanged) = (false, false);
+            }
+        }
+        search
     }
 
     /// Goes on with the same windows in a problem whose fits have more time.
@@ -153,6 +199,20 @@ impl<'a> Search<'a> {
         sets
     }
 
+    /// The eligible fit with the best score.
+    fn closest(&self) -> Fit {
+        let closest = self
+            .ranked()
+            .first()
+            .map_or_else(|| set(&self.fixed), |s| (*s).clone());
+        self.known[&closest].fit.clone()
+    }
+
+    /// The cost below which another one in the place of what `smaller` lacks of `fit` is near it.
+    fn near(&self, fit: &Fit, smaller: &Fit) -> f64 {
+        fit.cost + (1.0 - self.savers.close) * (smaller.cost - fit.cost)
+    }
+
     /// The best fit of those whose effects were each tried without.
     fn best(&self) -> Fit {
         let ranked = self.ranked();
@@ -171,7 +231,7 @@ impl<'a> Search<'a> {
         let ranked = self.ranked();
         let open = |s: &&&Set| !(self.known[**s].grown && self.known[**s].exchanged);
         let beam = match ranked.first() {
-            Some(s) if self.problem.chi(&self.known[*s].fit) > ASTRAY => BEAM,
+            Some(s) if self.problem.chi(&self.known[*s].fit) > FAR => BEAM,
             _ => 1,
         };
         ranked.iter().take(beam).find(open).map(|s| (*s).clone())
@@ -242,7 +302,7 @@ impl<'a> Search<'a> {
             }
             // Those that come near, and those that are nested in what they stand for, are fitted from where this set
             // ended.
-            let limit = fit.cost + (1.0 - self.savers.close) * (smaller.cost - fit.cost);
+            let limit = self.near(&fit, &smaller);
             let again: Vec<Hypothesis> = self
                 .problem
                 .addable(&smaller)

@@ -16,10 +16,10 @@ const THROWN_OFF: f64 = 0.2;
 /// Steps with which a window that was thrown off is tried again.
 const RESCUE: usize = 5;
 
-/// A flexible coupling that takes more steps of the integrator a sample than this rings, or creeps, faster than samples
-/// follow. It shows no more than a rigid one, and a fit that has no use for a coupling would make it stiffer and
-/// stiffer, and every simulation longer.
-const MOST_STEPS: usize = 24;
+/// A flexible coupling that takes more steps of the integrator a sample than this, four a radian, rings (or creeps)
+/// faster than half the sampling rate. It shows no more than a rigid one, and a fit that has no use for a coupling
+/// would make it stiffer and stiffer, and every simulation longer.
+const MOST_STEPS: usize = 13;
 
 impl Problem<'_> {
     /// Solves for the initial states alone, the parameters held.

@@ -54,7 +54,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::Own(&["stiffness", "damping", "motor_share"]),
-    acts: Acts::DRIVE,
+    acts: Acts::DRIVE.and(Acts::BACKWARDS),
     at_rest: AtRest::Slope,
     own: None,
 };

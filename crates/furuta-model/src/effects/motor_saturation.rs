@@ -34,7 +34,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::GAIN_BY_LEVEL,
-    acts: Acts::VOLTAGE,
+    acts: Acts::VOLTAGE.and(Acts::BACKWARDS),
     at_rest: AtRest::KINKED,
     own: None,
 };

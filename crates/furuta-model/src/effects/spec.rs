@@ -44,6 +44,8 @@ impl Acts {
     pub const SHAFT: Self = Self(1 << 12);
     /// Bodies meet in blows: what is wrong before a blow is many times as wrong after it.
     pub const BLOWS: Self = Self(1 << 13);
+    /// Its strength counts backwards: the larger the number, the less it does (a limit, the stiffness of a coupling).
+    pub const BACKWARDS: Self = Self(1 << 14);
 
     /// Both.
     #[must_use]

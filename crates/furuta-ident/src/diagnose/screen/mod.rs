@@ -20,10 +20,6 @@ use super::Fit;
 use super::hypothesis::{FIRST_EFFECT, Hypothesis, TIMING};
 use crate::shooting::{ImpulseResponse, Model, Problem, Windows, ZEROS, impulse_responses};
 
-/// Above `FAR` times the noise, every `EVERY`-th window says where to look, as long as `LEAST_SCREENED` are asked.
-const FAR: f64 = 3.0;
-const EVERY: usize = 3;
-const LEAST_SCREENED: usize = 24;
 /// Curvature of what is held: nothing moves it.
 const HELD: f64 = 1e100;
 /// An angle over which a torque's slope is taken, rad.
@@ -75,8 +71,6 @@ impl Score {
 /// What a fit says about any small torque.
 pub(super) struct Screen {
     responses: Vec<Response>,
-    /// For a place, every `every`-th of the responses is asked, but for one in time.
-    every: usize,
     coefficients: Coefficients<f64>,
     /// Normal equations of the base parameters and the zeros of all recordings, the initial states taken out.
     normal: Option<Cholesky<f64, Dyn>>,
@@ -113,11 +107,6 @@ impl Screen {
         let size = followers(sheet.recordings);
         let mut normal = DMatrix::<f64>::zeros(size, size);
         let mut gradient = DVector::<f64>::zeros(size);
-        let every = if problem.chi(fit) > FAR {
-            (responses.len() / LEAST_SCREENED).clamp(1, EVERY)
-        } else {
-            1
-        };
         for response in &responses {
             for i in 0..FOLLOW {
                 let at = follower(response.recording, i);
@@ -155,7 +144,6 @@ impl Screen {
         let (least, most) = angles.fold((f64::MAX, f64::MIN), |(a, b), y| (a.min(y), b.max(y)));
         Self {
             responses,
-            every,
             range: most - least,
             coefficients,
             normal: normal.cholesky(),

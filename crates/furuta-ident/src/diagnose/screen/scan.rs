@@ -136,12 +136,7 @@ impl Screen {
         let apart = self.zeros_open && spec.acts.includes(Acts::ANGLE);
         let mut sums =
             vec![Sums::zero(self.gradient.len()); if apart { self.recordings } else { 1 }];
-        let every = if spec.acts.includes(Acts::JUMPS) {
-            1
-        } else {
-            self.every
-        };
-        for response in self.responses.iter().step_by(every) {
+        for response in &self.responses {
             let sums = &mut sums[if apart { response.recording } else { 0 }];
             self.add(response, &first, &second, sums, !is_scanned(spec));
         }

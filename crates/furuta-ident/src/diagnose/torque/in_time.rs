@@ -1,7 +1,7 @@
 //! The missing torque over time: the most likely course under a prior that it is smooth over some hundredths of a
 //! second.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 use super::super::result::TorqueInTime;
@@ -17,65 +17,88 @@ const SIZES: usize = 12;
 const STEP: f64 = 3.0;
 const ROUNDS: usize = 3;
 
-/// One window's quadratic, and where its torques stand.
+/// One window's quadratic `G`, `g` in the torques of its slices, the arm's before the pendulum's.
 struct Slices {
-    normal: TorqueNormal,
     t: Vec<f64>,
-    alike: DMatrix<f64>,
+    /// Root `R` of what slices have in common by their distance in time.
+    root: DMatrix<f64>,
+    /// `R' G R` and `R' g`, for each axis.
+    matrix: DMatrix<f64>,
+    gradient: DVector<f64>,
+    /// Sum of the diagonal of `G` over each axis.
+    clearness: [f64; 2],
 }
 
 impl Slices {
-    fn of(response: &Response) -> Self {
+    fn of(response: &Response) -> Option<Self> {
         let n = response.blocks.len().div_ceil(TOGETHER);
         let t: Vec<f64> = response
             .blocks
             .chunks(TOGETHER)
             .map(|c| c.iter().map(|b| b.t).sum::<f64>() / c.len() as f64)
             .collect();
-        Self {
-            normal: TorqueNormal::of(response, n, |k, _| [(k / TOGETHER, 1.0), (0, 0.0)])
-                .holding(&std::array::from_fn::<_, FOLLOW, _>(|i| 2 * n + i)),
-            alike: DMatrix::from_fn(n, n, |i, j| (-(t[i] - t[j]).abs() / MEMORY).exp()),
-            t,
-        }
-    }
-
-    /// The prior's covariance with these standard deviations of the two axes' torques.
-    fn prior(&self, size: [f64; 2]) -> DMatrix<f64> {
-        let n = self.t.len();
-        DMatrix::from_fn(2 * n, 2 * n, |i, j| {
-            if i / n == j / n {
-                size[i / n].powi(2) * self.alike[(i % n, j % n)]
-            } else {
-                0.0
+        let normal = TorqueNormal::of(response, n, |k, _| [(k / TOGETHER, 1.0), (0, 0.0)])
+            .holding(&std::array::from_fn::<_, FOLLOW, _>(|i| 2 * n + i));
+        let alike = DMatrix::from_fn(n, n, |i, j| {
+            let alike = (-(t[i] - t[j]).abs() / MEMORY).exp();
+            if i == j { alike + 1e-9 } else { alike }
+        });
+        let root = alike.cholesky()?.unpack();
+        let mut matrix = DMatrix::zeros(2 * n, 2 * n);
+        let mut gradient = DVector::zeros(2 * n);
+        for a in [0, n] {
+            let part = root.tr_mul(&normal.gradient.rows(a, n));
+            gradient.rows_mut(a, n).copy_from(&part);
+            for b in [0, n] {
+                let part = root.tr_mul(&(normal.matrix.view((a, b), (n, n)) * &root));
+                matrix.view_mut((a, b), (n, n)).copy_from(&part);
             }
+        }
+        let clearness = [0, n].map(|a| normal.matrix.view((a, a), (n, n)).trace());
+        Some(Self {
+            t,
+            root,
+            matrix,
+            gradient,
+            clearness,
         })
     }
 
-    /// Twice the logarithm of the evidence, but for a constant, and the posterior: mean and covariance. With the
-    /// prior's root `L` and `B = I + L'GL`, the covariance is `L B⁻¹ L'`.
-    fn posterior(&self, size: [f64; 2]) -> Option<(f64, DVector<f64>, DMatrix<f64>)> {
-        let mut prior = self.prior(size);
-        for i in 0..prior.nrows() {
-            prior[(i, i)] *= 1.0 + 1e-9;
+    /// With these standard deviations `S` of the two axes' torques: `B = I + S R'G R S`, and `S R' g`.
+    fn scaled(&self, size: [f64; 2]) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
+        let n = self.t.len();
+        let size = |i: usize| size[i / n];
+        let inner = DMatrix::from_fn(2 * n, 2 * n, |i, j| {
+            let one = if i == j { 1.0 } else { 0.0 };
+            one + size(i) * self.matrix[(i, j)] * size(j)
+        });
+        let gradient = DVector::from_fn(2 * n, |i, _| size(i) * self.gradient[i]);
+        Some((inner.cholesky()?, gradient))
+    }
+
+    /// Twice the logarithm of the evidence, but for a constant.
+    fn evidence(&self, size: [f64; 2]) -> Option<f64> {
+        let (inner, gradient) = self.scaled(size)?;
+        let factor = inner.l_dirty();
+        let log_det: f64 = factor.diagonal().iter().map(|d| 2.0 * d.ln()).sum();
+        let evidence = factor.solve_lower_triangular(&gradient)?.norm_squared() - log_det;
+        evidence.is_finite().then_some(evidence)
+    }
+
+    /// The posterior's mean and standard deviations: its covariance is `R S B⁻¹ S R'`.
+    fn posterior(&self, size: [f64; 2]) -> Option<(DVector<f64>, DVector<f64>)> {
+        let n = self.t.len();
+        let (inner, gradient) = self.scaled(size)?;
+        let mut root = DMatrix::zeros(2 * n, 2 * n);
+        for (c, a) in [0, n].into_iter().enumerate() {
+            let part = &self.root * size[c];
+            root.view_mut((a, a), (n, n)).copy_from(&part);
         }
-        let root = prior.cholesky()?.unpack();
-        let mut inner = root.tr_mul(&(&self.normal.matrix * &root));
-        for i in 0..inner.nrows() {
-            inner[(i, i)] += 1.0;
-        }
-        let inner = inner.cholesky()?;
+        let mean = &root * inner.solve(&gradient);
         let half = inner.l_dirty().solve_lower_triangular(&root.transpose())?;
-        let covariance = half.tr_mul(&half);
-        let mean = &covariance * &self.normal.gradient;
-        let log_det: f64 = inner
-            .l_dirty()
-            .diagonal()
-            .iter()
-            .map(|d| 2.0 * d.ln())
-            .sum();
-        let evidence = mean.dot(&self.normal.gradient) - log_det;
-        evidence.is_finite().then_some((evidence, mean, covariance))
+        let std = DVector::from_fn(2 * n, |i, _| half.column(i).norm());
+        let finite = mean.iter().chain(std.iter()).all(|v| v.is_finite());
+        finite.then_some((mean, std))
     }
 }
 
@@ -125,19 +148,21 @@ pub(in super::super) fn in_time(
 }
 
 fn courses(responses: &Responses) -> Vec<Course> {
-    let slices: Vec<Slices> = responses.by_window.par_iter().map(Slices::of).collect();
+    let slices: Vec<(usize, Slices)> = (responses.by_window.par_iter())
+        .filter_map(|response| Some((response.window, Slices::of(response)?)))
+        .collect();
     let size = likely(&slices);
-    (responses.by_window.par_iter().zip(slices))
-        .filter_map(|(response, slices)| {
-            let (_, mean, covariance) = slices.posterior(size)?;
+    (slices.into_par_iter())
+        .filter_map(|(window, slices)| {
+            let (mean, std) = slices.posterior(size)?;
             let n = slices.t.len();
             let of = |value: &dyn Fn(usize) -> f64| {
                 [0, n].map(|first| (first..first + n).map(value).collect())
             };
             Some(Course {
-                window: response.window,
+                window,
                 torque: of(&|i| mean[i]),
-                std: of(&|i| covariance[(i, i)].sqrt()),
+                std: of(&|i| std[i]),
                 t: slices.t,
             })
         })
@@ -145,15 +170,12 @@ fn courses(responses: &Responses) -> Vec<Course> {
 }
 
 /// The sizes of the two axes' torques under which the residuals are the most likely.
-fn likely(slices: &[Slices]) -> [f64; 2] {
+fn likely(slices: &[(usize, Slices)]) -> [f64; 2] {
     // A torque of this size everywhere would just be seen in one window.
     let least: [f64; 2] = std::array::from_fn(|c| {
         let clearest = slices
             .iter()
-            .map(|s| {
-                let n = s.t.len();
-                s.normal.matrix.view((c * n, c * n), (n, n)).trace()
-            })
+            .map(|(_, s)| s.clearness[c])
             .fold(0.0, f64::max);
         if clearest > 0.0 {
             clearest.sqrt().recip()
@@ -170,7 +192,7 @@ fn likely(slices: &[Slices]) -> [f64; 2] {
             trial[c] = 0.1 * least[c] * STEP.powi(k as i32);
             let parts: Vec<f64> = slices
                 .par_iter()
-                .map(|s| s.posterior(trial).map_or(0.0, |p| p.0))
+                .map(|(_, s)| s.evidence(trial).unwrap_or(0.0))
                 .collect();
             let evidence: f64 = parts.iter().sum();
             if evidence > best {
