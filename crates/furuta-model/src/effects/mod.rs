@@ -6,15 +6,19 @@
 //! Parameters that are all "off" (zero strength) leave the plant exactly as it was.
 
 mod at_rest;
+mod attached;
 mod custom;
 mod footprint;
+mod offered;
 pub mod own;
 mod pulse;
 mod spec;
 
 pub use at_rest::AtRest;
+pub use attached::{EndStop, Relaxation, Winding};
 pub use custom::{Custom, EMPIRICAL, TERMS, Term};
 pub use footprint::{BaseParameter, Footprint};
+pub use offered::Offered;
 pub use own::{Own, OwnLaws};
 pub use spec::{Acts, Clock, Drive, EffectError, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 
@@ -204,6 +208,38 @@ macro_rules! catalogue {
                     Self::Own(e) => e.reading(angles),
                 }
             }
+            #[inline(always)]
+            fn disc(&self, angles: [S; 2]) -> [S; 2] {
+                match self {
+                    $(Self::$name(e) => e.disc(angles),)+
+                    Self::Custom(e) => e.disc(angles),
+                    Self::Own(e) => e.disc(angles),
+                }
+            }
+            #[inline(always)]
+            fn end_stop(&self) -> EndStop<S> {
+                match self {
+                    $(Self::$name(e) => e.end_stop(),)+
+                    Self::Custom(e) => e.end_stop(),
+                    Self::Own(e) => e.end_stop(),
+                }
+            }
+            #[inline(always)]
+            fn relaxation(&self) -> Relaxation<S> {
+                match self {
+                    $(Self::$name(e) => e.relaxation(),)+
+                    Self::Custom(e) => e.relaxation(),
+                    Self::Own(e) => e.relaxation(),
+                }
+            }
+            #[inline(always)]
+            fn winding(&self) -> Winding<S> {
+                match self {
+                    $(Self::$name(e) => e.winding(),)+
+                    Self::Custom(e) => e.winding(),
+                    Self::Own(e) => e.winding(),
+                }
+            }
         }
     };
 }
@@ -212,11 +248,16 @@ catalogue! {
     arm_coulomb::ArmCoulomb,
     arm_stribeck::ArmStribeck,
     arm_quadratic::ArmQuadratic,
+    arm_load_friction::ArmLoadFriction,
+    arm_angle_friction::ArmAngleFriction,
     arm_spring::ArmSpring,
     arm_cable::ArmCable,
+    arm_relaxation::ArmRelaxation,
     arm_presliding::ArmPresliding,
     arm_cogging::ArmCogging,
     arm_tilt::ArmTilt,
+    arm_stop::ArmStop,
+    motor_resolution::MotorResolution,
     motor_deadzone::MotorDeadzone,
     motor_bias::MotorBias,
     motor_saturation::MotorSaturation,
@@ -224,6 +265,8 @@ catalogue! {
     motor_delay::MotorDelay,
     motor_asymmetry::MotorAsymmetry,
     motor_drift::MotorDrift,
+    motor_inductance::MotorInductance,
+    motor_current_limit::MotorCurrentLimit,
     motor_ripple::MotorRipple,
     drive_backlash::DriveBacklash,
     drive_compliance::DriveCompliance,
@@ -232,6 +275,8 @@ catalogue! {
     pendulum_spring::PendulumSpring,
     pendulum_bias::PendulumBias,
     pendulum_inertia_transverse::PendulumInertiaTransverse,
+    sensor_theta_eccentricity::SensorThetaEccentricity,
+    sensor_alpha_eccentricity::SensorAlphaEccentricity,
     sensor_alpha_offset::SensorAlphaOffset,
     sensor_alpha_scale::SensorAlphaScale,
     sensor_theta_scale::SensorThetaScale,
