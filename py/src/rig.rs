@@ -470,11 +470,6 @@ pub(crate) fn parameter(key: &str) -> PyResult<usize> {
     })
 }
 
-/// The catalogue's entries of these ids.
-pub(crate) fn entries(ids: &[String]) -> PyResult<Vec<&'static Spec>> {
-    ids.iter().map(|id| known(id)).collect()
-}
-
 /// The catalogue's entry.
 pub(crate) fn known(id: &str) -> PyResult<&'static Spec> {
     effects::spec(id).ok_or_else(|| {
@@ -508,10 +503,9 @@ pub(crate) fn place(spec: &Spec, name: &str) -> PyResult<usize> {
 /// dict
 ///     By id, in the catalogue's order: `name`, `law` (formula), `sentence` (what it is), `shows` (how it looks in
 ///     data), `experiment` (what shows it apart from its look-alikes), `look_alikes` (ids),
-///     `follows_state` (whether it is a function of the present state and motor voltage alone), `offered` ("always"
-///     if `diagnose` looks for it unasked, else "on request": `candidates=[id]`), `parameters` (SI unit by name) and
-///     `details` (by name: `unit`, `kind`, which is "real", "whole" or "choice", `choices`, `min`, `max`, `off`, the
-///     value at which it does nothing, and `default`; None where there is none).
+///     `follows_state` (whether it is a function of the present state and motor voltage alone), `parameters` (SI unit
+///     by name) and `details` (by name: `unit`, `kind`, which is "real", "whole" or "choice", `choices`, `min`, `max`,
+///     `off`, the value at which it does nothing, and `default`; None where there is none).
 ///
 /// Examples
 /// --------
@@ -534,8 +528,6 @@ pub(crate) fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         entry.set_item("experiment", spec.experiment)?;
         entry.set_item("look_alikes", spec.look_alikes.to_vec())?;
         entry.set_item("follows_state", spec.follows_state())?;
-        let always = spec.offered.is_always();
-        entry.set_item("offered", if always { "always" } else { "on request" })?;
         let (parameters, details) = (PyDict::new(py), PyDict::new(py));
         for p in spec.parameters {
             parameters.set_item(p.name, p.unit)?;

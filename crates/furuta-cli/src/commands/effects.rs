@@ -61,7 +61,7 @@ fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
                     .iter()
                     .map(|p| json!({"name": p.name, "unit": p.unit}))
                     .collect();
-                json!({"id": s.id, "name": s.name, "parameters": parameters, "offered": offered(s)})
+                json!({"id": s.id, "name": s.name, "parameters": parameters})
             })
             .collect();
         writeln!(out, "{all}")?;
@@ -88,15 +88,7 @@ fn explain(out: &mut impl Write, spec: &Spec, rig: &Rig, given: &str) -> Result<
     writeln!(out, "law           {}", spec.law)?;
     writeln!(out, "shows         {}", spec.shows)?;
     writeln!(out, "looks like    {}", spec.look_alikes.join(", "))?;
-    writeln!(out, "to tell       {}", spec.experiment)?;
-    if !spec.offered.is_always() {
-        let (id, why) = (spec.id, spec.offered.why());
-        writeln!(
-            out,
-            "looked for    with furuta diagnose --candidate {id}: {why}"
-        )?;
-    }
-    writeln!(out)?;
+    writeln!(out, "to tell       {}\n", spec.experiment)?;
     for p in spec.parameters {
         writeln!(out, "  {:14}{}", p.name, described(p, rig))?;
     }
@@ -114,15 +106,6 @@ fn explain(out: &mut impl Write, spec: &Spec, rig: &Rig, given: &str) -> Result<
         hide.join(",")
     )?;
     Ok(())
-}
-
-/// Whether a diagnosis looks for it unasked, in a word.
-fn offered(spec: &Spec) -> &'static str {
-    if spec.offered.is_always() {
-        "always"
-    } else {
-        "on request"
-    }
 }
 
 /// Unit, range, default and typical size in a line.
@@ -179,7 +162,6 @@ fn explained_json(spec: &Spec, rig: &Rig) -> Value {
     json!({
         "id": spec.id, "name": spec.name, "law": spec.law, "sentence": spec.sentence, "shows": spec.shows,
         "look_alikes": spec.look_alikes,
-        "offered": offered(spec),
         "experiment": spec.experiment, "rig": rig.name, "parameters": parameters,
     })
 }

@@ -40,16 +40,14 @@ mod tests {
     use furuta_model::effects::Acts;
     use furuta_model::{CATALOGUE, Effect, Rig};
 
-    /// Whatever the catalogue has between command and motor, but for a limit and for levels, which not every voltage
-    /// has.
+    /// Whatever the catalogue has between command and motor, alone and with a dead zone before it.
     #[test]
     fn the_motor_gets_the_voltage_that_was_wanted() {
         let rig = Rig::builtin("qube-servo-2").expect("built in");
         let limit = rig.params.motor.command_limit;
         let maps = CATALOGUE
             .iter()
-            .filter(|s| s.acts.includes(Acts::VOLTAGE))
-            .filter(|s| !["motor.saturation", "motor.resolution"].contains(&s.id));
+            .filter(|s| s.acts.includes(Acts::VOLTAGE) && s.id != "motor.saturation");
         for spec in maps {
             let values: arrayvec::ArrayVec<f64, 8> = spec
                 .parameters
