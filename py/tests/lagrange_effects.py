@@ -35,7 +35,7 @@ def constants(rig: TrueRig, effects: Effects) -> dict[str, float]:
 @dataclasses.dataclass
 class Motion:
     """The rig's motion under the held commands ``u``. Behind [theta, alpha] and their rates stand rotor angle and
-    speed, bristles' bend, lagged voltage."""
+    speed, bristles' bend, lagged voltage, the stretch of a cable that relaxes, the voltage across the winding."""
 
     rig: TrueRig
     effects: Effects
@@ -57,6 +57,8 @@ class Motion:
         p = self.parameter
         sample = int(np.floor((t - p("motor.delay", "delay")) * self.rig.rate + 1e-7))
         volts = self.u[min(sample, len(self.u) - 1)] if sample >= 0 else 0.0
+        if step := p("motor.resolution", "step"):
+            volts = step * np.round(volts / step)
         volts = max(abs(volts) - p("motor.deadzone", "width"), 0.0) * (1 if volts > 0 else -1) + p(
             "motor.bias", "voltage"
         )
@@ -119,6 +121,25 @@ class Motion:
             lagged = behind.pop(0)
             more.append((volts - lagged) / p("motor.lag", "time_constant"))
             volts = lagged
+        stretch = behind.pop(0) if "arm.relaxation" in self.effects else 0.0
+        if "arm.relaxation" in self.effects:
+            more.append(theta_dot - stretch / p("arm.relaxation", "time_constant"))
+        if "motor.inductance" in self.effects:
+            across = behind.pop(0)
+            emf = p("motor.inductance", "back_emf") * rig.arm_damping / rig.torque_per_volt * speed
+            more.append((volts - emf - across) / p("motor.inductance", "time_constant"))
+            volts = across + emf
+        if "motor.current_limit" in self.effects:
+            emf = p("motor.current_limit", "back_emf") * rig.arm_damping / rig.torque_per_volt * speed
+            most = p("motor.current_limit", "limit") / rig.torque_per_volt
+            volts = np.clip(volts - emf, -most, most) + emf
+        if "arm.load_friction" in self.effects:
+            passed = rig.torque_per_volt * volts - rig.arm_damping * speed
+            rotor -= p("arm.load_friction", "coefficient") * abs(passed) * np.tanh(speed / REST)
+        if "arm.angle_friction" in self.effects:
+            place = np.sin(p("arm.angle_friction", "order") * angle + p("arm.angle_friction", "phase"))
+            level = p("arm.angle_friction", "torque") * (1 + p("arm.angle_friction", "depth") * place)
+            rotor -= level * np.tanh(speed / REST)
         ripple = p("motor.ripple", "amplitude") * np.sin(
             p("motor.ripple", "order") * angle + p("motor.ripple", "phase")
         )
@@ -130,6 +151,13 @@ class Motion:
             - p("arm.cable", "asymmetry") * e**2
             - p("arm.cable", "cubic") * e**3
         )
+        arm -= p("arm.relaxation", "stiffness") * stretch
+        if "arm.stop" in self.effects:
+            from_middle = theta - p("arm.stop", "middle")
+            deep = abs(from_middle) - p("arm.stop", "angle")
+            side = 1 if from_middle > 0 else -1
+            if deep > 0:
+                arm -= side * max(p("arm.stop", "stiffness") * deep + p("arm.stop", "damping") * side * theta_dot, 0.0)
         vibration = 2 * np.pi * p("disturbance.vibration", "frequency") * t + p("disturbance.vibration", "phase")
         arm += p("disturbance.vibration", "amplitude") * np.sin(vibration) + self.kick("disturbance.arm_kick", t)
 
@@ -161,8 +189,10 @@ class Motion:
             *x0,
             *((x0[0], x0[2]) if self.drive else ()),
             *([0.0] * (("arm.presliding" in self.effects) + ("motor.lag" in self.effects))),
+            *([0.0] * (("arm.relaxation" in self.effects) + ("motor.inductance" in self.effects))),
         ]
-        stiff = "drive.backlash" in self.effects or any("coulomb" in id or "stribeck" in id for id in self.effects)
+        rubs = ("coulomb", "stribeck", "load_friction", "angle_friction", "arm.stop")
+        stiff = "drive.backlash" in self.effects or any(word in id for id in self.effects for word in rubs)
         options = ({"method": "LSODA", "rtol": 1e-8, "atol": 1e-10} if stiff else {}) | options
         states = lagrange.integrate(self.values, self.torque, start, edges, **options)
         return states[np.searchsorted(edges, np.clip(np.round(times, 12), 0, None))]

@@ -10,8 +10,9 @@ Ids, parameter names and signs are those of the catalogue (``furuta.catalogue()`
 - ``arm.tilt``: gravity is ``g (sin(angle) cos(direction), sin(angle) sin(direction), -cos(angle))`` in the base's axes,
   theta counted from x.
 - ``disturbance.*kick``: in the run with this number, counted from 0, while ``time <= t < time + duration``.
-- motor: delay, dead zone, bias, saturation, asymmetry, drift, lag, in this order, and ripple of the torque that comes
-  of it; sensors: delay, offset, scale, counts.
+- motor: delay, resolution, dead zone, bias, saturation, asymmetry, drift, lag, in this order, then inductance, limit of
+  the current, and ripple of the torque that comes of it; sensors: delay, eccentric discs, offset, scale, counts.
+- ``back_emf``: the part of the arm's damping that is the motor's.
 """
 
 from __future__ import annotations
@@ -38,6 +39,13 @@ EFFECTS = (
     "disturbance.vibration", "disturbance.kick", "disturbance.arm_kick",
 )  # fmt: skip
 
+# Those that a diagnosis looks for on request alone: they are in no draw of the benchmark.
+ON_REQUEST = (
+    "arm.load_friction", "arm.angle_friction", "arm.relaxation", "arm.stop",
+    "motor.resolution", "motor.inductance", "motor.current_limit",
+    "sensor.theta.eccentricity", "sensor.alpha.eccentricity",
+)  # fmt: skip
+
 # Two parts where the plant has room for one; delays are counted in even samples; a rod that bends has mass to be
 # divided.
 IMPOSSIBLE = (
@@ -51,9 +59,10 @@ SECONDS = 12.0  # usual length of a recording: kicks fall into its middle half
 
 def check(effects: Effects) -> None:
     """Raises where the plant does not have an effect, or not all of them together."""
-    unknown = set(effects) - set(EFFECTS) - set(FOREIGN)
+    known = EFFECTS + ON_REQUEST + FOREIGN
+    unknown = set(effects) - set(known)
     if unknown:
-        raise ValueError(f"the MuJoCo plant has no {', '.join(sorted(unknown))}; it has {', '.join(EFFECTS + FOREIGN)}")
+        raise ValueError(f"the MuJoCo plant has no {', '.join(sorted(unknown))}; it has {', '.join(known)}")
     for pair in IMPOSSIBLE:
         if pair <= set(effects):
             raise ValueError(f"the MuJoCo plant has room for one of {' and '.join(sorted(pair))}")
@@ -170,6 +179,33 @@ def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float
                 "run": float(rng.integers(2)), "time": SECONDS * plain(0.25, 0.75), "duration": plain(0.03, 0.05),
                 "torque": sign * scale * between(0.8, 1.3),
             }  # fmt: skip
+        case "arm.load_friction":
+            return {"coefficient": between(0.20, 0.35)}
+        case "arm.angle_friction":
+            return {
+                "torque": torque * between(0.08, 0.15),
+                "depth": plain(0.8, 1.0),
+                "order": float(rng.integers(1, 7)),
+                "phase": plain(0, 2 * np.pi),
+            }
+        case "arm.relaxation":
+            return {"stiffness": torque * between(0.3, 0.6), "time_constant": plain(0.3, 1.0)}
+        case "arm.stop":
+            stiffness = torque / 0.05
+            return {
+                "stiffness": stiffness, "angle": plain(0.3, 0.4), "middle": plain(-0.1, 0.1),
+                "damping": 0.6 * float(np.sqrt(stiffness * rig.arm_inertia)),
+            }  # fmt: skip
+        case "motor.resolution":
+            return {"step": rig.vmax * between(0.10, 0.16)}
+        case "motor.inductance":
+            return {"time_constant": between(0.01, 0.03), "back_emf": plain(0.7, 1.0)}
+        case "motor.current_limit":
+            return {"limit": torque * max(1 - between(0.72, 0.80), 0.1), "back_emf": plain(0.7, 1.0)}
+        case "sensor.theta.eccentricity":
+            return {"amplitude": between(0.08, 0.15), "phase": plain(0, 2 * np.pi)}
+        case "sensor.alpha.eccentricity":
+            return {"amplitude": between(0.03, 0.06), "phase": plain(0, 2 * np.pi)}
     if (drawn := draw_foreign(effect, rig, rng, between, plain, SECONDS)) is not None:
         return drawn
-    raise ValueError(f"no effect called {effect!r} in the MuJoCo plant; it has {', '.join(EFFECTS + FOREIGN)}")
+    raise ValueError(f"no effect called {effect!r} in the MuJoCo plant; it has {', '.join(EFFECTS + ON_REQUEST + FOREIGN)}")

@@ -33,7 +33,13 @@ def frictions(effects: Effects, rig: TrueRig, motor: int) -> list[Law]:
                         p["coefficient"] * abs(driving - rig.back_emf_damping * speed[motor])
                     )
                 )
-            case "x.friction_angle":
+            case "arm.load_friction":
+                laws.append(
+                    lambda t, angle, speed, driving, p=p: (
+                        p["coefficient"] * abs(driving - rig.arm_damping * speed[motor])
+                    )
+                )
+            case "x.friction_angle" | "arm.angle_friction":
                 laws.append(
                     lambda t, angle, speed, driving, p=p: (
                         p["torque"] * (1 + p["depth"] * np.sin(p["order"] * angle[motor] + p["phase"]))

@@ -249,8 +249,13 @@ class Plant:
     def measure(self, rng: np.random.Generator | None = None, noise: float = 0.0) -> tuple[float, float]:
         """Encoder angles: late, with offset and scale, noise of ``noise`` counts RMS, rounded to whole counts."""
         angles = self._seen()
-        discs = np.array([self._parameter(f"x.eccentric_{axis}", "angle") for axis in ("theta", "alpha")])
-        phases = [self._parameter(f"x.eccentric_{axis}", "phase") for axis in ("theta", "alpha")]
+        axes = ("theta", "alpha")
+        discs = np.array([self._parameter(f"x.eccentric_{axis}", "angle") for axis in axes])
+        discs += [self._parameter(f"sensor.{axis}.eccentricity", "amplitude") for axis in axes]
+        phases = [
+            self._parameter(f"x.eccentric_{axis}", "phase") + self._parameter(f"sensor.{axis}.eccentricity", "phase")
+            for axis in axes
+        ]
         lost = self.effects.get("x.lost_counts", {"angle": 0.0, "time": 0.0})
         jumped = lost["angle"] if self.time >= lost["time"] else 0.0
         angles = angles + discs * np.sin(angles + phases) + [jumped, self._parameter("sensor.alpha.offset", "angle")]
@@ -284,6 +289,8 @@ class Plant:
         """What reaches the winding in each substep, in command units."""
         p = self._parameter
         volts = self._delayed(self.supply(u), len(middles))
+        if step := p("motor.resolution", "step"):
+            volts = step * np.round(volts / step)
         volts = np.sign(volts) * np.maximum(np.abs(volts) - p("motor.deadzone", "width"), 0.0) + p(
             "motor.bias", "voltage"
         )

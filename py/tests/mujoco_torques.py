@@ -79,6 +79,7 @@ class Inductance:
 
 def stop(p: dict[str, float], angle: float, speed: float) -> float:
     """Torque of rubber on either side of the middle, which pushes and does not pull."""
+    angle -= p.get("middle", 0.0)
     over = angle - np.clip(angle, -p["angle"], p["angle"])
     push = p["stiffness"] * over + p["damping"] * speed
     return -push if over * push > 0.0 else 0.0
@@ -139,13 +140,27 @@ def torques(effects: Effects, rig: TrueRig, motor: int, step: float) -> list[tup
                 )
             case "x.maxwell_cable":
                 laws.append((THETA, Maxwell(THETA, p["stiffness"], p["tau"], step)))
+            case "arm.relaxation":
+                laws.append((THETA, Maxwell(THETA, p["stiffness"], p["time_constant"], step)))
             case "x.inductance":
                 laws.append((motor, Inductance(motor, emf, p["time_constant"], step)))
+            case "motor.inductance":
+                back = p["back_emf"] * rig.arm_damping
+                laws.append((motor, Inductance(motor, back, p["time_constant"], step)))
+            case "motor.current_limit":
+                laws.append(
+                    (
+                        motor,
+                        lambda t, angle, speed, driving, p=p: limited(
+                            driving - p["back_emf"] * rig.arm_damping * speed[motor], p["limit"]
+                        ),
+                    )
+                )
             case "x.current_limit":
                 laws.append(
                     (motor, lambda t, angle, speed, driving, p=p: limited(driving - emf * speed[motor], p["torque"]))
                 )
-            case "x.end_stops":
+            case "x.end_stops" | "arm.stop":
                 laws.append((THETA, lambda t, angle, speed, driving, p=p: stop(p, angle[THETA], speed[THETA])))
             case "x.detent":
                 laws.append(

@@ -13,7 +13,7 @@ pytest.importorskip("mujoco")
 
 from lagrange_effects import Motion  # noqa: E402
 from mujoco_case import multisine, write_case  # noqa: E402
-from mujoco_effects import EFFECTS, FOREIGN, draw_effect, hide  # noqa: E402
+from mujoco_effects import EFFECTS, FOREIGN, ON_REQUEST, draw_effect, hide  # noqa: E402
 from mujoco_plant import Plant  # noqa: E402
 from mujoco_rig import FAMILIES, data_sheet, rig_toml  # noqa: E402
 
@@ -55,12 +55,15 @@ DIFFERENCES = {
     "arm.coulomb": 5e-4,
     "arm.stribeck": 1.5e-3,  # twice the friction at the stop, and less of it the faster the arm
     "pendulum.coulomb": 5e-4,
+    "arm.load_friction": 5e-4,
+    "arm.angle_friction": 1e-3,
+    "arm.stop": 5e-4,  # its damper acts from the step after the contact on
     "drive.backlash": 1e-3,
     "disturbance.arm_kick": 1e-5,
 }
 
 
-@pytest.mark.parametrize("effect", ["nothing", *(id for id in EFFECTS if not id.startswith("sensor"))])
+@pytest.mark.parametrize("effect", ["nothing", *(id for id in EFFECTS + ON_REQUEST if not id.startswith("sensor"))])
 @pytest.mark.parametrize("start", ([0.1, np.pi - 0.4, 1.0, -2.0], [0.0, 0.05, 0.0, 0.0]), ids=("hanging", "falling"))
 def test_motion_follows_the_energies(effect, start):
     rig, effects = hidden(effect)
@@ -107,7 +110,7 @@ def test_what_cannot_be_hidden_is_named():
         Plant(RIG, {"arm.magic": {}}, alpha=0.0)
 
 
-@pytest.mark.parametrize("effect", [id for id in EFFECTS if id.startswith("sensor")])
+@pytest.mark.parametrize("effect", [id for id in EFFECTS + ON_REQUEST if id.startswith("sensor")])
 def test_what_the_encoders_read(effect):
     rig, effects = hidden(effect)
     u, start = commands(200), [0.1, np.pi - 0.4, 0.0, 0.0]
@@ -119,6 +122,9 @@ def test_what_the_encoders_read(effect):
     angles = Motion(rig, {}, u).at(np.arange(200) / rig.rate - p.get("delay", 0.0), start)[:, :2]
     if effect == "sensor.delay":
         assert p["delay"] * rig.rate % 1 > 0.1  # between samples
+    elif "eccentricity" in effect:
+        axis = ["sensor.theta.eccentricity", "sensor.alpha.eccentricity"].index(effect)
+        angles[:, axis] += p["amplitude"] * np.sin(angles[:, axis] + p["phase"])
     elif effect == "sensor.theta.scale":
         angles[:, 0] *= p["scale"]
     else:
@@ -336,6 +342,6 @@ def test_an_encoder_that_slips_once():
 
 def test_every_effect_has_a_size():
     for rig in FAMILIES.values():
-        for effect in EFFECTS + FOREIGN:
+        for effect in EFFECTS + ON_REQUEST + FOREIGN:
             values = [v for name, v in draw_effect(effect, rig, np.random.default_rng(0)).items() if name != "encoder"]
             assert values and np.isfinite(values).all()

@@ -326,7 +326,9 @@ impl Model {
                     encoder_on_motor: v("encoder") > 0.5,
                 });
             }
-            _ if id.starts_with("motor.") && id != "motor.ripple" => self.leave(id, COMMAND),
+            // They depend on the angle or on the speed.
+            "motor.ripple" | "motor.inductance" | "motor.current_limit" => self.leave(id, NO_MEANS),
+            _ if id.starts_with("motor.") => self.leave(id, COMMAND),
             _ if id.starts_with("sensor.") => self.leave(id, READING),
             _ => self.leave(id, NO_MEANS),
         }

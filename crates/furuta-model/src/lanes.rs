@@ -113,6 +113,10 @@ macro_rules! lanes {
                 Self(self.0.map(Scalar::sqrt))
             }
             #[inline(always)]
+            fn round(self) -> Self {
+                Self(self.0.map(Scalar::round))
+            }
+            #[inline(always)]
             fn exp(self) -> Self {
                 Self(self.0.map(Scalar::exp))
             }

@@ -58,7 +58,7 @@ pub mod transfer;
 pub mod trig;
 pub mod zero_dynamics;
 
-pub use effects::{CATALOGUE, Effect, EffectError, Spec};
+pub use effects::{CATALOGUE, Effect, EffectError, ON_REQUEST, Spec};
 pub use jet::Jet;
 pub use lanes::Lanes;
 pub use linear_plant::{LinearPlant, linear_plant};

@@ -63,6 +63,13 @@ pub trait Scalar:
     #[must_use]
     fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self;
 
+    /// The nearest whole number, from halves away from zero; a constant, where there are derivatives.
+    #[must_use]
+    #[inline(always)]
+    fn round(self) -> Self {
+        Self::from_f64(libm::round(self.value()))
+    }
+
     /// Magnitude.
     #[must_use]
     fn abs(self) -> Self {

@@ -3,7 +3,7 @@
 use furuta_model::simulate::{
     Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError, batch, trajectory,
 };
-use furuta_model::{CATALOGUE, Effect, Rig, State};
+use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Rig, State};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn rollouts(effects: &[Effect<f64>], count: usize) -> Vec<Rollout> {
@@ -32,7 +32,7 @@ fn a_batch_is_to_the_bit_what_its_rollouts_are_alone() {
         .map(|k| 3.0 * (f64::from(k) * 0.03).sin())
         .collect();
     let mut sets = vec![vec![]];
-    sets.extend(CATALOGUE.iter().map(|spec| {
+    sets.extend(CATALOGUE.iter().chain(ON_REQUEST).map(|spec| {
         let values: Vec<f64> = spec
             .parameters
             .iter()

@@ -1,6 +1,6 @@
 //! A real cable on the arm: `-(stiffness e + asymmetry e² + cubic e³)`, `e = theta - rest`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -78,6 +78,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::TORQUE.and(Acts::ANGLE),
     at_rest: AtRest::Slope,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for ArmCable<S> {

@@ -1,6 +1,6 @@
 //! Cogging of the motor: `amplitude sin(order theta + phase)`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -65,6 +65,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::TORQUE.and(Acts::ANGLE).and(Acts::SHAFT),
     at_rest: AtRest::WITHIN_A_TOOTH,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for ArmCogging<S> {

@@ -1,6 +1,6 @@
 //! Coulomb friction on the arm: `-torque * sign(theta_dot); at rest it holds up to torque`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -39,6 +39,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::DRY_FRICTION.and(Acts::SHAFT),
     at_rest: AtRest::Friction("dry friction has no slope at rest"),
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for ArmCoulomb<S> {

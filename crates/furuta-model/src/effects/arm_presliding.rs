@@ -1,6 +1,6 @@
 //! Dahl friction on the arm: `-stiffness z`, `dz/dt = theta_dot (1 - stiffness z sign(theta_dot)/torque)`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -55,6 +55,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::TORQUE.and(Acts::MEMORY).and(Acts::SHAFT),
     at_rest: AtRest::Friction("a spring before it slides, dry friction when it does"),
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for ArmPresliding<S> {

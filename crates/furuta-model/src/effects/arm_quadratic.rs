@@ -1,6 +1,6 @@
 //! Quadratic drag on the arm: `-coefficient * |theta_dot| * theta_dot`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -38,6 +38,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::TORQUE.and(Acts::SHAFT),
     at_rest: AtRest::Friction("at rest its slope is 0"),
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for ArmQuadratic<S> {

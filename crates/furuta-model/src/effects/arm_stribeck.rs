@@ -1,6 +1,6 @@
 //! Stribeck friction on the arm: `-(coulomb + (static - coulomb) exp(-(theta_dot/velocity)²)) sign(theta_dot)`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -63,6 +63,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::DRY_FRICTION.and(Acts::SHAFT),
     at_rest: AtRest::Friction("dry friction has no slope at rest"),
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for ArmStribeck<S> {

@@ -5,7 +5,8 @@
 //! hidden behind them, and a search for causes does not name them.
 
 use super::{
-    Acts, AtRest, Footprint, Instant, Kind, Law, MAX_PARAMETERS, ParameterSpec, Spec, Typical,
+    Acts, AtRest, Footprint, Instant, Kind, Law, MAX_PARAMETERS, Offered, ParameterSpec, Spec,
+    Typical,
 };
 use crate::scalar::Scalar;
 use arrayvec::ArrayVec;
@@ -196,6 +197,7 @@ macro_rules! specs {
             acts: Acts::TORQUE.and(Acts::ANGLE),
             at_rest: AtRest::Slope,
             own: None,
+            offered: Offered::Always,
         }),+];
     };
 }
@@ -263,7 +265,7 @@ impl<S: Scalar> Custom<S> {
 
     /// After every effect of the catalogue.
     pub(super) fn rank(&self) -> usize {
-        super::CATALOGUE.len() + self.place
+        super::CATALOGUE.len() + super::ON_REQUEST.len() + self.place
     }
 
     /// The values in the order of the effect's parameter list.

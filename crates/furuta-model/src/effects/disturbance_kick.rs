@@ -1,6 +1,6 @@
 //! A kick: `torque` on the pendulum for `duration` from `time` on, in one run.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -76,6 +76,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::TORQUE.and(Acts::JUMPS),
     at_rest: AtRest::UNCOMMANDED,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for DisturbanceKick<S> {

@@ -1,6 +1,6 @@
 //! Vibration: `amplitude sin(2π frequency t + phase)` on the arm.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -64,6 +64,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::TORQUE,
     at_rest: AtRest::UNCOMMANDED,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for DisturbanceVibration<S> {

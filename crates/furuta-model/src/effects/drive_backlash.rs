@@ -1,6 +1,6 @@
 //! Backlash between rotor and arm (also called play): free of each other for `|rotor - arm| < gap/2`.
 
-use super::{Acts, AtRest, Drive, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Drive, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -70,6 +70,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::DRIVE.and(Acts::BLOWS),
     at_rest: AtRest::LeftOut("rotor and arm are taken to touch: its gain depends on the motion's size"),
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for DriveBacklash<S> {

@@ -1,7 +1,7 @@
 //! A flexible coupling between rotor and arm: `stiffness (rotor - arm) + damping (rotor_dot - arm_dot)`.
 
 use super::drive_backlash::{ENCODER, MOTOR_SHARE};
-use super::{Acts, AtRest, Drive, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Drive, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -57,6 +57,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::DRIVE.and(Acts::BACKWARDS),
     at_rest: AtRest::Slope,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for DriveCompliance<S> {

@@ -1,20 +1,26 @@
 //! The catalogue: what a real rig does and the rigid-body equations leave out. One file per effect.
 //!
 //! Every effect says where it acts by implementing hooks of [`Law`] and listing them in [`Spec::acts`];
-//! [`crate::Plant`] calls only those. To add one: write its file, add one line to the `catalogue!` call below.
+//! [`crate::Plant`] calls only those. To add one: write its file, add one line to the `catalogue!` call below. What few
+//! rigs have, or recordings seldom tell from others, is an entry on request: each that is looked for costs time, and is
+//! one more that a sound rig can be accused of.
 //!
 //! Parameters that are all "off" (zero strength) leave the plant exactly as it was.
 
 mod at_rest;
+mod attached;
 mod custom;
 mod footprint;
+mod offered;
 pub mod own;
 mod pulse;
 mod spec;
 
 pub use at_rest::AtRest;
+pub use attached::{EndStop, Relaxation, Winding};
 pub use custom::{Custom, EMPIRICAL, TERMS, Term};
 pub use footprint::{BaseParameter, Footprint};
+pub use offered::Offered;
 pub use own::{Own, OwnLaws};
 pub use spec::{Acts, Clock, Drive, EffectError, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 
@@ -49,8 +55,25 @@ macro_rules! parameters {
     };
 }
 
-/// Makes the enum over all effects and the catalogue from one list.
+/// The catalogue, the entries on request, and the enum over both, from two lists.
 macro_rules! catalogue {
+    (
+        always { $($module:ident :: $name:ident),+ $(,)? }
+        on_request { $($asked:ident :: $asked_name:ident),+ $(,)? }
+    ) => {
+        /// Every effect that a diagnosis looks for unasked, in the catalogue's order.
+        pub static CATALOGUE: &[&Spec] = &[$(&$module::SPEC),+];
+
+        /// Effects that are simulated, hidden and written in rig files as all others, and that no diagnosis looks for
+        /// unasked ([`Spec::offered`] says why).
+        pub static ON_REQUEST: &[&Spec] = &[$(&$asked::SPEC),+];
+
+        effects! { $($module::$name,)+ $($asked::$asked_name,)+ }
+    };
+}
+
+/// Makes the enum over all effects.
+macro_rules! effects {
     ($($module:ident :: $name:ident),+ $(,)?) => {
         $(mod $module; pub use $module::$name;)+
 
@@ -64,9 +87,6 @@ macro_rules! catalogue {
             /// See [`Own`].
             Own(Own<S>),
         }
-
-        /// Every effect this version knows, in the catalogue's order.
-        pub static CATALOGUE: &[&Spec] = &[$(&$module::SPEC),+];
 
         impl<S: Scalar> Effect<S> {
             fn build(id: &str, values: &[S]) -> Option<Self> {
@@ -94,13 +114,17 @@ macro_rules! catalogue {
                 }
             }
 
-            /// Where it stands in the catalogue, empirical terms behind it: the order in which effects act.
+            /// The order in which effects act: those on request, the catalogue, empirical terms behind it.
             #[must_use]
             pub fn rank(&self) -> usize {
                 match self {
                     Self::Custom(e) => e.rank(),
                     Self::Own(e) => e.rank(),
-                    _ => CATALOGUE.iter().position(|s| s.id == self.spec().id).unwrap_or(usize::MAX),
+                    _ => ON_REQUEST
+                        .iter()
+                        .chain(CATALOGUE)
+                        .position(|s| s.id == self.spec().id)
+                        .unwrap_or(usize::MAX),
                 }
             }
 
@@ -204,41 +228,86 @@ macro_rules! catalogue {
                     Self::Own(e) => e.reading(angles),
                 }
             }
+            #[inline(always)]
+            fn disc(&self, angles: [S; 2]) -> [S; 2] {
+                match self {
+                    $(Self::$name(e) => e.disc(angles),)+
+                    Self::Custom(e) => e.disc(angles),
+                    Self::Own(e) => e.disc(angles),
+                }
+            }
+            #[inline(always)]
+            fn end_stop(&self) -> EndStop<S> {
+                match self {
+                    $(Self::$name(e) => e.end_stop(),)+
+                    Self::Custom(e) => e.end_stop(),
+                    Self::Own(e) => e.end_stop(),
+                }
+            }
+            #[inline(always)]
+            fn relaxation(&self) -> Relaxation<S> {
+                match self {
+                    $(Self::$name(e) => e.relaxation(),)+
+                    Self::Custom(e) => e.relaxation(),
+                    Self::Own(e) => e.relaxation(),
+                }
+            }
+            #[inline(always)]
+            fn winding(&self) -> Winding<S> {
+                match self {
+                    $(Self::$name(e) => e.winding(),)+
+                    Self::Custom(e) => e.winding(),
+                    Self::Own(e) => e.winding(),
+                }
+            }
         }
     };
 }
 
 catalogue! {
-    arm_coulomb::ArmCoulomb,
-    arm_stribeck::ArmStribeck,
-    arm_quadratic::ArmQuadratic,
-    arm_spring::ArmSpring,
-    arm_cable::ArmCable,
-    arm_presliding::ArmPresliding,
-    arm_cogging::ArmCogging,
-    arm_tilt::ArmTilt,
-    motor_deadzone::MotorDeadzone,
-    motor_bias::MotorBias,
-    motor_saturation::MotorSaturation,
-    motor_lag::MotorLag,
-    motor_delay::MotorDelay,
-    motor_asymmetry::MotorAsymmetry,
-    motor_drift::MotorDrift,
-    motor_ripple::MotorRipple,
-    drive_backlash::DriveBacklash,
-    drive_compliance::DriveCompliance,
-    pendulum_coulomb::PendulumCoulomb,
-    pendulum_quadratic::PendulumQuadratic,
-    pendulum_spring::PendulumSpring,
-    pendulum_bias::PendulumBias,
-    pendulum_inertia_transverse::PendulumInertiaTransverse,
-    sensor_alpha_offset::SensorAlphaOffset,
-    sensor_alpha_scale::SensorAlphaScale,
-    sensor_theta_scale::SensorThetaScale,
-    sensor_delay::SensorDelay,
-    disturbance_vibration::DisturbanceVibration,
-    disturbance_kick::DisturbanceKick,
-    disturbance_arm_kick::DisturbanceArmKick,
+    always {
+        arm_coulomb::ArmCoulomb,
+        arm_stribeck::ArmStribeck,
+        arm_quadratic::ArmQuadratic,
+        arm_spring::ArmSpring,
+        arm_cable::ArmCable,
+        arm_presliding::ArmPresliding,
+        arm_cogging::ArmCogging,
+        arm_tilt::ArmTilt,
+        motor_deadzone::MotorDeadzone,
+        motor_bias::MotorBias,
+        motor_saturation::MotorSaturation,
+        motor_lag::MotorLag,
+        motor_delay::MotorDelay,
+        motor_asymmetry::MotorAsymmetry,
+        motor_drift::MotorDrift,
+        motor_ripple::MotorRipple,
+        drive_backlash::DriveBacklash,
+        drive_compliance::DriveCompliance,
+        pendulum_coulomb::PendulumCoulomb,
+        pendulum_quadratic::PendulumQuadratic,
+        pendulum_spring::PendulumSpring,
+        pendulum_bias::PendulumBias,
+        pendulum_inertia_transverse::PendulumInertiaTransverse,
+        sensor_alpha_offset::SensorAlphaOffset,
+        sensor_alpha_scale::SensorAlphaScale,
+        sensor_theta_scale::SensorThetaScale,
+        sensor_delay::SensorDelay,
+        disturbance_vibration::DisturbanceVibration,
+        disturbance_kick::DisturbanceKick,
+        disturbance_arm_kick::DisturbanceArmKick,
+    }
+    on_request {
+        arm_load_friction::ArmLoadFriction,
+        arm_angle_friction::ArmAngleFriction,
+        arm_relaxation::ArmRelaxation,
+        arm_stop::ArmStop,
+        motor_resolution::MotorResolution,
+        motor_inductance::MotorInductance,
+        motor_current_limit::MotorCurrentLimit,
+        sensor_theta_eccentricity::SensorThetaEccentricity,
+        sensor_alpha_eccentricity::SensorAlphaEccentricity,
+    }
 }
 
 /// The entry with this id, of the catalogue or of [`EMPIRICAL`]; or a user's own hypothesis ([`own`]) that this process
@@ -253,14 +322,14 @@ pub fn spec(id: &str) -> Option<&'static Spec> {
     known().find(|s| s.id == id).or_else(|| own::known(id))
 }
 
-/// Everything that a rig file can name: the catalogue, and then the empirical terms.
+/// Everything that a rig file can name: the catalogue, the entries on request, and then the empirical terms.
 ///
 /// ```
 /// assert!(furuta_model::effects::known().any(|s| s.id == "custom.1"));
 /// assert!(furuta_model::CATALOGUE.iter().all(|s| s.id != "custom.1"));
 /// ```
 pub fn known() -> impl Iterator<Item = &'static Spec> {
-    CATALOGUE.iter().chain(EMPIRICAL).copied()
+    CATALOGUE.iter().chain(ON_REQUEST).chain(EMPIRICAL).copied()
 }
 
 impl<S: Scalar> Effect<S> {

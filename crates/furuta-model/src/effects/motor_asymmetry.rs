@@ -1,6 +1,6 @@
 //! Gain of the motor that depends on direction: `u -> negative_gain * u for u < 0`.
 
-use super::{Acts, AtRest, BaseParameter, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, BaseParameter, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::VOLTAGE,
     at_rest: AtRest::KINKED,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for MotorAsymmetry<S> {

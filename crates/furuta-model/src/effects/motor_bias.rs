@@ -1,6 +1,6 @@
 //! Offset of the motor voltage: `u -> u + voltage`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::VOLTAGE,
     at_rest: AtRest::Slope,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for MotorBias<S> {

@@ -1,6 +1,6 @@
 //! Dead zone of the motor: `u -> sign(u) * max(|u| - width, 0)`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::VOLTAGE,
     at_rest: AtRest::KINKED,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for MotorDeadzone<S> {

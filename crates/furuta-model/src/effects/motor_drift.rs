@@ -1,6 +1,6 @@
 //! Drift of the motor's gain: `u -> (1 + rate * t) u`.
 
-use super::{Acts, AtRest, BaseParameter, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, BaseParameter, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::VOLTAGE,
     at_rest: AtRest::Local("at the run's start"),
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for MotorDrift<S> {

@@ -1,6 +1,6 @@
 //! Ripple of the motor's torque constant: `motor torque -> (1 + amplitude sin(order theta + phase)) * motor torque`.
 
-use super::{Acts, AtRest, BaseParameter, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, BaseParameter, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -77,6 +77,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::TORQUE.and(Acts::ANGLE).and(Acts::SHAFT),
     at_rest: AtRest::WITHIN_A_TOOTH,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for MotorRipple<S> {

@@ -1,6 +1,6 @@
 //! Constant torque on the pendulum: `torque`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -38,6 +38,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::TORQUE,
     at_rest: AtRest::Slope,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for PendulumBias<S> {

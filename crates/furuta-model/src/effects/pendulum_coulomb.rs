@@ -1,6 +1,6 @@
 //! Coulomb friction of the pendulum: `-torque * sign(alpha_dot); at rest it holds up to torque`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::DRY_FRICTION,
     at_rest: AtRest::Friction("dry friction has no slope at rest"),
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for PendulumCoulomb<S> {

@@ -1,6 +1,6 @@
 //! Transverse inertia of the pendulum: `inertia * sin²(alpha) more on the arm's axis`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::params::Coefficients;
 use crate::scalar::Scalar;
 
@@ -39,6 +39,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::SHAPE,
     at_rest: AtRest::Slope,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for PendulumInertiaTransverse<S> {

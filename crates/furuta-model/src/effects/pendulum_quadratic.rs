@@ -1,6 +1,6 @@
 //! Air drag of the pendulum: `-coefficient * |alpha_dot| * alpha_dot`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -37,6 +37,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::TORQUE,
     at_rest: AtRest::Friction("at rest its slope is 0"),
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for PendulumQuadratic<S> {

@@ -1,6 +1,6 @@
 //! Spring (encoder cable) on the pendulum: `-stiffness * (alpha - rest)`.
 
-use super::{Acts, AtRest, Footprint, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -51,6 +51,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::TORQUE,
     at_rest: AtRest::Slope,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for PendulumSpring<S> {

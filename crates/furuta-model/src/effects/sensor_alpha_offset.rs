@@ -1,6 +1,6 @@
 //! Offset of the pendulum's encoder: `measured alpha = alpha + angle`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -38,6 +38,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::READING,
     at_rest: AtRest::READING,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for SensorAlphaOffset<S> {

@@ -1,6 +1,6 @@
 //! Scale of the pendulum's encoder: `measured alpha = zero + scale * (alpha - zero)`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::transfer::Output;
 use crate::scalar::Scalar;
 
@@ -54,6 +54,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::READING,
     at_rest: AtRest::READING,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for SensorAlphaScale<S> {

@@ -1,6 +1,6 @@
 //! Delay of the encoders: both angles are read `delay` late.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
@@ -38,6 +38,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::SENSOR_DELAY,
     at_rest: AtRest::Slope,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for SensorDelay<S> {

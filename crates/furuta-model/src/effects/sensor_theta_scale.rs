@@ -1,6 +1,6 @@
 //! Scale of the arm's encoder: `measured theta = scale * theta`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, ParameterSpec, Spec, Typical};
+use super::{Acts, AtRest, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::transfer::Output;
 use crate::scalar::Scalar;
 
@@ -39,6 +39,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::READING,
     at_rest: AtRest::READING,
     own: None,
+    offered: Offered::Always,
 };
 
 impl<S: Scalar> Law<S> for SensorThetaScale<S> {

@@ -1,7 +1,9 @@
 //! What an effect is: where it acts, its parameters, and what to tell a student about it.
 
 use super::at_rest::AtRest;
+use super::attached::{EndStop, Relaxation, Winding};
 use super::footprint::Footprint;
+use super::offered::Offered;
 use super::own::OwnLaws;
 use crate::dynamics::Angle;
 use crate::params::{Coefficients, Params};
@@ -10,7 +12,7 @@ use crate::state::State;
 
 /// Where an effect acts, so that a plant calls only the hooks that do something.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]
-pub struct Acts(u16);
+pub struct Acts(u32);
 
 impl Acts {
     /// Nowhere.
@@ -44,8 +46,14 @@ impl Acts {
     pub const SHAFT: Self = Self(1 << 12);
     /// Bodies meet in blows: what is wrong before a blow is many times as wrong after it.
     pub const BLOWS: Self = Self(1 << 13);
+    /// On what the encoders' discs show of the true angles ([`Law::disc`]).
+    pub const DISC: Self = Self(1 << 14);
+    /// Something that the arm touches and leaves ([`Law::end_stop`]).
+    pub const CONTACT: Self = Self(1 << 15);
+    /// It has a state that follows a differential equation ([`Law::relaxation`], [`Law::winding`]).
+    pub const INNER: Self = Self(1 << 16);
     /// Its strength counts backwards: the larger the number, the less it does (a limit, the stiffness of a coupling).
-    pub const BACKWARDS: Self = Self(1 << 14);
+    pub const BACKWARDS: Self = Self(1 << 17);
 
     /// Both.
     #[must_use]
@@ -203,6 +211,8 @@ pub struct Spec {
     pub at_rest: AtRest,
     /// The laws of a user's own hypothesis; none of the catalogue has them.
     pub own: Option<&'static OwnLaws>,
+    /// Whether a diagnosis looks for it unasked.
+    pub offered: Offered,
 }
 
 /// What an effect may depend on at one moment.
@@ -341,10 +351,35 @@ pub trait Law<S: Scalar> {
         S::ZERO
     }
 
-    /// Measured `[theta, alpha]` for true ones, rad.
+    /// Measured `[theta, alpha]` for those that the discs show, rad.
     #[inline(always)]
     fn reading(&self, angles: [S; 2]) -> [S; 2] {
         angles
+    }
+
+    /// By how much the encoders' discs stand wrong at the true `[theta, alpha]`, rad.
+    #[inline(always)]
+    fn disc(&self, angles: [S; 2]) -> [S; 2] {
+        let _ = angles;
+        [S::ZERO; 2]
+    }
+
+    /// What the arm meets at the ends of its way.
+    #[inline(always)]
+    fn end_stop(&self) -> EndStop<S> {
+        EndStop::NONE
+    }
+
+    /// What pulls at the arm and gives way in time.
+    #[inline(always)]
+    fn relaxation(&self) -> Relaxation<S> {
+        Relaxation::NONE
+    }
+
+    /// What delays the motor's current.
+    #[inline(always)]
+    fn winding(&self) -> Winding<S> {
+        Winding::PROMPT
     }
 }
 

@@ -8,7 +8,7 @@
 //! | `motor.delay`, `sensor.delay` | as times; whoever samples or approximates makes states of them |
 //! | dry, presliding and quadratic friction | by [describing function](describing) for a given speed, else left out |
 //! | dead zone, saturation, asymmetry | by describing function for a given command, else left out |
-//! | backlash, disturbances | left out |
+//! | backlash, end stops, a cable that relaxes, the current's delay and limit, disturbances | left out |
 //!
 //! What is left out, and why, is listed in [`LinearPlant::remarks`].
 

@@ -17,11 +17,23 @@ const STEPS_PER_RADIAN: f64 = 4.0;
 /// Torques below this share of the rig's own are rounding.
 const NOTHING: f64 = 1e-5;
 
-/// Arm, pendulum and rotor; or their rates.
+/// Arm, pendulum and rotor, and the states of effects that have some; or their rates.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct TwoBody<S> {
     pub(super) x: State<S>,
     pub(super) rotor: [S; 2],
+    /// How far a cable that relaxes is stretched, rad; the voltage across the winding's resistance, V.
+    pub(super) inner: [S; 2],
+}
+
+/// What torques depend on beside the bodies' motion: the time, the voltage at the motor (V), what friction remembers,
+/// and the end stop that the arm presses on.
+#[derive(Copy, Clone, Debug)]
+pub(super) struct Moment<S> {
+    pub(super) clock: Clock<S>,
+    pub(super) volts: S,
+    pub(super) memory: S,
+    pub(super) pressed: Contact,
 }
 
 impl<S: Scalar> Add for TwoBody<S> {
@@ -31,6 +43,7 @@ impl<S: Scalar> Add for TwoBody<S> {
         Self {
             x: self.x + o.x,
             rotor: [self.rotor[0] + o.rotor[0], self.rotor[1] + o.rotor[1]],
+            inner: [self.inner[0] + o.inner[0], self.inner[1] + o.inner[1]],
         }
     }
 }
@@ -40,7 +53,8 @@ impl<S: Scalar> Vector<S> for TwoBody<S> {
     fn each(self, f: impl Fn(S) -> S) -> Self {
         Self {
             x: self.x.map(&f),
-            rotor: self.rotor.map(f),
+            rotor: self.rotor.map(&f),
+            inner: self.inner.map(f),
         }
     }
 }
@@ -131,21 +145,17 @@ impl<S: Scalar> Plant<S> {
     }
 
     /// What acts on the rotor at an angle and speed of its own: motor, damping, and the effects on this side.
-    pub(super) fn shaft(&self, m: &TwoBody<S>, at: (Clock<S>, S, S)) -> Shaft<S> {
+    pub(super) fn shaft(&self, m: &TwoBody<S>, at: Moment<S>) -> Shaft<S> {
         let c = &self.coefficients;
         let effects = self.on_shaft(m, at);
         Shaft {
-            free: c.drive * at.1 - c.arm_damping * m.rotor[1] + effects.free,
+            free: c.drive * self.acting(m, at.volts) - c.arm_damping * m.rotor[1] + effects.free,
             ..effects
         }
     }
 
     /// What the effects on the motor's side do at the rotor's angle and speed.
-    pub(super) fn on_shaft(
-        &self,
-        m: &TwoBody<S>,
-        (clock, volts, memory): (Clock<S>, S, S),
-    ) -> Shaft<S> {
+    pub(super) fn on_shaft(&self, m: &TwoBody<S>, at: Moment<S>) -> Shaft<S> {
         let mut shaft = Shaft {
             free: S::ZERO,
             limit: S::ZERO,
@@ -153,12 +163,12 @@ impl<S: Scalar> Plant<S> {
         if self.acts.includes(Acts::SHAFT) {
             let x = State::new(m.rotor[0], m.x.alpha, m.rotor[1], m.x.alpha_dot);
             let at = Instant {
-                clock,
+                clock: at.clock,
                 x: &x,
                 angle: Angle::of(x.alpha),
                 coefficients: &self.coefficients,
-                memory,
-                volts,
+                memory: at.memory,
+                volts: self.acting(m, at.volts),
             };
             [shaft.free, _] = self.add_torques_outside([S::ZERO; 2], &at, Bodies::Rotor);
             [shaft.limit, _] = self.dry_limit(&at, Bodies::Rotor);
@@ -182,7 +192,7 @@ impl<S: Scalar> Plant<S> {
     pub(super) fn flank_torque(
         &self,
         m: &TwoBody<S>,
-        at: (Clock<S>, S, S),
+        at: Moment<S>,
         friction: S,
         acceleration: S,
     ) -> S {
@@ -243,11 +253,17 @@ impl<S: Scalar> Plant<S> {
             within: s.t,
         };
         let c = &self.coefficients;
-        let at = (clock, s.voltage, s.memory);
+        let at = Moment {
+            clock,
+            volts: s.voltage,
+            memory: s.memory,
+            pressed: s.pressed,
+        };
         let speed = [s.x.theta_dot, s.x.alpha_dot];
         let m = TwoBody {
             x: s.x,
             rotor: [s.x.theta, s.x.theta_dot],
+            inner: s.inner,
         };
         let balance = self.whole(&m, at);
         let (acceleration, friction) = balance.solve(balance.decide(speed, [None; 2]));
@@ -281,8 +297,17 @@ impl<S: Scalar> Plant<S> {
     /// Accelerations of arm, pendulum and rotor (rad/s²) at the run's start with `volts` at the motor, where a spring
     /// without backlash couples rotor and arm and nothing rubs dry. `rotor` is its angle (rad) and its speed (rad/s).
     pub(crate) fn twisted(&self, x: &State<S>, rotor: [S; 2], volts: S) -> [S; 3] {
-        let m = TwoBody { x: *x, rotor };
-        let at = (Clock::at(S::ZERO), volts, S::ZERO);
+        let m = TwoBody {
+            x: *x,
+            rotor,
+            inner: [S::ZERO; 2],
+        };
+        let at = Moment {
+            clock: Clock::at(S::ZERO),
+            volts,
+            memory: S::ZERO,
+            pressed: Contact::Free,
+        };
         let passed = self.spring_torque(&m, Contact::Free);
         let balance = self.carried(&self.load(), &m, at, passed);
         let [arm, pendulum] = balance.inverse.times(balance.free);
@@ -304,24 +329,59 @@ impl<S: Scalar> Plant<S> {
             return S::Real::ZERO;
         }
         let (rotor, load) = (self.rotor_inertia().real(), self.load());
-        // Arm and pendulum together are at their lightest where the pendulum's reaction is largest: upright or hanging.
-        let coupling = load.coupling.real();
-        let arm = load.arm.real() - coupling * coupling / load.pendulum.real();
-        let inverse = S::Real::ONE / rotor + S::Real::ONE / arm;
-        let spring = (d.stiffness.real() * inverse).sqrt();
-        let damper = d.damping.real() * inverse;
-        if spring < damper { damper } else { spring }
+        let inverse = S::Real::ONE / rotor + S::Real::ONE / lightest(&load);
+        rate_of(d.stiffness.real(), d.damping.real(), inverse)
+    }
+
+    /// The fastest rate of end stops and inner states, 1/s; zero where there are none.
+    fn inner_ringing(&self) -> S::Real {
+        let mut fastest = S::Real::ZERO;
+        let mut add = |rate: S::Real| {
+            if fastest < rate {
+                fastest = rate;
+            }
+        };
+        if self.end_stop.is_there() {
+            let body = if self.drive.elastic() || self.drive.loose() {
+                self.load()
+            } else {
+                self.coefficients
+            };
+            let (k, d) = (self.end_stop.stiffness.real(), self.end_stop.damping.real());
+            add(rate_of(k, d, S::Real::ONE / lightest(&body)));
+        }
+        for time in [self.relaxation.time_constant, self.winding.time_constant] {
+            if time.real() > S::Real::ZERO {
+                add(S::Real::ONE / time.real());
+            }
+        }
+        fastest
     }
 
     /// How many steps of the integrator a stretch of `h` seconds takes.
     #[must_use]
     pub fn substeps(&self, h: S::Real) -> usize {
-        if !self.drive.elastic() {
+        let (drive, inner) = (self.ringing(), self.inner_ringing());
+        let rate = if drive < inner { inner } else { drive };
+        if rate <= S::Real::ZERO {
             return 1;
         }
-        let wanted = libm::ceil((self.ringing() * h).value() * STEPS_PER_RADIAN);
+        let wanted = libm::ceil((rate * h).value() * STEPS_PER_RADIAN);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let steps = wanted as usize; // saturates; NaN is 0
         steps.clamp(1, MAX_SUBSTEPS)
     }
+}
+
+/// The inertia (kg m²) of the arm with the pendulum where they are at their lightest together: where the pendulum's
+/// reaction is largest, upright or hanging.
+fn lightest<S: Scalar>(c: &Coefficients<S>) -> S::Real {
+    let coupling = c.coupling.real();
+    c.arm.real() - coupling * coupling / c.pendulum.real()
+}
+
+/// The faster rate (1/s) of a spring (N m/rad) and of a damper (N m s/rad) on an inverse inertia (1/(kg m²)).
+fn rate_of<R: Scalar<Real = R> + PartialOrd>(stiffness: R, damping: R, inverse: R) -> R {
+    let (spring, damper) = ((stiffness * inverse).sqrt(), damping * inverse);
+    if spring < damper { damper } else { spring }
 }

@@ -6,7 +6,7 @@
 //! scalar, which gives dual numbers the event's exact derivative.
 
 use super::crossing::{Cubic, share};
-use super::drive::TwoBody;
+use super::drive::{Moment, TwoBody};
 use super::friction::Dry;
 use super::regime::{How, Regime};
 use super::state::Contact;
@@ -22,7 +22,7 @@ const MOST_EVENTS: usize = 16;
 
 /// What happens.
 #[derive(Copy, Clone, Debug, PartialEq)]
-enum Event {
+pub(super) enum Event {
     /// This axis comes to rest (or turns, where friction remembers its way).
     Stop(usize),
     /// This axis is torn loose, to slide like this.
@@ -31,6 +31,12 @@ enum Event {
     Apart,
     /// The rotor meets the arm.
     Touch(Contact),
+    /// The arm meets this end stop.
+    Press(Contact),
+    /// The arm, which had come off this end stop within it, presses again.
+    Again(Contact),
+    /// The arm leaves its end stop.
+    Release,
 }
 
 /// What the event before has decided for the stretch after it.
@@ -38,12 +44,26 @@ enum Event {
 struct Decided {
     loose: [Option<Dry>; 2],
     apart: bool,
+    released: bool,
 }
 
 /// Voltages and times at a stretch's start, middle and end.
-struct Stages<S> {
+pub(super) struct Stages<S> {
     volts: [S; 3],
     clocks: [Clock<S>; 3],
+}
+
+impl<S: Scalar> Stages<S> {
+    /// What torques depend on at one of them.
+    #[inline(always)]
+    pub(super) fn moment(&self, stage: usize, memory: S, pressed: Contact) -> Moment<S> {
+        Moment {
+            clock: self.clocks[stage],
+            volts: self.volts[stage],
+            memory,
+            pressed,
+        }
+    }
 }
 
 impl<S: Scalar> Plant<S> {
@@ -95,8 +115,10 @@ impl<S: Scalar> Plant<S> {
         let late = self.happen(s, event, &regime, &stages, &mut end, length.real(), decided);
         let done = S::from_real(after) + late;
         self.accept(s, &end, stages.volts[2], done);
-        if let Event::Touch(side) = event {
-            s.contact = side;
+        match event {
+            Event::Touch(side) => s.contact = side,
+            Event::Press(side) | Event::Again(side) => s.pressed = side,
+            _ => {}
         }
         Some(done)
     }
@@ -112,17 +134,20 @@ impl<S: Scalar> Plant<S> {
         s.memory = self.memory_at(s, end);
         s.x = end.x;
         s.rotor = end.rotor;
+        s.inner = end.inner;
         s.voltage = volts;
         s.t += length;
     }
 
     /// What holds from here on.
     fn regime(&self, s: &mut PlantState<S>, stages: &Stages<S>, decided: Decided) -> Regime<S> {
-        let here = TwoBody {
-            x: s.x,
-            rotor: s.rotor,
-        };
-        let at = (stages.clocks[0], stages.volts[0], s.memory);
+        if decided.released {
+            s.pressed = Contact::Free;
+        } else {
+            self.press(s);
+        }
+        let here = self.body(s);
+        let at = stages.moment(0, s.memory, s.pressed);
         if decided.apart {
             s.contact = Contact::Free;
         }
@@ -148,6 +173,23 @@ impl<S: Scalar> Plant<S> {
         stages: &Stages<S>,
         h: H,
     ) -> TwoBody<S> {
+        if self.one_body(s.contact) && self.acts.includes(Acts::INNER) {
+            let shift = s.contact.side::<S>() * self.drive.half_gap();
+            let start = TwoBody {
+                rotor: [s.x.theta + shift, s.x.theta_dot],
+                ..self.body(s)
+            };
+            return rk4(start, h, &|stage: Stage, m: &TwoBody<S>| {
+                let i = stage as usize;
+                let at = stages.moment(i, self.memory_at(s, m), s.pressed);
+                let (a, _) = self.whole(m, at).solve(regime.dry);
+                TwoBody {
+                    x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),
+                    rotor: [m.x.theta_dot, a[0]],
+                    inner: self.inner_rates(m, at.volts),
+                }
+            });
+        }
         if self.one_body(s.contact) {
             let shift = s.contact.side::<S>() * self.drive.half_gap();
             let x = rk4(s.x, h, &|stage: Stage, x: &State<S>| {
@@ -155,24 +197,23 @@ impl<S: Scalar> Plant<S> {
                 let m = TwoBody {
                     x: *x,
                     rotor: [x.theta + shift, x.theta_dot],
+                    inner: s.inner,
                 };
-                let at = (stages.clocks[i], stages.volts[i], self.memory_at(s, &m));
+                let at = stages.moment(i, self.memory_at(s, &m), s.pressed);
                 let (a, _) = self.whole(&m, at).solve(regime.dry);
                 State::new(x.theta_dot, x.alpha_dot, a[0], a[1])
             });
             return TwoBody {
                 x,
                 rotor: [x.theta + shift, x.theta_dot],
+                inner: s.inner,
             };
         }
-        let start = TwoBody {
-            x: s.x,
-            rotor: s.rotor,
-        };
+        let start = self.body(s);
         let load = self.load();
         rk4(start, h, &|stage: Stage, m: &TwoBody<S>| {
             let i = stage as usize;
-            let at = (stages.clocks[i], stages.volts[i], self.memory_at(s, m));
+            let at = stages.moment(i, self.memory_at(s, m), s.pressed);
             let passed = self.spring_torque(m, s.contact);
             let (a, _) = self
                 .carried(&load, m, at, passed)
@@ -181,6 +222,7 @@ impl<S: Scalar> Plant<S> {
             TwoBody {
                 x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),
                 rotor: [m.rotor[1], rotor],
+                inner: self.inner_rates(m, at.volts),
             }
         })
     }
@@ -205,10 +247,7 @@ impl<S: Scalar> Plant<S> {
         // How things stand at the trial's end is worth computing only for some.
         let held = regime.dry.contains(&Dry::Held);
         let touching = self.drive.loose() && s.contact != Contact::Free;
-        let start = TwoBody {
-            x: s.x,
-            rotor: s.rotor,
-        };
+        let start = self.body(s);
         let (before, after) = (
             self.rubbing(&start, s.contact),
             self.rubbing(end, s.contact),
@@ -223,7 +262,7 @@ impl<S: Scalar> Plant<S> {
             (direction.real() * after[i].real() < zero).then_some(direction.real())
         });
         if held || touching || stops.iter().any(Option::is_some) {
-            let at = (stages.clocks[2], stages.volts[2], self.memory_at(s, end));
+            let at = stages.moment(2, self.memory_at(s, end), s.pressed);
             let last = self.forces(end, s.contact, at, How::Kept(regime.dry));
             let rates = [regime, &last].map(|m| [m.rotor, m.acceleration[1]]);
             for i in 0..2 {
@@ -261,13 +300,7 @@ impl<S: Scalar> Plant<S> {
             for side in [Contact::Negative, Contact::Positive] {
                 let sign = side.side::<S>();
                 let (depth, speed) = self.depth(end, sign);
-                let (depth_before, speed_before) = self.depth(
-                    &TwoBody {
-                        x: s.x,
-                        rotor: s.rotor,
-                    },
-                    sign,
-                );
+                let (depth_before, speed_before) = self.depth(&start, sign);
                 if depth.real() > zero && speed.real() > zero {
                     let cubic = Cubic {
                         from: -depth_before.real(),
@@ -278,6 +311,9 @@ impl<S: Scalar> Plant<S> {
                     found(Event::Touch(side), cubic.falls_to_zero() * length);
                 }
             }
+        }
+        if let Some((event, after)) = self.at_the_stops(s, regime, stages, end, length) {
+            found(event, after);
         }
         first
     }
@@ -307,6 +343,13 @@ impl<S: Scalar> Plant<S> {
             Event::Stop(0) => (self.rubbing(end, s.contact)[0], now.rotor),
             Event::Stop(_) => (end.x.alpha_dot, now.acceleration[1]),
             Event::Touch(side) => self.depth(end, side.side()),
+            Event::Press(side) => {
+                let side = side.side::<S>();
+                let depth = self.end_stop.depth(side, end.x.theta);
+                (depth, side * end.x.theta_dot)
+            }
+            Event::Release => self.pressing(s.pressed, end, now.acceleration[0]),
+            Event::Again(side) => self.pressing(side, end, now.acceleration[0]),
             Event::Loose(..) | Event::Apart => (S::ZERO, S::ONE),
         };
         let mut late = S::ZERO;
@@ -318,8 +361,13 @@ impl<S: Scalar> Plant<S> {
                 }
             }
             Event::Apart => decided.apart = true,
-            Event::Stop(_) | Event::Touch(_) => {
-                let at = (stages.clocks[2], stages.volts[2], self.memory_at(s, end));
+            Event::Stop(_)
+            | Event::Touch(_)
+            | Event::Press(_)
+            | Event::Again(_)
+            | Event::Release => {
+                decided.released = event == Event::Release;
+                let at = stages.moment(2, self.memory_at(s, end), s.pressed);
                 let now = self.forces(end, s.contact, at, How::Kept(regime.dry));
                 let (distance, speed) = distance_and_speed(end, &now);
                 // Newton's last step, unless it would leave the stretch.
@@ -330,6 +378,7 @@ impl<S: Scalar> Plant<S> {
                 let rate = TwoBody {
                     x: State::new(end.x.theta_dot, end.x.alpha_dot, a[0], a[1]),
                     rotor: [end.rotor[1], now.rotor],
+                    inner: self.inner_rates(end, at.volts),
                 };
                 *end = TwoBody {
                     x: end.x + rate.x * late,
@@ -337,6 +386,7 @@ impl<S: Scalar> Plant<S> {
                         end.rotor[0] + rate.rotor[0] * late,
                         end.rotor[1] + rate.rotor[1] * late,
                     ],
+                    inner: [0, 1].map(|i| end.inner[i] + rate.inner[i] * late),
                 };
             }
         }
@@ -349,7 +399,11 @@ impl<S: Scalar> Plant<S> {
             }
             Event::Stop(_) => end.x.alpha_dot = S::ZERO,
             Event::Touch(side) => self.touch(end, side),
-            Event::Loose(..) | Event::Apart => {}
+            Event::Loose(..)
+            | Event::Apart
+            | Event::Press(_)
+            | Event::Again(_)
+            | Event::Release => {}
         }
         late
     }

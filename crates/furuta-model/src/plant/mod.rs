@@ -1,5 +1,6 @@
 //! A rig with its effects, stepped under a held command.
 
+mod attached;
 mod crossing;
 mod drive;
 mod error;
@@ -14,7 +15,7 @@ pub use error::PlantError;
 pub use state::{PlantState, Twist};
 
 use crate::dynamics::{self, Angle};
-use crate::effects::{Acts, Clock, Drive, Effect, Instant, Law};
+use crate::effects::{Acts, Clock, Drive, Effect, EndStop, Instant, Law, Relaxation, Winding};
 use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -46,6 +47,9 @@ pub struct Plant<S> {
     lag: S,
     sensor_delay: S,
     drive: Drive<S>,
+    end_stop: EndStop<S>,
+    relaxation: Relaxation<S>,
+    winding: Winding<S>,
 }
 
 /// What changes within a sample period: at these, [`Plant::step`] cuts it.
@@ -53,7 +57,9 @@ const EVENTS: Acts = Acts::DELAY
     .and(Acts::JUMPS)
     .and(Acts::DRY_FRICTION)
     .and(Acts::MEMORY)
-    .and(Acts::DRIVE);
+    .and(Acts::DRIVE)
+    .and(Acts::CONTACT)
+    .and(Acts::INNER);
 
 impl<S: Scalar> Plant<S> {
     /// A plant with these parameters and effects. Effects that are exactly off are left out.
@@ -117,6 +123,9 @@ impl<S: Scalar> Plant<S> {
             lag: S::ZERO,
             sensor_delay: S::ZERO,
             drive: Drive::RIGID,
+            end_stop: EndStop::NONE,
+            relaxation: Relaxation::NONE,
+            winding: Winding::PROMPT,
         }
     }
 
@@ -127,6 +136,20 @@ impl<S: Scalar> Plant<S> {
         self.lag += effect.lag();
         self.sensor_delay += effect.sensor_delay();
         self.drive = self.drive.with(effect.drive());
+        // Of each there is one.
+        let acts = effect.spec().acts;
+        if acts.includes(Acts::CONTACT) {
+            self.end_stop = effect.end_stop();
+        }
+        if acts.includes(Acts::INNER) {
+            let (relaxation, winding) = (effect.relaxation(), effect.winding());
+            if relaxation.is_there() {
+                self.relaxation = relaxation;
+            }
+            if winding.is_late() {
+                self.winding = winding;
+            }
+        }
     }
 
     /// The same plant with only those of its effects that `keep` says; its equations of motion keep their
@@ -181,6 +204,20 @@ impl<S: Scalar> Plant<S> {
                 damping: f(self.drive.damping),
                 motor_share: f(self.drive.motor_share),
                 encoder_on_motor: self.drive.encoder_on_motor,
+            },
+            end_stop: EndStop {
+                stiffness: f(self.end_stop.stiffness),
+                angle: f(self.end_stop.angle),
+                damping: f(self.end_stop.damping),
+                middle: f(self.end_stop.middle),
+            },
+            relaxation: Relaxation {
+                stiffness: f(self.relaxation.stiffness),
+                time_constant: f(self.relaxation.time_constant),
+            },
+            winding: Winding {
+                time_constant: f(self.winding.time_constant),
+                back_emf: f(self.winding.back_emf),
             },
         }
     }
@@ -366,7 +403,8 @@ impl<S: Scalar> Plant<S> {
     /// does).
     ///
     /// Dry friction stops an axis that it can hold at the rate `stick_rate` (1/s) instead of at once: RK4 is stable up
-    /// to 2.78 over the step's length. Rotor and arm are taken as one body, friction that remembers as relaxed.
+    /// to 2.78 over the step's length. Rotor and arm are taken as one body, friction that remembers and cables as
+    /// relaxed, the motor's current as prompt.
     #[inline(always)]
     #[must_use]
     pub fn rate(&self, t: S, x: &State<S>, volts: S, stick_rate: S::Real) -> State<S> {
@@ -384,7 +422,12 @@ impl<S: Scalar> Plant<S> {
         volts: S,
         stick_rate: S::Real,
     ) -> State<S> {
-        let balance = self.balance(coefficients, Clock::at(t), x, volts, S::ZERO, Bodies::Whole);
+        let mut balance =
+            self.balance(coefficients, Clock::at(t), x, volts, S::ZERO, Bodies::Whole);
+        if self.acts.includes(Acts::CONTACT) {
+            let side = self.end_stop.side(x.theta, x.theta_dot);
+            balance.free[0] += self.end_stop.torque(side, x.theta, x.theta_dot);
+        }
         let acceleration = if self.acts.includes(Acts::DRY_FRICTION) {
             let stop = [
                 -x.theta_dot.scale(stick_rate),
@@ -418,9 +461,24 @@ impl<S: Scalar> Plant<S> {
     #[inline(always)]
     #[must_use]
     pub fn reading(&self, angles: [S; 2]) -> [S; 2] {
-        if !self.acts.includes(Acts::READING) {
-            return angles;
+        self.reading_from(angles, [S::ZERO; 2])
+    }
+
+    /// The same of encoders that were zeroed at other true angles `[theta, alpha]`, rad: a disc's error belongs to the
+    /// place in the turn, scale and offset to what is counted.
+    #[inline(always)]
+    #[must_use]
+    pub fn reading_from(&self, angles: [S; 2], zeros: [S; 2]) -> [S; 2] {
+        let mut shown = [angles[0] - zeros[0], angles[1] - zeros[1]];
+        if self.acts.includes(Acts::DISC) {
+            shown = self.effects.iter().fold(shown, |y, e| {
+                let off = e.disc(angles);
+                [y[0] + off[0], y[1] + off[1]]
+            });
         }
-        self.effects.iter().fold(angles, |y, e| e.reading(y))
+        if !self.acts.includes(Acts::READING) {
+            return shown;
+        }
+        self.effects.iter().fold(shown, |y, e| e.reading(y))
     }
 }

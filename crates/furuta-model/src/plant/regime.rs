@@ -1,10 +1,10 @@
 //! What holds between two events: who sticks or slides which way, and the accelerations and torques that follow.
 
-use super::drive::{Bodies, Shaft, TwoBody};
+use super::drive::{Bodies, Moment, Shaft, TwoBody};
 use super::friction::{Balance, Dry};
 use super::state::Contact;
 use super::{Plant, PlantState};
-use crate::effects::{Acts, Clock};
+use crate::effects::Acts;
 use crate::params::Coefficients;
 use crate::scalar::Scalar;
 
@@ -65,17 +65,22 @@ impl<S: Scalar> Plant<S> {
     /// Torques and inertia of rotor and arm as one body, and of the pendulum. Where a drive sets the rotor apart, it
     /// stands elsewhere than the arm.
     #[inline(always)]
-    pub(super) fn whole(
-        &self,
-        m: &TwoBody<S>,
-        (clock, volts, memory): (Clock<S>, S, S),
-    ) -> Balance<S> {
+    pub(super) fn whole(&self, m: &TwoBody<S>, at: Moment<S>) -> Balance<S> {
         let c = &self.coefficients;
-        if !self.acts.includes(Acts::DRIVE.and(Acts::SHAFT)) {
-            return self.balance_outside(c, clock, &m.x, volts, memory, Bodies::Whole);
+        let volts = self.acting(m, at.volts);
+        let of = if self.acts.includes(Acts::DRIVE.and(Acts::SHAFT)) {
+            Bodies::Load
+        } else {
+            Bodies::Whole
+        };
+        let mut balance = self.balance_outside(c, at.clock, &m.x, volts, at.memory, of);
+        if self.acts.touches(Acts::CONTACT.and(Acts::INNER)) {
+            balance.free[0] += self.attached(m, &at);
         }
-        let mut balance = self.balance_outside(c, clock, &m.x, volts, memory, Bodies::Load);
-        let shaft = self.on_shaft(m, (clock, volts, memory));
+        if of == Bodies::Whole {
+            return balance;
+        }
+        let shaft = self.on_shaft(m, at);
         balance.free[0] += shaft.free;
         balance.limit[0] += shaft.limit;
         balance
@@ -88,11 +93,15 @@ impl<S: Scalar> Plant<S> {
         &self,
         load: &Coefficients<S>,
         m: &TwoBody<S>,
-        (clock, volts, memory): (Clock<S>, S, S),
+        at: Moment<S>,
         passed: S,
     ) -> Balance<S> {
-        let mut balance = self.balance_outside(load, clock, &m.x, volts, memory, Bodies::Load);
+        let of = Bodies::Load;
+        let mut balance = self.balance_outside(load, at.clock, &m.x, at.volts, at.memory, of);
         balance.free[0] += passed;
+        if self.acts.touches(Acts::CONTACT.and(Acts::INNER)) {
+            balance.free[0] += self.attached(m, &at);
+        }
         balance
     }
 
@@ -113,7 +122,7 @@ impl<S: Scalar> Plant<S> {
         &self,
         m: &TwoBody<S>,
         contact: Contact,
-        at: (Clock<S>, S, S),
+        at: Moment<S>,
         how: How,
     ) -> Regime<S> {
         let speed = self.rubbing(m, contact);

@@ -34,6 +34,7 @@ impl<S: Scalar> Plant<S> {
         s.rotor = [x.theta, x.theta_dot];
         s.contact = Contact::Free;
         s.memory = self.slid(x.theta_dot);
+        self.relax(s);
         s.commands.fill(u);
         s.readings.fill([S::ZERO; 4]);
         s.period = S::Real::ONE;
@@ -99,6 +100,7 @@ impl<S: Scalar> Plant<S> {
             s.voltage = self.mapped(S::from_real(t), S::from_real(*last));
         }
         s.t = S::from_real(t);
+        self.relax(s);
         if self.acts.includes(Acts::DRIVE) {
             self.engage(s);
         }

@@ -24,6 +24,10 @@ pub struct PlantState<S: Scalar> {
     pub(super) contact: Contact,
     /// What [`crate::effects::Law::travelled`] keeps.
     pub(super) memory: S,
+    /// States of effects that follow differential equations: see [`super::drive::TwoBody`].
+    pub(super) inner: [S; 2],
+    /// Which end stop the arm presses on.
+    pub(super) pressed: Contact,
     /// The last commands.
     pub(super) commands: History<S>,
     /// The last readings: angles (rad) and how far they move in a period (rad).
@@ -43,6 +47,8 @@ impl<S: Scalar> PlantState<S> {
             rotor: [S::ZERO; 2],
             contact: Contact::Free,
             memory: S::ZERO,
+            inner: [S::ZERO; 2],
+            pressed: Contact::Free,
             commands: History::constant(S::ZERO),
             readings: History::constant([S::ZERO; 4]),
             period: S::Real::ONE,
@@ -59,7 +65,7 @@ pub struct Twist {
     pub speed: f64,
 }
 
-/// Rotor and arm.
+/// Rotor and arm; or arm and end stops.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub(super) enum Contact {
     /// In the backlash: no torque between them.

@@ -9,13 +9,16 @@ use crate::scalar::Scalar;
 use crate::state::State;
 
 /// What makes a stretch between known times more than one smooth step.
-const FLOWS: Acts = Acts::DRY_FRICTION.and(Acts::MEMORY).and(Acts::DRIVE);
+const FLOWS: Acts = Acts::DRY_FRICTION.and(MORE_THAN_SLIDING);
+
+/// What makes it more than sliding.
+const MORE_THAN_SLIDING: Acts = Acts::MEMORY
+    .and(Acts::DRIVE)
+    .and(Acts::CONTACT)
+    .and(Acts::INNER);
 
 /// With any of these, a whole sample period is more than sliding.
-const UNLIKE_SLIDING: Acts = Acts::DELAY
-    .and(Acts::JUMPS)
-    .and(Acts::MEMORY)
-    .and(Acts::DRIVE);
+const UNLIKE_SLIDING: Acts = Acts::DELAY.and(Acts::JUMPS).and(MORE_THAN_SLIDING);
 
 /// Whether the equations of motion are compiled into each stage of the integrator, as the usual step has them, so that
 /// a caller compiled for vectors compiles them so.
@@ -103,7 +106,7 @@ impl<S: Scalar> Plant<S> {
             return;
         }
         // Without others `step` has tried that.
-        if !self.acts.touches(Acts::MEMORY.and(Acts::DRIVE))
+        if !self.acts.touches(MORE_THAN_SLIDING)
             && self.acts.touches(UNLIKE_SLIDING)
             && self.slide::<_, CALLED>(s, u, h)
         {

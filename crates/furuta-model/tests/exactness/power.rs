@@ -3,7 +3,7 @@
 use crate::plants::{any_state, effect, rigs};
 use furuta_model::dynamics::Angle;
 use furuta_model::effects::{self, Clock, Instant, Law};
-use furuta_model::{CATALOGUE, Effect, Jet, Params, Plant, State, energy};
+use furuta_model::{CATALOGUE, Effect, Jet, ON_REQUEST, Params, Plant, State, energy};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 
@@ -57,6 +57,27 @@ fn by_formula(
             let drive = p.coefficients().drive;
             (u, v[0] * (v[1] * x.theta + v[2]).sin() * drive * u * w)
         }
+        "motor.resolution" => (v[0] * (u / v[0]).round(), 0.0),
+        "motor.current_limit" => {
+            let c = p.coefficients();
+            let wanted = c.drive * u - v[1] * c.arm_damping * w;
+            (u, (wanted.clamp(-v[0], v[0]) - wanted) * w)
+        }
+        "arm.load_friction" => {
+            let c = p.coefficients();
+            (u, -v[0] * (c.drive * u - c.arm_damping * w).abs() * w.abs())
+        }
+        "arm.angle_friction" => {
+            let level = v[0] * (1.0 + v[1] * (v[2] * x.theta + v[3]).sin());
+            (u, -level * w.abs())
+        }
+        "arm.stop" => {
+            let from_middle = x.theta - v[3];
+            let deep = from_middle.abs() - v[1];
+            let side = from_middle.signum();
+            let push = (v[0] * deep + v[2] * side * w).max(0.0);
+            (u, if deep > 0.0 { -side * push * w } else { 0.0 })
+        }
         "pendulum.coulomb" => (u, -v[0] * s.abs()),
         "pendulum.quadratic" => (u, -v[0] * s.abs().powi(3)),
         "pendulum.spring" => (u, -v[0] * (x.alpha - v[1]) * s),
@@ -78,7 +99,11 @@ fn by_formula(
                 0.0
             },
         ),
-        // These change neither voltage nor torque at one moment; presliding as relaxed.
+        // These change neither voltage nor torque at one moment; presliding as relaxed, so is a cable.
+        "arm.relaxation"
+        | "motor.inductance"
+        | "sensor.theta.eccentricity"
+        | "sensor.alpha.eccentricity" => (u, 0.0),
         "arm.presliding"
         | "motor.lag"
         | "motor.delay"
@@ -109,7 +134,7 @@ proptest! {
         // Axes that slide, rather than are about to stop.
         prop_assume!(x.theta_dot.abs() > 1e-3 && x.alpha_dot.abs() > 1e-3);
         for rig in rigs() {
-            for spec in CATALOGUE {
+            for spec in CATALOGUE.iter().chain(ON_REQUEST) {
                 let e = effect(spec, &rig.params, size);
                 let plant = Plant::new(&rig.params, &[e]).expect("one");
                 let c = plant.coefficients;

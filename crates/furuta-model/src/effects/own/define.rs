@@ -435,6 +435,7 @@ impl Definition {
                 AtRest::Slope
             },
             own: None,
+            offered: crate::effects::Offered::Always,
         }
     }
 

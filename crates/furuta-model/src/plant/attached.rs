@@ -1,0 +1,203 @@
+//! What is attached beside the bodies: end stops, a cable that relaxes, a winding.
+
+use super::Plant;
+use super::crossing::{Cubic, share};
+use super::drive::{Moment, TwoBody};
+use super::events::{Event, Stages};
+use super::regime::{How, Regime};
+use super::state::{Contact, PlantState};
+use crate::effects::Acts;
+use crate::scalar::Scalar;
+use crate::state::State;
+
+/// An end stop is touched or left where the arm is this deep in or out of it, rad: less is rounding about an event.
+const ROUNDING: f64 = 1e-9;
+
+impl<S: Scalar> Plant<S> {
+    /// The voltage (V) that would give the motor's torque at once.
+    #[inline(always)]
+    pub(super) fn acting(&self, m: &TwoBody<S>, volts: S) -> S {
+        if !self.winding.is_late() {
+            return volts;
+        }
+        m.inner[1] + self.back_emf(m.rotor[1])
+    }
+
+    /// The bodies and inner states now.
+    #[inline(always)]
+    pub(super) fn body(&self, s: &PlantState<S>) -> TwoBody<S> {
+        TwoBody {
+            x: s.x,
+            rotor: if self.acts.includes(Acts::DRIVE) {
+                s.rotor
+            } else {
+                [s.x.theta, s.x.theta_dot]
+            },
+            inner: s.inner,
+        }
+    }
+
+    /// The motor's back-EMF as a voltage, V.
+    #[inline(always)]
+    fn back_emf(&self, speed: S) -> S {
+        let c = &self.coefficients;
+        self.winding.back_emf * c.arm_damping / c.drive * speed
+    }
+
+    /// Torque on the arm of what is attached to it, N m.
+    #[inline(always)]
+    pub(super) fn attached(&self, m: &TwoBody<S>, at: &Moment<S>) -> S {
+        let side = at.pressed.side::<S>();
+        self.end_stop.torque(side, m.x.theta, m.x.theta_dot)
+            - self.relaxation.stiffness * m.inner[0]
+    }
+
+    /// How fast the inner states change.
+    #[inline(always)]
+    pub(super) fn inner_rates(&self, m: &TwoBody<S>, volts: S) -> [S; 2] {
+        [
+            self.relaxation.rate(m.inner[0], m.x.theta_dot),
+            self.winding
+                .rate(m.inner[1], volts - self.back_emf(m.rotor[1])),
+        ]
+    }
+
+    /// The inner states as after a long rest under the voltage at the motor; and the end stop that the arm presses on.
+    pub(super) fn relax(&self, s: &mut PlantState<S>) {
+        if self.acts.includes(Acts::INNER) {
+            s.inner = [S::ZERO, s.voltage - self.back_emf(s.rotor[1])];
+        }
+        s.pressed = Contact::of(self.end_stop.side(s.x.theta, s.x.theta_dot));
+    }
+
+    /// The end stop that the arm presses on, where it was not just found out by an event.
+    pub(super) fn press(&self, s: &mut PlantState<S>) {
+        if !self.end_stop.is_there() {
+            return;
+        }
+        let (stop, limit) = (&self.end_stop, S::Real::from_f64(ROUNDING));
+        let side = s.pressed.side::<S>();
+        let now = stop.side(s.x.theta, s.x.theta_dot);
+        let push = stop.push(side, s.x.theta, s.x.theta_dot);
+        let is_off = push.real() < -(stop.stiffness.real() * limit);
+        let is_on = stop.depth(now, s.x.theta).real() > limit;
+        if s.pressed == Contact::Free && is_on || s.pressed != Contact::Free && is_off {
+            s.pressed = Contact::of(now);
+        }
+    }
+
+    /// With which torque (N m) an end stop pushes the arm, and how fast that changes, N m/s.
+    pub(super) fn pressing(&self, on: Contact, m: &TwoBody<S>, acceleration: S) -> (S, S) {
+        let (side, stop) = (on.side::<S>(), &self.end_stop);
+        let rate = stop.stiffness * m.x.theta_dot + stop.damping * acceleration;
+        (stop.push(side, m.x.theta, m.x.theta_dot), side * rate)
+    }
+
+    /// When in a trial step the arm meets an end stop or leaves it.
+    pub(super) fn at_the_stops(
+        &self,
+        s: &PlantState<S>,
+        regime: &Regime<S>,
+        stages: &Stages<S>,
+        end: &TwoBody<S>,
+        length: S::Real,
+    ) -> Option<(Event, S::Real)> {
+        let (zero, stop) = (S::Real::ZERO, &self.end_stop);
+        if !stop.is_there() {
+            return None;
+        }
+        let of = |side: S, x: &State<S>| {
+            let push = stop.push(side, x.theta, x.theta_dot);
+            (stop.depth(side, x.theta).real(), push.real())
+        };
+        if s.pressed != Contact::Free {
+            let (_, then) = of(s.pressed.side(), &end.x);
+            if then >= zero {
+                return None;
+            }
+            let at = stages.moment(2, self.memory_at(s, end), s.pressed);
+            let last = self.forces(end, s.contact, at, How::Kept(regime.dry));
+            let before = self.pressing(s.pressed, &self.body(s), regime.acceleration[0]);
+            let after = self.pressing(s.pressed, end, last.acceleration[0]);
+            let cubic = Cubic {
+                from: before.0.real(),
+                to: after.0.real(),
+                slope_from: before.1.real() * length,
+                slope_to: after.1.real() * length,
+            };
+            return Some((Event::Release, cubic.falls_to_zero() * length));
+        }
+        for contact in [Contact::Negative, Contact::Positive] {
+            let side = contact.side::<S>();
+            let ((depth, push), (then, push_then)) = (of(side, &s.x), of(side, &end.x));
+            if then <= zero || push_then <= zero {
+                continue;
+            }
+            let speed = |x: &State<S>| -((side * x.theta_dot).real() * length);
+            if depth <= zero {
+                let cubic = Cubic {
+                    from: -depth,
+                    to: -then,
+                    slope_from: speed(&s.x),
+                    slope_to: speed(&end.x),
+                };
+                return Some((Event::Press(contact), cubic.falls_to_zero() * length));
+            }
+            // It had come off a stop that it pressed in: a kink, and no jump.
+            return (push <= zero)
+                .then(|| (Event::Again(contact), share(-push, push_then) * length));
+        }
+        None
+    }
+
+    /// What the inner states have become over the times of `h` seconds before now, the oldest first: in each the arm had
+    /// one of these speeds (rad/s) under one of these commands (V). Plants without such states do not listen.
+    ///
+    /// ```
+    /// use furuta_model::{Effect, Plant, Rig, State};
+    /// let rig = Rig::builtin("qube-servo-2").ok_or("built in")?;
+    /// let cable = Effect::new("arm.relaxation", &[0.01, 0.5])?;
+    /// let plant: Plant<f64> = Plant::new(&rig.params, &[cable])?;
+    /// let hanging = State::new(1.0, core::f64::consts::PI, 0.0, 0.0);
+    /// let (mut rested, mut turned) = (plant.rest(hanging), plant.rest(hanging));
+    /// plant.remember(&mut turned, [(50.0, 0.0)], 0.002);
+    /// plant.step(&mut rested, 0.0, 0.002);
+    /// plant.step(&mut turned, 0.0, 0.002);
+    /// assert!(turned.x.theta_dot < rested.x.theta_dot); // the cable is still stretched by nearly 0.1 rad
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn remember(
+        &self,
+        s: &mut PlantState<S>,
+        past: impl IntoIterator<Item = (S::Real, S::Real)>,
+        h: S::Real,
+    ) {
+        if !self.acts.includes(Acts::INNER) {
+            return;
+        }
+        let length = S::from_real(h);
+        let mut first = true;
+        for (speed, command) in past {
+            let speed = S::from_real(speed);
+            let settled = self.mapped(s.t, S::from_real(command)) - self.back_emf(speed);
+            if first {
+                s.inner = [S::ZERO, settled];
+                first = false;
+            }
+            s.inner = [
+                self.relaxation.after(s.inner[0], speed, length),
+                self.winding.after(s.inner[1], settled, length),
+            ];
+        }
+    }
+
+    /// How long the inner states remember, s; 0: there are none.
+    #[must_use]
+    pub fn memory_time(&self) -> f64 {
+        if !self.acts.includes(Acts::INNER) {
+            return 0.0;
+        }
+        let times = [self.relaxation.time_constant, self.winding.time_constant];
+        times.map(|t| t.value()).into_iter().fold(0.0, f64::max)
+    }
+}
