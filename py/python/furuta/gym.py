@@ -200,6 +200,7 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begins an episode: the first observation, and `info["rig"]`, the rig that was drawn for it."""
         super().reset(seed=seed)
         rng = self.np_random
         self.drawn = self.draw(rng)
@@ -211,6 +212,7 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
         return self._observation(), {"rig": self.drawn}
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """One period of the command: observation, reward, terminated (failed), truncated (`seconds` are over), info."""
         share = min(max(float(action[0]), -1.0), 1.0)
         if self.encoders:
             self.before = self.plant.reading
@@ -242,8 +244,17 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
     """Many rigs at once, on all cores: the same game as `RotaryPendulum`, on true states.
 
     The rig may have effects that follow the state alone (friction, springs, cogging, ...: `follows_state` in
-    `furuta.catalogue()`); what varies between the rigs are parameters: `randomize` is "tolerance", a dict, a Calibration, or a callable that changes no
-    effects. An episode that has ended begins anew at the next step.
+    `furuta.catalogue()`); what varies between the rigs are parameters: `randomize` is "tolerance", a dict, a
+    Calibration, or a callable that changes no effects. An episode that has ended begins anew at the next step.
+
+    Parameters
+    ----------
+    num_envs : int
+        How many rigs.
+    rig, task, rate, seconds, arm_angle, references, hold, randomize
+        As of `RotaryPendulum`.
+    render_mode : {"rgb_array"}, optional
+        `render` gives a tuple of pictures, one of each rig.
     """
 
     metadata: dict[str, Any] = {
@@ -288,6 +299,7 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
     def reset(
         self, *, seed: Any = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begins an episode of each rig: the first observations, shape (num_envs, 6)."""
         super().reset(seed=seed)
         self.x, self.reference = np.zeros((self.num_envs, 4)), np.zeros(self.num_envs)
         self.samples, self.ended = np.zeros(self.num_envs, dtype=int), np.zeros(self.num_envs, dtype=bool)
@@ -307,6 +319,7 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
             self.x[k], self.reference[k], self.samples[k] = self.game.start(rng), rng.choice(self.game.references), 0
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """One period of every rig, each output of `RotaryPendulum.step` an array; what ended before begins anew."""
         shares = np.clip(np.asarray(actions, dtype=float), -1, 1)[:, 0]
         volts = shares * self.parameters["motor.command_limit"]
         # The command differs between the rigs: as an offset of the voltage, beside a command of 0.

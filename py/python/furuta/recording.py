@@ -142,8 +142,11 @@ class Recording(Mapping[str, Any]):
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Writes a CSV file, from which the same numbers are read again.
 
-        A file that is there already is replaced only with `force`.
+        A file that is there already is replaced only with `force`. A path that ends in .mcap is refused: what is
+        read from such a path is a log, not CSV.
         """
+        if os.fspath(path).lower().endswith(".mcap"):
+            raise RecordingError(f"{os.fspath(path)}: a recording is saved as CSV; give a path that ends in .csv")
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self._columns)
