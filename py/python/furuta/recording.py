@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from furuta._columns import columns as _columns
 from furuta._frame import frame
+from furuta._columns import column
 from furuta._furuta import RecordingError, _read_recording, _write_data
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ class Recording(Mapping[str, Any]):
         self.name = name or found
 
     def __getitem__(self, name: str) -> Any:
-        return self._columns[name]
+        return column(self._columns, name, "a recording")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
