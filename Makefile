@@ -11,6 +11,7 @@
 #   make site       site/index.html alone; its warnings are errors
 #   make figures    every figure in docs that a command of this program draws
 #   make bench      benchmarks (criterion)
+#   make bench-peers  speed beside other packages, in one process: writes docs/benchmarks.md
 #   make no-std     the crates without an operating system, for a Cortex-M4F
 #   make firmware   builds the programs for the microcontroller; checks that no control step can panic
 #   make firmware-run   runs them in QEMU, `furuta run` against the board's serial line included: docs/firmware.md
@@ -28,6 +29,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11 p
 VENV := .venv
 VENV_DOCS := .venv-docs
 VENV_WHEEL := .venv-wheel
+VENV_PEERS := .venv-peers
 # PyO3 asks this interpreter for its version; one answer for every build, or cargo builds it again each time.
 export PYO3_PYTHON := $(CURDIR)/$(VENV)/bin/python
 # Where the Python tests find the command-line program (as maturin and cargo do, this honours CARGO_TARGET_DIR).
@@ -36,7 +38,7 @@ TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 HOST = $(shell rustc -vV | sed -n 's/^host: //p')
 
 .PHONY: help demo build test test-rust test-python test-clusters lint fmt no-std firmware firmware-run firmware-cost \
-	arduino same-bits fuzz docs site figures bench py wheel clean
+	arduino same-bits fuzz docs site figures bench bench-peers py wheel clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -75,6 +77,7 @@ endef
 $(eval $(call environment,$(VENV),py/requirements-test.txt))
 $(eval $(call environment,$(VENV_DOCS),py/requirements-docs.txt))
 $(eval $(call environment,$(VENV_WHEEL),py/requirements-wheel.txt))
+$(eval $(call environment,$(VENV_PEERS),py/requirements-peers.txt))
 
 py: $(VENV)/ready
 	VIRTUAL_ENV=$(CURDIR)/$(VENV) $(VENV)/bin/maturin develop --release --locked --quiet
@@ -158,6 +161,14 @@ figures: build py
 bench:
 	$(CARGO) bench -p furuta-benches --locked
 
+# Two that not every machine can install, or build, are left out where they fail: slycot needs a Fortran compiler where
+# there is no wheel, TinyMPC asks for a NumPy older than the others' (and works without).
+bench-peers: py $(VENV_PEERS)/ready
+	for package in slycot==0.7.1 "--no-deps tinympc==0.0.8"; do \
+		$(VENV_PEERS)/bin/python -m pip install --quiet --disable-pip-version-check $$package \
+		|| echo "left out: $$package"; done
+	PYTHONPATH=py/python $(VENV_PEERS)/bin/python py/bench --write docs/benchmarks.md
+
 clean:
 	$(CARGO) clean
-	rm -rf $(VENV) $(VENV_DOCS) $(VENV_WHEEL) dist site
+	rm -rf $(VENV) $(VENV_DOCS) $(VENV_WHEEL) $(VENV_PEERS) dist site

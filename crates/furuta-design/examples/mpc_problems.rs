@@ -1,5 +1,5 @@
 //! The problems of model predictive control over a run, with what this project's solver finds and how long it takes,
-//! as JSON: what `py/tests/mpc_peers.py` hands to other solvers.
+//! as JSON: what `py/bench/mpc.py` hands to other solvers.
 //!
 //! `cargo run --release -p furuta-design --example mpc_problems -- RIG > problems.json`
 

@@ -10,6 +10,14 @@ import numpy as np
 REQUIRED = ("t", "u", "theta", "alpha")
 
 
+def column(columns: Mapping[str, Any], name: str, of: str) -> Any:
+    """A column by its name; an unknown name is a KeyError that says which there are."""
+    try:
+        return columns[name]
+    except KeyError:
+        raise KeyError(f"{name}: {of} has the columns {', '.join(columns)}") from None
+
+
 def columns(given: Any) -> dict[str, Any] | None:
     """Columns by name, or None if `given` is none of these.
 

@@ -88,25 +88,53 @@ class _Game:
         high = np.array([2 * self.arm_angle, 1, 1, *self.SPEEDS, 2 * self.arm_angle], dtype=np.float32)
         return gymnasium.spaces.Box(-high, high, dtype=np.float32)
 
+    @functools.cached_property
+    def _high(self) -> _Array:
+        return self.observations.high.astype(float)
+
     def start(self, rng: np.random.Generator) -> list[float]:
         alpha = rng.uniform(-0.1, 0.1) + (np.pi if self.task == "swing-up" else 0)
         return [rng.uniform(-0.1, 0.1), alpha, 0.0, 0.0]
 
     def observe(self, x: _Array, reference: Any) -> NDArray[np.float32]:
-        theta, alpha, theta_dot, alpha_dot = x.T
-        seen = np.stack([theta, np.sin(alpha), np.cos(alpha), theta_dot, alpha_dot, reference + 0 * theta], axis=-1)
-        high = self.observations.high
-        return np.clip(np.nan_to_num(seen), -high, high).astype(np.float32)
+        seen = np.empty((*x.shape[:-1], 6))
+        seen[..., 0], alpha = x[..., 0], x[..., 1]
+        seen[..., 1], seen[..., 2] = np.sin(alpha), np.cos(alpha)
+        seen[..., 3:5], seen[..., 5] = x[..., 2:], reference
+        if not np.isfinite(seen).all():
+            seen = np.nan_to_num(seen)
+        high = self._high
+        return np.minimum(np.maximum(seen, -high), high).astype(np.float32)
 
     def judge(self, x: _Array, action: Any, reference: Any) -> tuple[Any, Any]:
         """Reward, at most 1, and whether the episode has failed."""
-        theta, alpha = x.T[:2]
-        error = np.clip(theta - reference, -self.arm_angle, self.arm_angle)
-        reward = (1 + np.cos(alpha)) / 2 - 0.1 * error**2 - 0.01 * np.square(action)
+        theta, up = x[..., 0], np.cos(x[..., 1])
+        error = np.minimum(np.abs(theta - reference), self.arm_angle)
+        reward = (1 + up) / 2 - 0.1 * (error * error) - 0.01 * (action * action)
         failed = ~(np.abs(theta) <= self.arm_angle) | ~np.isfinite(x).all(axis=-1)
         if self.task == "balance":
-            failed = failed | (np.cos(alpha) < np.cos(0.5))
+            failed = failed | (up < np.cos(0.5))
         return np.where(failed, -10.0, reward), failed
+
+    def rendering(self, render_mode: str | None) -> dict[str, Any]:
+        """What an environment says of its pictures: one a command."""
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(
+                f"render_mode = {render_mode!r} is none of None, \"rgb_array\"; for a window: "
+                'gymnasium.wrappers.HumanRendering(gymnasium.make(..., render_mode="rgb_array"))'
+            )
+        return {"render_modes": ["rgb_array"], "render_fps": round(self.rate)}
+
+
+def _scene() -> Any:
+    try:
+        from furuta._scene import Scene
+
+        return Scene()
+    except ImportError as missing:
+        raise gymnasium.error.DependencyNotInstalled(
+            f'{missing.name} is not installed, which draws: pip install "furuta[plot]"'
+        ) from missing
 
 
 class RotaryPendulum(gymnasium.Env[Any, Any]):
@@ -136,9 +164,12 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
         The true state, or the encoders' readings (effects of the sensors included) and their differences over a period.
     randomize : optional
         What varies from episode to episode: see `draws_of`.
+    render_mode : {"rgb_array"}, optional
+        `render` gives a picture of the rig, shape (400, 400, 3), the arm's reference marked in green; it needs
+        matplotlib. A window: `gymnasium.wrappers.HumanRendering(env)`.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 100}
 
     def __init__(
         self,
@@ -152,11 +183,13 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
         hold: float = 2.5,
         observe: Literal["state", "encoders"] = "state",
         randomize: _Randomize | None = None,
-        render_mode: None = None,
+        render_mode: Literal["rgb_array"] | None = None,
     ) -> None:
         self.rig = rig if isinstance(rig, Rig) else Rig.load(rig)
         self.render_mode = render_mode
         self.game = _Game(task, rate, seconds, arm_angle, references, hold)
+        self.metadata = self.game.rendering(render_mode)
+        self.scene: Any = None
         self.draw = draws_of(randomize, self.rig)
         if observe not in ("state", "encoders"):
             raise ValueError(f'observe = {observe!r} is none of "state", "encoders"')
@@ -167,9 +200,11 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begins an episode: the first observation, and `info["rig"]`, the rig that was drawn for it."""
         super().reset(seed=seed)
         rng = self.np_random
         self.drawn = self.draw(rng)
+        self.limit = self.drawn["motor.command_limit"]
         self.plant = Simulator(self.drawn, self.game.start(rng), self.game.step)
         self.samples = 0
         self.before = self.plant.reading
@@ -177,10 +212,12 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
         return self._observation(), {"rig": self.drawn}
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        share = float(np.clip(action, -1, 1)[0])
-        self.before = self.plant.reading
-        self.plant.steps(np.full(self.game.substeps, share * self.drawn.parameters["motor.command_limit"]))
-        reward, failed = self.game.judge(self.plant.x, share, self.reference)
+        """One period of the command: observation, reward, terminated (failed), truncated (`seconds` are over), info."""
+        share = min(max(float(action[0]), -1.0), 1.0)
+        if self.encoders:
+            self.before = self.plant.reading
+        x = self.plant.steps(np.full(self.game.substeps, share * self.limit))[-1]
+        reward, failed = self.game.judge(x, share, self.reference)
         self.samples += 1
         if self.samples % self.game.held == 0:
             self.reference = float(self.np_random.choice(self.game.references))
@@ -193,16 +230,38 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
             x = np.concatenate([now, (now - self.before) / self.game.period])
         return self.game.observe(x, self.reference)
 
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+        """The rig as it is, its true state, in pixels; None without a render_mode."""
+        if self.render_mode is None:
+            gymnasium.logger.warn('render() has no render_mode: gymnasium.make(..., render_mode="rgb_array")')
+            return None
+        self.scene = self.scene or _scene()
+        pixels: NDArray[np.uint8] = self.scene.draw(self.drawn, self.plant.x, self.reference)
+        return pixels
+
 
 class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
     """Many rigs at once, on all cores: the same game as `RotaryPendulum`, on true states.
 
     The rig may have effects that follow the state alone (friction, springs, cogging, ...: `follows_state` in
-    `furuta.catalogue()`); what varies between the rigs are parameters: `randomize` is "tolerance", a dict, a Calibration, or a callable that changes no
-    effects. An episode that has ended begins anew at the next step.
+    `furuta.catalogue()`); what varies between the rigs are parameters: `randomize` is "tolerance", a dict, a
+    Calibration, or a callable that changes no effects. An episode that has ended begins anew at the next step.
+
+    Parameters
+    ----------
+    num_envs : int
+        How many rigs.
+    rig, task, rate, seconds, arm_angle, references, hold, randomize
+        As of `RotaryPendulum`.
+    render_mode : {"rgb_array"}, optional
+        `render` gives a tuple of pictures, one of each rig.
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+    metadata: dict[str, Any] = {
+        "render_modes": ["rgb_array"],
+        "render_fps": 100,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
 
     def __init__(
         self,
@@ -216,7 +275,7 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
         references: Sequence[float] = (0.0,),
         hold: float = 2.5,
         randomize: _Randomize | None = None,
-        render_mode: None = None,
+        render_mode: Literal["rgb_array"] | None = None,
     ) -> None:
         self.rig = rig if isinstance(rig, Rig) else Rig.load(rig)
         if num_envs < 1:
@@ -228,6 +287,8 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
             )
         self.num_envs, self.render_mode = num_envs, render_mode
         self.game = _Game(task, rate, seconds, arm_angle, references, hold)
+        self.metadata = {**self.metadata, **self.game.rendering(render_mode)}
+        self.scene: Any = None
         self.draw = draws_of(randomize, self.rig)
         self.single_observation_space = self.game.observations
         self.single_action_space = gymnasium.spaces.Box(-1, 1, (1,), dtype=np.float32)
@@ -238,6 +299,7 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
     def reset(
         self, *, seed: Any = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begins an episode of each rig: the first observations, shape (num_envs, 6)."""
         super().reset(seed=seed)
         self.x, self.reference = np.zeros((self.num_envs, 4)), np.zeros(self.num_envs)
         self.samples, self.ended = np.zeros(self.num_envs, dtype=int), np.zeros(self.num_envs, dtype=bool)
@@ -257,6 +319,7 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
             self.x[k], self.reference[k], self.samples[k] = self.game.start(rng), rng.choice(self.game.references), 0
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """One period of every rig, each output of `RotaryPendulum.step` an array; what ended before begins anew."""
         shares = np.clip(np.asarray(actions, dtype=float), -1, 1)[:, 0]
         volts = shares * self.parameters["motor.command_limit"]
         # The command differs between the rigs: as an offset of the voltage, beside a command of 0.
@@ -279,6 +342,23 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
         truncated = self.samples >= self.game.length
         self.ended = failed | truncated
         return self.game.observe(self.x, self.reference), reward, failed, truncated, {}
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """A picture of each rig; None without a render_mode."""
+        if self.render_mode is None:
+            gymnasium.logger.warn('render() has no render_mode: gymnasium.make_vec(..., render_mode="rgb_array")')
+            return None
+        self.scene = self.scene or _scene()
+        # What is drawn of a rig are its lengths.
+        lengths = ("arm.length", "pendulum.com")
+        return tuple(
+            self.scene.draw(
+                self.rig.with_parameters({name: float(self.parameters[name][k]) for name in lengths}),
+                self.x[k],
+                float(self.reference[k]),
+            )
+            for k in range(self.num_envs)
+        )
 
 
 def register() -> None:

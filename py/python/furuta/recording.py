@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from furuta._columns import columns as _columns
 from furuta._frame import frame
+from furuta._columns import column
 from furuta._furuta import RecordingError, _read_recording, _write_data
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ class Recording(Mapping[str, Any]):
         self.name = name or found
 
     def __getitem__(self, name: str) -> Any:
-        return self._columns[name]
+        return column(self._columns, name, "a recording")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
@@ -142,8 +143,11 @@ class Recording(Mapping[str, Any]):
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Writes a CSV file, from which the same numbers are read again.
 
-        A file that is there already is replaced only with `force`.
+        A file that is there already is replaced only with `force`. A path that ends in .mcap is refused: what is
+        read from such a path is a log, not CSV.
         """
+        if os.fspath(path).lower().endswith(".mcap"):
+            raise RecordingError(f"{os.fspath(path)}: a recording is saved as CSV; give a path that ends in .csv")
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self._columns)

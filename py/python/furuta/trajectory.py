@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from furuta._columns import column
 from furuta._frame import frame
 from furuta._furuta import Rig, simulate
 from furuta.recording import Recording
@@ -110,7 +111,8 @@ class Trajectory:
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         """A column by its name."""
-        return self.columns()[name]
+        found: NDArray[np.float64] = column(self.columns(), name, "this trajectory")
+        return found
 
     def to_pandas(self) -> Any:
         """The columns as a pandas.DataFrame, one row a sample; pandas must be installed."""

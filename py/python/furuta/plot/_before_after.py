@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from furuta._furuta import Calibration, Diagnosis
 from furuta.plot._axes import axes
 from furuta.plot._calibration import angles as calibrated, chosen_run as chosen_of_calibration
 from furuta.plot._diagnosis import angles as diagnosed, chosen_run as chosen_of_diagnosis, stretch
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from furuta._furuta import Calibration, Diagnosis
 
 
 def before_after(
@@ -46,6 +45,8 @@ def before_after(
     >>> figure = furuta.plot.before_after(diagnosis)
     >>> figure.savefig("before_after.png")
     """
+    if not isinstance(result, (Diagnosis, Calibration)):
+        raise TypeError(f"before_after draws a Diagnosis or a Calibration; a {type(result).__name__} was given")
     figure, drawn = axes(ax, 2, (10, 5), "furuta.plot.before_after", at_least=1)
     curves = result.curves()
     if isinstance(curves, dict):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+def _rig(system: Any) -> Any:
+    """The rig of a name or a path; anything else as it is."""
+    return Rig.load(system) if isinstance(system, (str, os.PathLike)) else system
+
+
 def bode(
     *systems: Any, frequency: ArrayLike | None = None, output: str = "alpha", ax: Any = None, **named: Any
 ) -> Figure:
@@ -24,7 +30,7 @@ def bode(
 
     Parameters
     ----------
-    *systems : Frf, TransferFit, Rig or python-control system
+    *systems : Frf, TransferFit, Rig (its name or the path of its file will do) or python-control system
         A rig: from u to `output`, hanging at rest, without its effects.
     frequency : array_like, optional
         Hz; that of the first Frf, or 300 points from 0.1 to 30 Hz, if not given.
@@ -46,7 +52,8 @@ def bode(
     >>> [a.get_ylabel() for a in figure.axes]
     ['magnitude [dB]', 'phase [deg]']
     """
-    shown = [(_name(system), system) for system in systems] + list(named.items())
+    shown = [(_name(system), system) for system in map(_rig, systems)]
+    shown += [(name, _rig(system)) for name, system in named.items()]
     if not shown:
         raise TypeError("bode needs something to draw: an Frf, a TransferFit, a Rig or a python-control system")
     if frequency is None:

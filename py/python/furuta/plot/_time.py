@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from furuta.plot._axes import axes
 from furuta.plot._style import AFTER, ANGLES, BEFORE, FAINT, MEASURED
+from furuta.recording import Recording
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,7 +23,7 @@ def trajectory(*runs: Any, ax: Any = None) -> Figure:
 
     Parameters
     ----------
-    *runs : Trajectory, Recording, DataFrame or mapping of arrays
+    *runs : Trajectory, Recording, DataFrame, mapping of arrays, or path of a recording
         With t, and theta, alpha, u as far as there are axes. Several are laid over each other.
     ax : matplotlib.axes.Axes or up to three of them, optional
         One: the pendulum. Two: arm and pendulum. Three: the command as well. A figure of its own if not given.
@@ -41,7 +43,8 @@ def trajectory(*runs: Any, ax: Any = None) -> Figure:
         raise TypeError("trajectory needs something to draw: a Trajectory, a Recording or columns")
     figure, drawn = axes(ax, 3, (9, 7), "furuta.plot.trajectory", at_least=1)
     rows = ROWS[1:2] if len(drawn) == 1 else ROWS[: len(drawn)]
-    for run, colour in zip(runs, cycle((MEASURED, AFTER, BEFORE, FAINT))):
+    shown = [Recording(run) if isinstance(run, (str, os.PathLike)) else run for run in runs]
+    for run, colour in zip(shown, cycle((MEASURED, AFTER, BEFORE, FAINT))):
         name = getattr(run, "name", None)
         label = name if isinstance(name, str) else None
         for one, (column, _) in zip(drawn, rows):

@@ -1,12 +1,9 @@
 """Model predictive control beside other solvers of quadratic programs, in one run: `docs/mpc.md`.
 
-    pip install numpy daqp osqp clarabel piqp tinympc
-    python py/tests/mpc_peers.py [--rig qube-servo-2] [--problems problems.json]
-
 A run of the closed loop is made and solved by this project's controller (`cargo run --release -p furuta-design
---example mpc_problems`), and by what it had before, 30 steps of ADMM. Each other solver then gets the same quadratic
-programs in the same order: 12 variables, hard limits. Samples in which a limit cannot be kept are left out, for these
-have a price of its own. Solvers that can start from the sample before do.
+--example mpc_problems`; `MPC_PROBLEMS` names a file of what it prints, made before). Each other solver then gets the
+same quadratic programs in the same order: 12 variables, hard limits. Samples in which a limit cannot be kept are left
+out, for these have a price of its own. Solvers that can start from the sample before do.
 
 Times are those inside of the solver where it says so (daqp, OSQP, Clarabel: theirs, without Python, without the update
 of the limits), else those of the call; ours is the whole update, from the state to the command, by the system's clock.
@@ -14,18 +11,20 @@ Each is the shortest of several runs. Errors are those of the first move in V, a
 equations of the active limits, whose signs are checked here.
 """
 
-import argparse
+from __future__ import annotations
+
 import contextlib
 import json
 import os
 import pathlib
+import shutil
 import subprocess
-import sys
 import time
+from collections.abc import Iterator
 
 import numpy as np
-
-RUNS = 7
+from clock import Disagreement, Timed
+from table import Table, duration, faster, ratio
 
 
 def exact(rows: np.ndarray, lower: np.ndarray, upper: np.ndarray, w: np.ndarray, y: np.ndarray) -> np.ndarray | None:
@@ -145,7 +144,7 @@ def tinympc_warm(problems, horizon=100):
     q = np.diag(np.maximum(problems["q"], 1e-6))
     far = np.array([1e3, lean, 1e3, 1e3])
     solver.setup(a, b, q, np.array([[problems["r"]]]), horizon, rho=1.0, verbose=False, max_iter=100)
-    limit = np.array([problems["command_limit"]])
+    limit = np.array([problems["command_limit"]], dtype=float)
     solver.set_bound_constraints(-far, far, -limit, limit)
     for sample in problems["samples"]:
         error = np.array(sample["x"]) - np.array(sample["reference"])
@@ -155,45 +154,51 @@ def tinympc_warm(problems, horizon=100):
         yield None, time.perf_counter() - begin
 
 
-def row(name: str, seconds: np.ndarray, errors: np.ndarray | None, failed: int, ours: np.ndarray) -> str:
-    micro, own = 1e6 * seconds, 1e6 * ours
-    median, late = np.median(micro), np.percentile(micro, 99)
-    worst = "own problem" if errors is None else f"{errors.max():.1e}"
-    return (
-        f"| {name} | {median:.3f} | {late:.3f} | {micro.max():.2f} | {median / np.median(own):.1f} "
-        f"| {late / np.percentile(own, 99):.1f} | {worst} | {failed} |"
-    )
+def row(name: str, seconds: np.ndarray, errors: np.ndarray | None, failed: int, ours: np.ndarray) -> list[str]:
+    median, late = np.median(seconds), np.percentile(seconds, 99)
+    return [
+        name,
+        duration(median),
+        ratio(median / np.median(ours)),
+        duration(late),
+        ratio(late / np.percentile(ours, 99)),
+        "own problem" if errors is None else f"{errors.max():.0e}",
+        str(failed),
+    ]
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rig", default="qube-servo-2")
-    parser.add_argument("--problems", type=pathlib.Path, help="JSON of the example, made before")
-    a = parser.parse_args()
-    if a.problems:
-        text = a.problems.read_text()
-    else:
-        command = ["cargo", "run", "--release", "-q", "-p", "furuta-design", "--example", "mpc_problems", "--", a.rig]
-        text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    problems = json.loads(text)
+HEADER = ("", "median", "over ours", "99 % within", "over ours", "error, V", "failed")
+
+
+def problems_of(rig: str, missing: list[str]) -> dict | None:
+    """The quadratic programs, made and solved in Rust."""
+    if shutil.which("cargo") is None:
+        missing.append("cargo is not there: the quadratic programs are not made.")
+        return None
+    command = ["cargo", "run", "--release", "--locked", "-q", "-p", "furuta-design", "--example", "mpc_problems"]
+    return json.loads(subprocess.run([*command, "--", rig], check=True, capture_output=True, text=True).stdout)
+
+
+def tables(missing: list[str], rounds: int, rig: str = "qube-servo-2") -> Iterator[Table]:
+    """All samples, and those in which limits are active."""
+    given = os.environ.get("MPC_PROBLEMS")
+    problems = json.loads(pathlib.Path(given).read_text()) if given else problems_of(rig, missing)
+    if problems is None:
+        return
     rows, prices = np.array(problems["rows"]), np.array(problems["prices"])
     every = problems["samples"]
-    inside = [s for s in every if (np.abs(s["y"]) < np.where(prices < 0, np.inf, prices)).all()]
+    kept = np.array([(np.abs(s["y"]) < np.where(prices < 0, np.inf, prices)).all() for s in every])
+    inside = [s for s, keep in zip(every, kept) if keep]
     lower, upper = (np.array([s[side] for s in inside]) for side in ("lower", "upper"))
     answers = [exact(rows, *(np.array(s[k]) for k in ("lower", "upper", "w", "y"))) for s in inside]
-    wrong = sum(x is None for x in answers)
+    if any(x is None for x in answers):
+        raise Disagreement("predictive control: a solution of ours is not optimal")
     first = problems["first"]
-    true = np.array([np.nan if x is None else first * x[0] for x in answers])
+    true = np.array([first * x[0] for x in answers])
     active = np.array([bool(np.any(s["y"])) for s in inside])
-    sys.stdout.flush()
-    print(f"{problems['rig']}: {len(every)} samples, {len(inside)} in which all limits can be kept, {active.sum()} with")
-    print(f"active limits, at most {max(s['active'] for s in inside)}; {wrong} solutions that are not optimal; the clock")
-    print(f"itself takes {1e6 * problems['floor']:.3f} us", flush=True)
-    ours = np.array([s["s"] for s in inside])
-    measured = {"furuta": (ours, np.array([first * s["w"][0] for s in inside]) - true, 0)}
-    command_limit = problems["command_limit"]
-    admm = np.array([s["admm_u"] - s["u"] for s in inside])
-    measured["furuta before, 30 steps of ADMM"] = (np.array([s["admm_s"] for s in inside]), admm, 0)
+    measured = {"furuta": (np.array([s["s"] for s in inside]), np.array([first * s["w"][0] for s in inside]) - true, 0)}
+    if not np.abs(measured["furuta"][1]).max() <= 1e-10:
+        raise Disagreement("predictive control: our own first move is off")
     solvers = {
         "daqp, warm": daqp_warm,
         "daqp, cold": daqp_cold,
@@ -202,11 +207,10 @@ def main() -> None:
         "Clarabel, 1e-12": clarabel_cold,
     }
     for name, solver in solvers.items():
-        runs = RUNS if "daqp" in name else 2
         try:
-            results = [list(solver(rows, lower, upper)) for _ in range(runs)]
-        except ImportError as missing:
-            print(f"{name}: {missing}")
+            results = [list(solver(rows, lower, upper)) for _ in range(rounds if "daqp" in name else 2)]
+        except ImportError as error:
+            missing.append(f"{error.name} is not installed: left out of predictive control.")
             continue
         seconds = np.min([[t for _, t in result] for result in results], axis=0)
         found = np.array([np.nan if x is None else first * x[0] for x, _ in results[0]])
@@ -214,18 +218,28 @@ def main() -> None:
     try:
         with silent():
             results = [[t for _, t in tinympc_warm(problems)] for _ in range(2)]
-        kept = np.array([(np.abs(s["y"]) < np.where(prices < 0, np.inf, prices)).all() for s in every])
         measured["TinyMPC, 100 samples ahead"] = (np.min(results, axis=0)[kept], None, 0)
-    except ImportError as missing:
-        print(f"TinyMPC: {missing}")
-    for title, chosen in (("all samples", np.full(active.shape, True)), ("samples with active limits", active)):
-        print(f"\n{title} ({chosen.sum()}), command limit {command_limit} V")
-        print("| solver | median, us | 99 % within, us | most, us | median / ours | 99 % / ours | error, V | failed |")
-        print("|---|---|---|---|---|---|---|---|")
+    except ImportError as error:
+        missing.append(f"{error.name} is not installed: left out of predictive control.")
+    ours = measured["furuta"][0]
+    about = (
+        f"{problems['rig']} at 500 Hz, the arm sent to and fro, the pendulum kicked; {{}} quadratic programs of one "
+        f"closed loop, 12 variables, hard limits. Of {len(every)} samples those in which each limit can be kept. This "
+        "table's times are not processor time: each is the shortest of several by the clock of the solver itself, ours "
+        f"that of the whole update, from the state to the command (the clock: {1e6 * problems['floor']:.2f} us)."
+    )
+    remarks = [
+        "Errors are those of the first move, against the linear equations of the active limits.",
+        "TinyMPC solves another problem, with a move in each sample, to its own tolerance of 1e-3: no error is stated.",
+    ]
+    for title, chosen in (("all samples", np.full(active.shape, True)), ("limits active", active)):
+        lines = []
         for name, (seconds, errors, failed) in measured.items():
             error = None if errors is None else np.abs(errors[chosen][~np.isnan(errors[chosen])])
-            print(row(name, seconds[chosen], error, failed, ours[chosen]))
-
-
-if __name__ == "__main__":
-    main()
+            lines.append(row(name, seconds[chosen], error, failed, ours[chosen]))
+        name = f"Predictive control, warm, {title}"
+        least = float(np.median(ours[chosen]))
+        medians = [(who, float(np.median(seconds[chosen]))) for who, (seconds, _, _) in measured.items()]
+        slower = faster(name, [Timed(who, median, median / least, None, None) for who, median in medians])
+        yield Table(name, about.format(int(chosen.sum())), HEADER, lines, remarks, slower)
+        remarks = []
