@@ -65,6 +65,7 @@ pub(crate) fn rig(bytes: &[u8]) {
     }
     let emulation = Emulation {
         watchdog_periods: watchdog,
+        actuation: 0,
         ..Emulation::default()
     };
     let Ok(mut rig) = EmulatedRig::new(&model, &emulation) else {

@@ -18,6 +18,7 @@ pub use footprint::{BaseParameter, Footprint};
 pub use own::{Own, OwnLaws};
 pub use spec::{Acts, Clock, Drive, EffectError, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 
+use crate::actuation::Actuation;
 use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
 use arrayvec::ArrayVec;
@@ -49,8 +50,21 @@ macro_rules! parameters {
     };
 }
 
-/// Makes the enum over all effects and the catalogue from one list.
+/// Makes the catalogue from the effects of all rigs, and the list of those of some rigs.
 macro_rules! catalogue {
+    ($($every:ident :: $every_name:ident),+ ; $($own:ident :: $own_name:ident),+ ;) => {
+        /// Every effect this version knows of any rig, in the catalogue's order.
+        pub static CATALOGUE: &[&Spec] = &[$(&$every::SPEC),+];
+
+        /// Effects of rigs alone whose command is an acceleration ([`crate::Actuation::Acceleration`]).
+        pub static OF_ACCELERATION: &[&Spec] = &[$(&$own::SPEC),+];
+
+        effects! { $($every::$every_name,)+ $($own::$own_name,)+ }
+    };
+}
+
+/// Makes the enum over all effects.
+macro_rules! effects {
     ($($module:ident :: $name:ident),+ $(,)?) => {
         $(mod $module; pub use $module::$name;)+
 
@@ -64,9 +78,6 @@ macro_rules! catalogue {
             /// See [`Own`].
             Own(Own<S>),
         }
-
-        /// Every effect this version knows, in the catalogue's order.
-        pub static CATALOGUE: &[&Spec] = &[$(&$module::SPEC),+];
 
         impl<S: Scalar> Effect<S> {
             fn build(id: &str, values: &[S]) -> Option<Self> {
@@ -165,6 +176,14 @@ macro_rules! catalogue {
                 }
             }
             #[inline(always)]
+            fn speed_limit(&self) -> S {
+                match self {
+                    $(Self::$name(e) => e.speed_limit(),)+
+                    Self::Custom(e) => e.speed_limit(),
+                    Self::Own(e) => e.speed_limit(),
+                }
+            }
+            #[inline(always)]
             fn lag(&self) -> S {
                 match self {
                     $(Self::$name(e) => e.lag(),)+
@@ -238,7 +257,8 @@ catalogue! {
     sensor_delay::SensorDelay,
     disturbance_vibration::DisturbanceVibration,
     disturbance_kick::DisturbanceKick,
-    disturbance_arm_kick::DisturbanceArmKick,
+    disturbance_arm_kick::DisturbanceArmKick;
+    motor_speed_limit::MotorSpeedLimit;
 }
 
 /// The entry with this id, of the catalogue or of [`EMPIRICAL`]; or a user's own hypothesis ([`own`]) that this process
@@ -253,14 +273,18 @@ pub fn spec(id: &str) -> Option<&'static Spec> {
     known().find(|s| s.id == id).or_else(|| own::known(id))
 }
 
-/// Everything that a rig file can name: the catalogue, and then the empirical terms.
+/// Everything that a rig file can name: the catalogue, the effects of some kinds of rigs, and then the empirical terms.
 ///
 /// ```
 /// assert!(furuta_model::effects::known().any(|s| s.id == "custom.1"));
 /// assert!(furuta_model::CATALOGUE.iter().all(|s| s.id != "custom.1"));
 /// ```
 pub fn known() -> impl Iterator<Item = &'static Spec> {
-    CATALOGUE.iter().chain(EMPIRICAL).copied()
+    CATALOGUE
+        .iter()
+        .chain(OF_ACCELERATION)
+        .chain(EMPIRICAL)
+        .copied()
 }
 
 impl<S: Scalar> Effect<S> {
@@ -311,6 +335,29 @@ impl<S: Scalar> Effect<S> {
     #[must_use]
     pub fn unchecked(id: &str, values: &[S]) -> Option<Self> {
         Self::build(id, values)
+    }
+
+    /// Checks that it can act on a rig whose command is of this kind.
+    ///
+    /// # Errors
+    /// [`EffectError::OtherActuation`], which says why not.
+    ///
+    /// ```
+    /// use furuta_model::{Actuation, Effect};
+    /// let friction = Effect::new("arm.coulomb", &[0.01])?;
+    /// let error = friction.validate_for(Actuation::Acceleration).expect_err("a stepper's arm");
+    /// assert!(error.to_string().starts_with("arm.coulomb cannot act on a rig whose motor.kind is \"acceleration\""));
+    /// # Ok::<(), furuta_model::EffectError>(())
+    /// ```
+    pub fn validate_for(&self, actuation: Actuation) -> Result<(), EffectError> {
+        let effect = self.spec().id;
+        actuation
+            .allows(effect)
+            .map_err(|why| EffectError::OtherActuation {
+                effect,
+                actuation,
+                why,
+            })
     }
 
     /// Whether all its strengths (values and derivatives) are exactly zero, or exactly where they do nothing.

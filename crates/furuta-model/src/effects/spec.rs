@@ -3,6 +3,7 @@
 use super::at_rest::AtRest;
 use super::footprint::Footprint;
 use super::own::OwnLaws;
+use crate::actuation::Actuation;
 use crate::dynamics::Angle;
 use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
@@ -44,6 +45,8 @@ impl Acts {
     pub const SHAFT: Self = Self(1 << 12);
     /// Bodies meet in blows: what is wrong before a blow is many times as wrong after it.
     pub const BLOWS: Self = Self(1 << 13);
+    /// Keeps the arm's speed within bounds ([`Law::speed_limit`]).
+    pub const SPEED_LIMIT: Self = Self(1 << 15);
 
     /// Both.
     #[must_use]
@@ -286,6 +289,12 @@ pub trait Law<S: Scalar> {
         S::ZERO
     }
 
+    /// Largest speed of an arm whose acceleration is commanded, rad/s.
+    #[inline(always)]
+    fn speed_limit(&self) -> S {
+        S::ZERO
+    }
+
     /// Time constant of a first-order lag of the voltage, s.
     #[inline(always)]
     fn lag(&self) -> S {
@@ -349,6 +358,15 @@ pub trait Law<S: Scalar> {
 /// What is wrong with an effect asked for.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum EffectError {
+    /// An effect that makes no sense on a rig with this kind of command.
+    OtherActuation {
+        /// The effect's id.
+        effect: &'static str,
+        /// What the rig's command is.
+        actuation: Actuation,
+        /// Why not.
+        why: &'static str,
+    },
     /// The id is not in the catalogue.
     UnknownEffect,
     /// The number of values differs from the number of parameters.
@@ -494,6 +512,14 @@ impl core::fmt::Display for EffectError {
                 f,
                 "{effect}: {parameter} = {} is outside the allowed range [{min}, {max}] {unit}",
                 furuta_input::number(*value)
+            ),
+            Self::OtherActuation {
+                effect,
+                actuation,
+                why,
+            } => write!(
+                f,
+                "{effect} cannot act on a rig whose motor.kind is \"{actuation}\" ({why}): leave it out"
             ),
             Self::NotWhole {
                 effect,

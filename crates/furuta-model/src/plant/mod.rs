@@ -6,6 +6,7 @@ mod error;
 mod events;
 mod friction;
 mod regime;
+mod speed;
 mod start;
 mod state;
 mod step;
@@ -45,6 +46,7 @@ pub struct Plant<S> {
     delay: S,
     lag: S,
     sensor_delay: S,
+    speed_limit: S,
     drive: Drive<S>,
 }
 
@@ -53,14 +55,15 @@ const EVENTS: Acts = Acts::DELAY
     .and(Acts::JUMPS)
     .and(Acts::DRY_FRICTION)
     .and(Acts::MEMORY)
+    .and(Acts::SPEED_LIMIT)
     .and(Acts::DRIVE);
 
 impl<S: Scalar> Plant<S> {
     /// A plant with these parameters and effects. Effects that are exactly off are left out.
     ///
     /// # Errors
-    /// A parameter or an effect's value outside its range, more than [`MAX_EFFECTS`] effects, or effects with events
-    /// within a step in a scalar of several lanes.
+    /// A parameter or an effect's value outside its range, an effect that cannot act on a rig of this kind of command,
+    /// more than [`MAX_EFFECTS`] effects, or effects with events within a step in a scalar of several lanes.
     ///
     /// ```
     /// use furuta_model::{Plant, PlantError, Rig};
@@ -73,6 +76,7 @@ impl<S: Scalar> Plant<S> {
         params.validate()?;
         for effect in effects {
             effect.validate()?;
+            effect.validate_for(params.motor.actuation)?;
         }
         Self::from_coefficients(params.coefficients(), effects)
     }
@@ -116,6 +120,7 @@ impl<S: Scalar> Plant<S> {
             delay: S::ZERO,
             lag: S::ZERO,
             sensor_delay: S::ZERO,
+            speed_limit: S::ZERO,
             drive: Drive::RIGID,
         }
     }
@@ -126,6 +131,7 @@ impl<S: Scalar> Plant<S> {
         self.delay += effect.delay();
         self.lag += effect.lag();
         self.sensor_delay += effect.sensor_delay();
+        self.speed_limit += effect.speed_limit();
         self.drive = self.drive.with(effect.drive());
     }
 
@@ -175,6 +181,7 @@ impl<S: Scalar> Plant<S> {
             delay: f(self.delay),
             lag: f(self.lag),
             sensor_delay: f(self.sensor_delay),
+            speed_limit: f(self.speed_limit),
             drive: Drive {
                 gap: f(self.drive.gap),
                 stiffness: f(self.drive.stiffness),

@@ -3,6 +3,7 @@
 //!
 //! `cargo test -p furuta-model --test exactness -- --nocapture` prints the tables.
 
+mod actuation;
 mod convergence;
 mod drive;
 mod energy;
