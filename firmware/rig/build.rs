@@ -27,6 +27,11 @@ fn main() -> Result<(), Box<dyn error::Error>> {
         params.len(),
         params.join(", ")
     )?;
+    writeln!(
+        source,
+        "/// What its command is.\npub const ACTUATION: furuta_model::Actuation = furuta_model::Actuation::{:?};",
+        rig.params.motor.actuation
+    )?;
     let counts = [
         rig.sensors.arm_counts_per_rev,
         rig.sensors.pendulum_counts_per_rev,

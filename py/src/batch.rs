@@ -374,7 +374,7 @@ fn rollouts(
             .filter_map(|(spec, values)| Effect::unchecked(spec.id, &values[i]))
             .collect();
         rollouts.push(Rollout {
-            params: Params::from_array(params),
+            params: Params::from_array(rig.params.motor.actuation, params),
             effects,
             start,
         });

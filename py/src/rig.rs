@@ -38,6 +38,32 @@ impl PyRig {
         Rig::BUILTIN.to_vec()
     }
 
+    /// Names of those of them whose command is a voltage.
+    #[classattr]
+    #[pyo3(name = "VOLTAGE")]
+    fn voltage() -> Vec<&'static str> {
+        Rig::VOLTAGE.to_vec()
+    }
+
+    /// What the command is, `motor.kind` of the rig file: "voltage", "torque" or "acceleration".
+    ///
+    /// Examples
+    /// --------
+    /// >>> import furuta
+    /// >>> stepper = furuta.Rig.load("stepper-kit")
+    /// >>> stepper.motor_kind, stepper.command_unit
+    /// ('acceleration', 'rad/s2')
+    #[getter]
+    fn motor_kind(&self) -> &'static str {
+        self.rig.params.motor.actuation.kind()
+    }
+
+    /// Unit of the command: "V", "A", "N m" or "rad/s2".
+    #[getter]
+    fn command_unit(&self) -> &'static str {
+        self.rig.params.motor.actuation.unit()
+    }
+
     /// A built-in rig by its name, or else the rig file at this path.
     #[classmethod]
     #[pyo3(text_signature = "(name_or_path)")]
@@ -135,7 +161,8 @@ impl PyRig {
         Ok(furuta_export::urdf(&self.rig).map_err(error::rig)?.text)
     }
 
-    /// The rig as a dict of plain Python values: name, source, parameters, sensors, limits, effects.
+    /// The rig as a dict of plain Python values: name, source, motor (kind, unit), parameters, sensors, limits,
+    /// effects.
     ///
     /// Examples
     /// --------
@@ -146,6 +173,10 @@ impl PyRig {
         let all = PyDict::new(py);
         all.set_item("name", self.name())?;
         all.set_item("source", self.source())?;
+        let motor = PyDict::new(py);
+        motor.set_item("kind", self.motor_kind())?;
+        motor.set_item("unit", self.command_unit())?;
+        all.set_item("motor", motor)?;
         all.set_item("parameters", self.parameters())?;
         all.set_item("sensors", self.sensors())?;
         all.set_item("limits", self.limits())?;
@@ -267,13 +298,15 @@ impl PyRig {
     }
 
     /// Physical parameters in SI units by their keys in the rig file, for example `"arm.inertia"`. A copy: see
-    /// `with_parameters`.
+    /// `with_parameters`. Only those that enter the equations of its `motor_kind`.
     #[getter]
     fn parameters(&self) -> BTreeMap<&'static str, f64> {
+        let actuation = self.rig.params.motor.actuation;
         RANGES
             .iter()
             .map(|r| r.key)
             .zip(self.rig.params.to_array())
+            .filter(|(key, _)| actuation.uses(key))
             .collect()
     }
 
@@ -342,10 +375,16 @@ impl PyRig {
     /// The same rig with these parameters changed, for example `{"pendulum.mass": 0.03}`.
     fn with_parameters(&self, parameters: BTreeMap<String, f64>) -> PyResult<Self> {
         let mut values = self.rig.params.to_array();
+        let actuation = self.rig.params.motor.actuation;
         for (key, value) in parameters {
+            if !actuation.uses(&key) && parameter(&key).is_ok() {
+                return Err(error::rig(format!(
+                    "{key} does not enter the equations of a rig whose motor.kind is \"{actuation}\""
+                )));
+            }
             values[parameter(&key)?] = value;
         }
-        let params = Params::from_array(values);
+        let params = Params::from_array(actuation, values);
         params.validate().map_err(error::rig)?;
         Ok(Self {
             rig: Rig {

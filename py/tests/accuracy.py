@@ -74,12 +74,12 @@ def growth(name: str, start: str) -> float:
 
 
 def main() -> None:
-    grown = ", ".join(f"{growth(name, 'falling'):.0f} ({name})" for name in furuta.Rig.BUILTIN)
+    grown = ", ".join(f"{growth(name, 'falling'):.0f} ({name})" for name in furuta.Rig.VOLTAGE)
     print(
         HEADER.format(falling=list(STARTS["falling"]), hanging=list(STARTS["hanging"]), rounding=ROUNDING, growth=grown)
     )
     print("| rig | start | period (ms) | " + " | ".join(STATES) + " | order |\n|---|---|---:|" + "---:|" * 5)
-    for name in furuta.Rig.BUILTIN:
+    for name in furuta.Rig.VOLTAGE:
         for start in STARTS:
             above = None
             for period in reversed(PERIODS):

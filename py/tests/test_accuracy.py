@@ -17,7 +17,7 @@ HEAVY = {"falling": 1e-6, "hanging": 4e-8}
 
 
 @pytest.mark.parametrize("start", STARTS)
-@pytest.mark.parametrize("name", furuta.Rig.BUILTIN)
+@pytest.mark.parametrize("name", furuta.Rig.VOLTAGE)
 def test_fourth_order(name, start):
     errors = {period: error(name, start, period) for period in PERIODS}
     bound = (HEAVY if name == "ramos-velasco" else BOUND)[start]
@@ -31,6 +31,6 @@ def test_fourth_order(name, start):
 
 def test_the_table_is_of_these_rigs():
     text = TABLE.read_text()
-    for name in furuta.Rig.BUILTIN:
+    for name in furuta.Rig.VOLTAGE:
         for start in STARTS:
             assert text.count(f"| {name} | {start} |") == len(PERIODS)

@@ -58,7 +58,7 @@ def test_units_of_states_and_time_drop_out():
     assert other == pytest.approx(condition, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", furuta.Rig.BUILTIN)
+@pytest.mark.parametrize("name", furuta.Rig.VOLTAGE)
 def test_rigs_upright_and_hanging(name):
     rig = furuta.Rig.load(name)
     for alpha in (0.0, np.pi):

@@ -165,7 +165,7 @@ def test_pole_placement(n):
         )
 
 
-@pytest.mark.parametrize("name", furuta.Rig.BUILTIN)
+@pytest.mark.parametrize("name", furuta.Rig.VOLTAGE)
 def test_poles_of_rigs(name):
     """To 1e-9 of the largest pole; a sampled rig's too."""
     a, b = furuta.linearize(furuta.Rig.load(name))

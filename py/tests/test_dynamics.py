@@ -23,7 +23,7 @@ def reference(rig, x0, u, dt):
 ROD = furuta.Rig.load("qube-servo-2").with_parameters(
     {"pendulum.inertia_transverse": 2.1e-5, "pendulum.inertia_axial": 4e-6}
 )
-RIGS = [furuta.Rig.load(name) for name in furuta.Rig.BUILTIN] + [ROD]
+RIGS = [furuta.Rig.load(name) for name in furuta.Rig.VOLTAGE] + [ROD]
 
 
 @pytest.mark.parametrize("rig", RIGS, ids=lambda rig: rig.name)

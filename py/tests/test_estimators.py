@@ -7,7 +7,7 @@ import scipy.linalg
 import furuta
 
 DT = 0.002
-RIGS = furuta.Rig.BUILTIN
+RIGS = furuta.Rig.VOLTAGE
 
 
 def linear_filter(a, b, gain, y, u):

@@ -101,7 +101,7 @@ def difference(rig: furuta.Rig, x0: tuple[float, ...]) -> float:
 
 
 @pytest.mark.parametrize("start", START)
-@pytest.mark.parametrize("name", furuta.Rig.BUILTIN)
+@pytest.mark.parametrize("name", furuta.Rig.VOLTAGE)
 def test_a_builtin_rig_moves_alike_in_mujoco(name, start):
     rig = furuta.Rig.load(name)
     assert left_out(rig.to_mjcf()) <= {"[sensors]", "[limits]"}
@@ -152,7 +152,7 @@ def test_the_largest_command_is_the_actuators_range():
     assert model.key("hanging").qpos.tolist() == [0.0, np.pi]
 
 
-@pytest.mark.parametrize("name", furuta.Rig.BUILTIN)
+@pytest.mark.parametrize("name", furuta.Rig.VOLTAGE)
 def test_the_urdf_moves_alike_in_mujoco(name):
     rig = furuta.Rig.load(name)
     text = rig.to_urdf()

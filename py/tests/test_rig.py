@@ -14,7 +14,7 @@ QUBE = furuta.Rig.load("qube-servo-2")
 
 @pytest.mark.parametrize("name", furuta.Rig.BUILTIN)
 def test_round_trips(name):
-    rig = furuta.Rig.load(name).with_effect("arm.coulomb", torque=1e-3)
+    rig = furuta.Rig.load(name).with_effect("pendulum.coulomb", torque=1e-3)
     assert rig.name == name
     assert furuta.Rig.from_toml(rig.to_toml()) == rig == pickle.loads(pickle.dumps(rig)) == copy.deepcopy(rig)
     assert rig.without_effects() == furuta.Rig.load(name) != rig

@@ -10,7 +10,7 @@ C, Q, R = np.array([[1.0, 0, 0, 0]]), np.diag([5.0, 1, 0.1, 0.1, 20]), np.array(
 
 
 @pytest.mark.parametrize("rate", [500.0, 50.0])
-@pytest.mark.parametrize("name", furuta.Rig.BUILTIN)
+@pytest.mark.parametrize("name", furuta.Rig.VOLTAGE)
 def test_the_gain_is_that_of_the_sampled_extended_system(name, rate):
     a, b = furuta.linearize(furuta.Rig.load(name))
     extended = np.block([[a, np.zeros((4, 1))], [C, np.zeros((1, 1))]])

@@ -9,7 +9,7 @@ from scipy.signal import cont2discrete
 H = 0.002
 
 
-@pytest.mark.parametrize("name", furuta.Rig.BUILTIN)
+@pytest.mark.parametrize("name", furuta.Rig.VOLTAGE)
 def test_the_scheduled_command_is_that_of_scipys_gain(name):
     rig, speed = furuta.Rig.load(name), 6.0
     limit = rig.parameters["motor.command_limit"]

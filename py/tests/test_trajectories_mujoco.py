@@ -59,7 +59,7 @@ def as_truth(rig: furuta.Rig) -> TrueRig:
     )  # fmt: skip
 
 
-RIGS = FAMILIES | {name: as_truth(furuta.Rig.load(name)) for name in furuta.Rig.BUILTIN}
+RIGS = FAMILIES | {name: as_truth(furuta.Rig.load(name)) for name in furuta.Rig.VOLTAGE}
 
 
 def as_file(rig: TrueRig, effects: Effects) -> furuta.Rig:

@@ -82,7 +82,7 @@ fn with(rig: &Rig, spec: &Spec) -> Rig {
 /// mrad.)
 #[test]
 fn each_is_simulated() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let plain = readings(&rig);
         let counts = rig.sensors.resolution();
@@ -111,7 +111,7 @@ fn each_has_trajectories() {
 
 #[test]
 fn each_is_serialised() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         for spec in CATALOGUE {
             let rig = with(&rig, spec);

@@ -79,7 +79,7 @@ fn steps(t: f64) -> f64 {
 /// The rig as it is and with effects hidden in it.
 fn rigs() -> Vec<(Rig, &'static str)> {
     let mut all = Vec::new();
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let c = rig.params.coefficients();
         let typical = |id: &str| {

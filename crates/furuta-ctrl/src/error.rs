@@ -36,6 +36,14 @@ pub enum ConfigError {
         /// Why not.
         problem: &'static str,
     },
+    /// A kind of command that this version does not know.
+    #[error(
+        "the rig's command is of a kind ({code}) that this version does not know: build both ends from one version"
+    )]
+    UnknownActuation {
+        /// [`furuta_model::Actuation::code`] as received.
+        code: u8,
+    },
     /// A sample period that no loop has.
     #[error("the sample period is {period} s, must be above 0 and at most 0.1 s")]
     Period {

@@ -8,7 +8,7 @@ use crate::supervisor::Supervisor;
 use arrayvec::{ArrayString, ArrayVec};
 use furuta_model::effects::MAX_PARAMETERS;
 use furuta_model::plant::MAX_EFFECTS;
-use furuta_model::{Effect, EffectError, Params};
+use furuta_model::{Actuation, Effect, EffectError, Params};
 
 /// A controller file and what its controller is made for: plain numbers, no text, no allocation; serde's `Serialize`
 /// and `Deserialize`.
@@ -35,6 +35,8 @@ pub struct Plan {
     pub period: f64,
     /// Parameters in the order of [`furuta_model::params::RANGES`].
     params: [f64; 17],
+    /// [`Actuation::code`].
+    actuation: u8,
     command_limit: f64,
     resolution: [f64; 2],
     limits: Limits,
@@ -67,6 +69,7 @@ impl Plan {
             config,
             period: site.period,
             params: site.params.to_array(),
+            actuation: site.params.motor.actuation.code(),
             command_limit: site.command_limit,
             resolution: site.resolution,
             limits: site.limits,
@@ -79,7 +82,11 @@ impl Plan {
     /// # Errors
     /// Parameters, effects or settings that are not possible.
     pub fn supervisor<T: Real>(&self) -> Result<Supervisor<T>, ConfigError> {
-        let params = Params::from_array(self.params);
+        let actuation =
+            Actuation::from_code(self.actuation).ok_or(ConfigError::UnknownActuation {
+                code: self.actuation,
+            })?;
+        let params = Params::from_array(actuation, self.params);
         params.validate().map_err(furuta_model::PlantError::from)?;
         let effects = self
             .effects

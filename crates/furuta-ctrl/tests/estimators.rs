@@ -37,7 +37,7 @@ impl Normal {
 #[test]
 fn the_extended_filter_settles_at_the_riccati_equation() {
     let (command, pendulum, reading) = (0.2, 3.0, [1e-3, 2e-3]);
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let site = Site::of(&rig, PERIOD);
         let given = settings("ekf")

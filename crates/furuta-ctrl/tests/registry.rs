@@ -119,7 +119,7 @@ proptest! {
         states in prop::collection::vec((any_state(), any_state()), 1..30),
         random in any_controller_settings(),
     ) {
-        for name in Rig::BUILTIN {
+        for name in Rig::VOLTAGE {
             let rig = Rig::builtin(name).expect("built in");
             let site = Site::of(&rig, PERIOD);
             let limit = site.command_limit;
@@ -190,7 +190,7 @@ proptest! {
 /// Nothing given, every controller works on every rig, or says why it does not suit it.
 #[test]
 fn every_controller_can_be_had_for_every_rig() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         for spec in controllers::CATALOGUE {
             for h in [0.001, 0.002, 0.005] {

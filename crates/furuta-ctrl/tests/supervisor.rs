@@ -119,6 +119,25 @@ fn balances_every_rig_from_a_hand_held_start() {
     }
 }
 
+/// Commands that are a current or the arm's acceleration, in both precisions.
+#[test]
+fn swings_up_whatever_the_command_is() {
+    for name in ["qube-servo-3", "stepper-kit"] {
+        let rig = Rig::builtin(name).unwrap();
+        let double = run::<f64>(&rig, State::hanging(), 0.002, 15.0);
+        let single = run::<f32>(&rig, State::hanging(), 0.002, 15.0);
+        for (caught, rest, fault) in [
+            (double.caught, double.rest_angle, double.fault.is_some()),
+            (single.caught, single.rest_angle, single.fault.is_some()),
+        ] {
+            assert!(
+                caught.is_some() && rest < 0.02 && !fault,
+                "{name}: {caught:?} {rest} rad, fault {fault}"
+            );
+        }
+    }
+}
+
 #[test]
 fn the_target_precision_does_it_too() {
     let rig = Rig::builtin("shahzad2022-srv02").unwrap();

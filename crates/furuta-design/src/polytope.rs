@@ -316,7 +316,7 @@ pub fn polytope_with(
             corner &= at == 0 || at == axis.degree;
             p[axis.index] *= 1.0 + axis.share * (2.0 * at as f64 / axis.degree as f64 - 1.0);
         }
-        let p = Params::from_array(p);
+        let p = Params::from_array(params.motor.actuation, p);
         let value = Fraction::of(&p, effects);
         if corner {
             corners.push((p, value.quotient()));
@@ -407,7 +407,7 @@ mod tests {
                     low + t * (high - low)
                 };
             }
-            rig.params = Params::from_array(p);
+            rig.params = Params::from_array(rig.params.motor.actuation, p);
             let expected = linearize(&rig.nominal_plant(), State::upright(), 0.0);
             // Bernstein weights times the control points' determinants, which polytope() does not give out: solve for
             // the combination with the known weights by taking them from the quotient's two equal forms.
@@ -466,7 +466,11 @@ mod tests {
                     .expect("known");
                 p[index] *= 1.0 + u.share * s;
             }
-            Fraction::of(&Params::from_array(p), &Slopes::NONE).determinant
+            Fraction::of(
+                &Params::from_array(params.motor.actuation, p),
+                &Slopes::NONE,
+            )
+            .determinant
         };
         (0..count)
             .map(|i| {

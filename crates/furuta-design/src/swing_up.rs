@@ -126,15 +126,19 @@ impl Study {
             uniform(self.seed, 32 * i as u64 + n)
         };
         let values = self.rig.params.to_array();
-        let params = Params::from_array(std::array::from_fn(|k| {
-            let factor = 1.0 + self.spread * (2.0 * next() - 1.0);
-            let fixed = matches!(
-                RANGES[k].key,
-                "motor.gear_ratio" | "motor.command_limit" | "environment.gravity"
-            );
-            let value = if fixed { values[k] } else { values[k] * factor };
-            value.min(RANGES[k].max)
-        }));
+        let actuation = self.rig.params.motor.actuation;
+        let params = Params::from_array(
+            actuation,
+            std::array::from_fn(|k| {
+                let factor = 1.0 + self.spread * (2.0 * next() - 1.0);
+                let fixed = matches!(
+                    RANGES[k].key,
+                    "motor.gear_ratio" | "motor.command_limit" | "environment.gravity"
+                );
+                let value = if fixed { values[k] } else { values[k] * factor };
+                value.min(RANGES[k].max)
+            }),
+        );
         let k = self.rig.params.coefficients();
         let mut rig = Rig {
             params,
@@ -145,7 +149,8 @@ impl Study {
             ("arm.coulomb", self.arm_friction * stall * next()),
             ("pendulum.coulomb", self.hinge_friction * k.weight * next()),
         ];
-        for (id, torque) in torques {
+        let possible = |id: &str| actuation.allows(id).is_ok();
+        for (id, torque) in torques.into_iter().filter(|(id, _)| possible(id)) {
             rig.effects.push(Effect::new(id, &[torque])?);
         }
         let mut start = State::hanging();

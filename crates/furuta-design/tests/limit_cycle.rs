@@ -18,7 +18,7 @@ fn wandering(
 /// The sizes are multiples of what would be noticed on each rig.
 #[test]
 fn limit_cycles_shrink_when_the_effect_is_known_or_observed() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         for id in ["arm.coulomb", "arm.stribeck", "motor.deadzone"] {
             let effects = [typical(&rig, id, 1.0).expect("an effect")];
@@ -67,7 +67,7 @@ fn a_delay_is_looked_over() {
 /// Friction changes from day to day: a rig file that is 30 % off still helps, and does not shake.
 #[test]
 fn friction_need_not_be_known_exactly() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let real = typical(&rig, "arm.coulomb", 1.0).expect("an effect");
         let unknown = wandering(&rig, &[real], None, Knowing::Nothing);

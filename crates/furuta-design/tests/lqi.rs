@@ -40,7 +40,7 @@ fn run(
 /// under an LQI.
 #[test]
 fn a_constant_pull_leaves_no_error() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let limit = rig.params.motor.command_limit;
         let bias = Effect::new("motor.bias", &[0.05 * limit]).expect("in range");

@@ -103,7 +103,7 @@ fn misses(mpc: &Mpc<f64>, asked: &[[[f64; 12]; 3]; 3], w: &[f64; 12], y: &[[f64;
 fn the_solution_is_exact() {
     let mut draws = Draws(1);
     let mut compared = 0;
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let frequency = Site::of(&rig, PERIOD).frequency();
         for mpc in tasks(&rig, 100.0) {
@@ -141,7 +141,7 @@ fn the_solution_is_exact() {
             }
         }
     }
-    assert_eq!(compared, 25 * 2 * Rig::BUILTIN.len());
+    assert_eq!(compared, 25 * 2 * Rig::VOLTAGE.len());
 }
 
 /// Random weights over six decades, horizons, limits (some of which cannot be kept) and states, four samples each that
@@ -150,7 +150,7 @@ fn the_solution_is_exact() {
 fn random_problems_are_solved_without_cycling() {
     let mut draws = Draws(3);
     let (mut active, mut beyond, mut most) = (0, 0, 0);
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let site = Site::of(&rig, PERIOD);
         let linear = site.linear().expect("has one");
@@ -204,7 +204,7 @@ fn random_problems_are_solved_without_cycling() {
 fn dependent_limits_do_not_cycle() {
     let mut draws = Draws(4);
     let mut active = 0;
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let frequency = Site::of(&rig, PERIOD).frequency();
         for mpc in tasks(&rig, 200.0) {
@@ -413,7 +413,7 @@ fn the_problem_is_the_textbooks() {
 #[test]
 fn without_limits_it_is_the_regulator() {
     let mut draws = Draws(2);
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         for mpc in tasks(&rig, 30.0) {
             let mut memory = mpc.start();
@@ -435,7 +435,7 @@ fn without_limits_it_is_the_regulator() {
 /// limit.
 #[test]
 fn limits_are_kept() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let study = Experiment::default().run(&rig).expect("possible");
         let figures = |c| {

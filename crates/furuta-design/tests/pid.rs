@@ -32,7 +32,7 @@ fn ends(rig: &Rig, control: &Pid<f64>, seconds: f64) -> State<f64> {
 
 #[test]
 fn a_constant_pull_leaves_no_error() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let control = standard(&rig);
         let x = ends(&rig, &control, 60.0);
@@ -54,7 +54,7 @@ fn a_constant_pull_leaves_no_error() {
 /// The whole control system with it, encoders, delay and limit included, holds every rig.
 #[test]
 fn it_holds_every_rig() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let config = Config::with_controller(controllers::settings("pid").expect("listed"));
         let told = rehearse(&config, &rig, PERIOD, 0.0).expect("possible");
@@ -93,7 +93,7 @@ fn the_integral_is_led_back() {
 /// A controller that takes over begins with the command that it finds.
 #[test]
 fn it_takes_over_without_a_bump() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let control = standard(&Rig::builtin(name).expect("built in"));
         let (x, upright) = (State::new(0.1, 0.002, -0.03, 0.01), State::upright());
         let u = 0.12 * control.command_limit;

@@ -19,7 +19,7 @@ fn grid() -> Grid {
 }
 
 fn rigs() -> impl Iterator<Item = Rig> {
-    Rig::BUILTIN
+    Rig::VOLTAGE
         .iter()
         .map(|name| Rig::builtin(name).expect("built in"))
 }

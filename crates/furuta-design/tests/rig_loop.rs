@@ -38,7 +38,7 @@ fn regulator(rig: &Rig, period: f64) -> Law {
 /// The spring of the issue: what a design without it promises, and what is true. By hand: `M q'' = F`.
 #[test]
 fn a_spring_moves_the_poles_as_by_hand() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let stiffness = 0.005;
         let (bare, sprung) = (
             with(name, &[]),
@@ -210,7 +210,7 @@ fn at_its_margins_a_loop_is_on_its_edge() {
 /// R. Kalman's inequality: an LQR in continuous time has `|1 + L| >= 1`.
 #[test]
 fn an_lqr_has_the_margins_of_its_theory() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = with(name, &[]);
         let up = rigid(&rig.plant(), Hold::Arm(0.0)).expect("rests");
         let gain = lqr(
@@ -288,7 +288,7 @@ fn a_tilted_rig_rests_where_newton_says() {
 /// estimator's; looking ahead takes the law's delay away.
 #[test]
 fn an_estimator_that_knows_the_rig_adds_its_own_poles_alone() {
-    use furuta_ctrl::estimators::AnyEstimator;
+    use furuta_ctrl::estimators::{AnyEstimator, Estimator};
     use furuta_ctrl::{Config, Site};
     let period = 0.002;
     for effects in [

@@ -20,7 +20,7 @@ fn vertices(rig: &Rig, share: f64) -> Vertices {
 /// With one vertex the robust regulator is the LQR, whatever the starts.
 #[test]
 fn one_vertex_is_the_lqr() {
-    for rig in Rig::BUILTIN.iter().filter_map(|name| Rig::builtin(name)) {
+    for rig in Rig::VOLTAGE.iter().filter_map(|name| Rig::builtin(name)) {
         let up = linearize(&rig.nominal_plant(), State::upright(), 0.0);
         let weights = balance_weights(&rig.params);
         let starts = SMatrix::from_diagonal(&[0.1, 1.0, 10.0, 3.0].into());
@@ -53,7 +53,7 @@ fn one_vertex_is_the_lqr() {
 #[test]
 fn the_guarantee_holds_for_rigs_within_the_range() {
     const SHARE: f64 = 0.2;
-    for rig in Rig::BUILTIN.iter().filter_map(|name| Rig::builtin(name)) {
+    for rig in Rig::VOLTAGE.iter().filter_map(|name| Rig::builtin(name)) {
         let weights = balance_weights(&rig.params);
         let starts = SMatrix::identity();
         let found = robust_lqr(Time::Continuous, &vertices(&rig, SHARE), &weights, &starts)
@@ -76,7 +76,7 @@ fn the_guarantee_holds_for_rigs_within_the_range() {
                 }
             }
             let mut other = rig.clone();
-            other.params = Params::from_array(p);
+            other.params = Params::from_array(rig.params.motor.actuation, p);
             let up = linearize(&other.nominal_plant(), State::upright(), 0.0);
             let closed = up.a - up.b * found.gain;
             let spent = lyapunov::continuous(&closed, &cost).expect("stable");
@@ -176,7 +176,7 @@ fn errors_name_the_cause() {
 /// Slowest pole of the worst corner, rad/s: what the guarantee buys, on every rig.
 #[test]
 fn the_worst_corner_of_each_rig() {
-    for rig in Rig::BUILTIN.iter().filter_map(|name| Rig::builtin(name)) {
+    for rig in Rig::VOLTAGE.iter().filter_map(|name| Rig::builtin(name)) {
         let weights = balance_weights(&rig.params);
         let up = linearize(&rig.nominal_plant(), State::upright(), 0.0);
         let nominal = lqr(&up.a, &up.b, &weights).expect("has a solution").gain;

@@ -44,7 +44,7 @@ fn the_gains_are_scipys() {
 /// An arm at rest has the LQR's commands, bit for bit, springs of the rig file included.
 #[test]
 fn at_rest_it_is_the_lqr() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let mut rig = rig(name);
         rig.effects
             .push(Effect::new("arm.spring", &[0.004, 0.1]).expect("sound"));
@@ -66,7 +66,7 @@ fn at_rest_it_is_the_lqr() {
 /// From gain to gain the command has no jump, and turning the other way is the mirror image.
 #[test]
 fn the_gain_is_continuous() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let control: ScheduledLqr<f64> = designed("scheduled_lqr", &rig(name), &[]);
         for k in 0..=SPEEDS {
             #[allow(clippy::cast_precision_loss)]
@@ -117,7 +117,7 @@ fn reach<C: Controller<f64>>(rig: &Rig, control: &C, w: f64) -> f64 {
 /// At speed it holds at least what the fixed gain holds, and where the fixed one's loop is unstable it still does.
 #[test]
 fn at_speed_it_holds_more_than_the_fixed_gain() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = rig(name);
         let control: ScheduledLqr<f64> = designed("scheduled_lqr", &rig, &[]);
         // The fixed gain, with the voltage that the speed needs.

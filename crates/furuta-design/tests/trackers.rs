@@ -48,7 +48,7 @@ fn both_ways(id: &str) -> Vec<Settings> {
 /// Nothing given, they balance; the arm comes to where it is asked to.
 #[test]
 fn every_tracker_balances_every_rig() {
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         for settings in TRACKERS.iter().flat_map(|id| both_ways(id)) {
             let target = State::new(0.3, 0.0, 0.0, 0.0);
@@ -76,7 +76,7 @@ fn every_tracker_balances_every_rig() {
 #[test]
 fn every_tracker_follows_a_sine_on_every_rig() {
     let lambda = 2.0;
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let amplitude =
             largest_sine::amplitude(&rig.params.coefficients(), lambda).map_or(0.1, |a| a / 3.0);

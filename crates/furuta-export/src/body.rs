@@ -1,6 +1,6 @@
 //! Rigid bodies with the motion of a rig file's numbers.
 
-use furuta_model::{Effect, Params};
+use furuta_model::{Actuation, Effect, Params};
 
 /// Least moment of inertia of a body, kg m²: simulators take no points. It is 3e-8 of the smallest built-in pendulum's
 /// about its hinge, and is taken off the arm where it counts.
@@ -27,6 +27,12 @@ pub enum BodyError {
         /// `I_a`, kg m².
         axial: f64,
     },
+    /// An arm that follows a commanded acceleration: the rig file does not know its inertia.
+    #[error(
+        "a rig whose motor.kind is \"acceleration\" has no arm.inertia, which MJCF and URDF need: write a rig file with \
+         motor.kind = \"torque\" and the arm's inertia, and command the torque that the acceleration takes"
+    )]
+    CommandedAcceleration,
     /// Nothing is left of the arm once the rotor's share is taken off.
     #[error(
         "arm.inertia = {inertia:e} kg m2 is too small to be a body of its own beside the rotor's share of \
@@ -61,6 +67,9 @@ impl Bodies {
     /// A constant on both axes across the hinge is one on the arm's axis (sin² + cos² = 1), where it is taken away;
     /// what the hinge has beyond the sum of the others is armature, which counts on the hinge's axis alone.
     pub(crate) fn of(params: &Params<f64>, effects: &[Effect<f64>]) -> Result<Self, BodyError> {
+        if params.motor.actuation == Actuation::Acceleration {
+            return Err(BodyError::CommandedAcceleration);
+        }
         let extra: f64 = effects
             .iter()
             .filter(|e| e.spec().id == TRANSVERSE)

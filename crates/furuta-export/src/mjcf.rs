@@ -1,17 +1,26 @@
 //! A rig as a model of MuJoCo (MJCF).
 //!
 //! The arm turns about `z` and lies along `x`; the pendulum's hinge is the arm's `x` axis, its angle 0 upright. The
-//! actuator `motor` takes volts: its gain is the torque per volt, its bias the back-EMF's damping. What of the rig's
+//! actuator `motor` takes the rig's command: its gain is the torque per volt (ampere, N m), its bias the back-EMF's
+//! damping. What of the rig's
 //! effects the format can say is in the file, the rest in a comment at its head.
 
 use std::fmt::Write as _;
 
 use crate::body::{Bodies, BodyError, NO_BODY, TRANSVERSE, value};
 use crate::remark::{Exported, Remark, comment, name};
-use furuta_model::{Effect, Rig};
+use furuta_model::{Actuation, Effect, Rig};
 
 /// Step of the integrator that [`mjcf`] is usually asked for, s.
 pub const STEP: f64 = 5e-4;
+
+/// Unit of the command in words.
+fn unit(actuation: Actuation) -> &'static str {
+    match actuation {
+        Actuation::Voltage => "volts",
+        other => other.unit(),
+    }
+}
 
 const NO_MEANS: &str = "MJCF has no means for it";
 const COMMAND: &str =
@@ -73,11 +82,12 @@ pub fn mjcf(rig: &Rig, timestep: f64) -> Result<Exported, BodyError> {
         out,
         r#"<mujoco model="{}">
   <!-- {}
-       Written by furuta. SI units, radians; alpha = 0 upright; data.ctrl[0] in volts.
+       Written by furuta. SI units, radians; alpha = 0 upright; data.ctrl[0] in {}.
        u is held from one sample to the next; encoders: {} (arm) and {} (pendulum) counts a turn.
 "#,
         name(&rig.name),
         comment(&rig.source),
+        unit(rig.params.motor.actuation),
         rig.sensors.arm_counts_per_rev,
         rig.sensors.pendulum_counts_per_rev,
     );

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use crate::body::{Bodies, BodyError, NO_BODY, TRANSVERSE, value};
 use crate::remark::{Exported, Remark, comment, name};
-use furuta_model::Rig;
+use furuta_model::{Actuation, Rig};
 
 const NO_MEANS: &str = "URDF has no means for it";
 
@@ -33,6 +33,11 @@ pub fn urdf(rig: &Rig) -> Result<Exported, BodyError> {
         .collect();
     let bodies = Bodies::of(&rig.params, &whole)?;
     let (p, k) = (&rig.params, rig.params.coefficients());
+    let actuation = p.motor.actuation;
+    let word = match actuation {
+        Actuation::Voltage => "volt of command",
+        other => other.unit(),
+    };
     let mut left_out = Vec::new();
     let (mut arm_friction, mut pendulum_friction) = (0.0, 0.0);
     for effect in rig.effects.iter().filter(|e| !e.is_off()) {
@@ -73,16 +78,19 @@ pub fn urdf(rig: &Rig) -> Result<Exported, BodyError> {
 <robot name="{}">
   <!-- {}
        Written by furuta. SI units, radians; alpha = 0 upright; gravity of the rig: {:?} m/s2 along -z.
-       Torque on theta for one volt of command: {:?} N m/V (without the back-EMF, which is in theta's damping:
-       {:?} of {:?} N m s/rad); largest command {:?} V.
+       Torque on theta for one {}: {:?} {} (without the back-EMF, which is in theta's damping:
+       {:?} of {:?} N m s/rad); largest command {:?} {}.
 "#,
         name(&rig.name),
         comment(&rig.source),
         p.gravity,
+        word,
         k.drive,
+        actuation.unit_of("N m/V"),
         k.arm_damping - p.arm.viscous,
         k.arm_damping,
         p.motor.command_limit,
+        actuation.unit(),
     );
     for remark in &left_out {
         let _ = writeln!(out, "       {}", comment(&remark.to_string()));

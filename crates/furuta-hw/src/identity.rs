@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use furuta_model::Rig;
+use furuta_model::{Actuation, Rig};
 use furuta_wire::Hello;
 
 /// A name as it can be shown: control characters and what cannot be seen are escaped, or a rig could move the cursor of
@@ -56,6 +56,7 @@ pub fn changes(was: &Hello, is: &Hello) -> Vec<Change> {
             ("limit arm_speed", limit(hello.limits.arm_speed)),
             ("limit pendulum_speed", limit(hello.limits.pendulum_speed)),
             ("watchdog_periods", hello.watchdog_periods.to_string()),
+            ("actuation", hello.actuation.to_string()),
         ]
     };
     let both = fields(was).into_iter().zip(fields(is));
@@ -100,8 +101,8 @@ pub(crate) fn listed(items: &[impl std::fmt::Display]) -> String {
 /// Where the rig and the rig file disagree.
 ///
 /// What tells one rig from another is compared: the name (a rig file's may go on, as that of a repaired one does, since
-/// a rig has 32 bytes for it), the counts of both encoders, and the largest voltage. The limits of angle and speed are
-/// not: each side keeps its own, and whichever is reached first switches the motor off.
+/// a rig has 32 bytes for it), what a command is, the counts of both encoders, and the largest command. The limits of
+/// angle and speed are not: each side keeps its own, and whichever is reached first switches the motor off.
 ///
 /// ```
 /// use furuta_hw::{EmulatedRig, Emulation, identity::mismatches};
@@ -121,6 +122,16 @@ pub fn mismatches(hello: &Hello, rig: &Rig) -> Vec<Mismatch> {
             quantity: "name",
             rig: printable(&hello.rig),
             file: rig.name.clone(),
+        });
+    }
+    let file = rig.params.motor.actuation;
+    if hello.actuation != file.code() {
+        let said = Actuation::from_code(hello.actuation);
+        let shown = |a: Actuation| format!("\"{a}\" in {}", a.unit());
+        found.push(Mismatch {
+            quantity: "motor.kind",
+            rig: said.map_or_else(|| hello.actuation.to_string(), shown),
+            file: shown(file),
         });
     }
     let numbers = [
@@ -162,5 +173,27 @@ pub fn check(hello: &Hello, rig: &Rig) -> Result<(), WrongRig> {
     match mismatches(hello, rig) {
         found if found.is_empty() => Ok(()),
         mismatches => Err(WrongRig { mismatches }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{EmulatedRig, Emulation};
+
+    /// A host that would send volts to a driver of accelerations, and the other way round.
+    #[test]
+    fn a_rig_of_another_kind_is_refused() {
+        let stepper = Rig::builtin("stepper-kit").expect("built in");
+        let rig = EmulatedRig::new(&stepper, &Emulation::default()).expect("possible");
+        assert_eq!(check(rig.settings(), &stepper), Ok(()));
+        let mut volts = stepper.clone();
+        volts.params.motor.actuation = Actuation::Voltage;
+        let error = check(rig.settings(), &volts).expect_err("another kind");
+        let said =
+            "the rig says motor.kind = \"acceleration\" in rad/s2, its rig file \"voltage\" in V";
+        assert!(error.to_string().contains(said), "{error}");
+        let rig = EmulatedRig::new(&volts, &Emulation::default()).expect("possible");
+        assert!(check(rig.settings(), &stepper).is_err());
     }
 }

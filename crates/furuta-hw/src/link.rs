@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use furuta_model::Actuation;
 use furuta_wire::{
     Command, Decoder, FrameError, Hello, MAX_FRAME, Message, PROTOCOL_VERSION, Query, RigLimits,
     encode,
@@ -296,6 +297,12 @@ fn check(hello: &Hello) -> Result<(), LinkError> {
             hello.watchdog_periods > 0,
             hello.watchdog_periods.to_string(),
             "at least 1",
+        ),
+        (
+            "actuation",
+            Actuation::from_code(hello.actuation).is_some(),
+            hello.actuation.to_string(),
+            "0 (V), 1 (A), 2 (N m) or 3 (rad/s2)",
         ),
     ];
     match fields.into_iter().find(|(_, is_good, ..)| !is_good) {

@@ -8,6 +8,7 @@
 //! | `controller_file` | the whole controller file (TOML); absent where a test signal drives the motor |
 //! | [`TASK`] | what the run was asked to do ([`Task`], JSON) |
 //! | [`HELLO`] | what the rig said of itself ([`Hello`], JSON): protocol version, name, period, counts, limits, watchdog |
+//! | [`COMMAND_UNIT`] | unit of the commands where they are no voltages |
 //! | `period_us` | the rig's sampling period (us) |
 //! | `software` | program and version that wrote the log |
 //! | `protocol` | version of the protocol |
@@ -18,8 +19,8 @@
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use furuta_ctrl::ControllerFile;
-use furuta_log::{Metadata, STARTED};
-use furuta_model::Rig;
+use furuta_log::{COMMAND_UNIT, Metadata, STARTED};
+use furuta_model::{Actuation, Rig};
 use furuta_wire::{Hello, PROTOCOL_VERSION};
 
 use crate::pilot::Task;
@@ -59,6 +60,10 @@ pub fn metadata(
         ("host", host()),
         (STARTED, now_ns().to_string()),
     ];
+    let actuation = rig.params.motor.actuation;
+    if actuation != Actuation::Voltage {
+        extra.push((COMMAND_UNIT, actuation.unit().to_owned()));
+    }
     extra.extend(controller.map(|file| (CONTROLLER_FILE, file.to_toml())));
     Metadata {
         rig: rig.name.clone(),

@@ -161,7 +161,7 @@ fn a_limit_hit_at_speed_is_a_ramped_stop() {
         "{:<20} {:>5} {:>9} {:>9} {:>9}",
         "rig", "volts", "rad/s", "cut, rad", "braked"
     );
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         for share in [-0.5, 1.0] {
             let pilot = push(&rig, share);

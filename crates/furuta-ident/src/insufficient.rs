@@ -23,6 +23,13 @@ pub enum Insufficient {
         /// Seconds that are needed.
         needed: f64,
     },
+    /// The rig's arm follows a commanded acceleration.
+    #[error(
+        "a diagnosis refits the arm's inertia, gain and damping, which a rig whose motor.kind is \"acceleration\" does \
+         not have: use `furuta identify calibrate`, which determines what its equations contain and the effects of its \
+         rig file (a delay, say)"
+    )]
+    CommandedAcceleration,
     /// Neither angle moves by more than a few counts.
     #[error(
         "nothing moves: theta spans {theta:.1} counts and alpha {alpha:.1} in all recordings, at least {needed} are \

@@ -51,7 +51,7 @@ pub use histogram::{Bucket, Histogram};
 pub use metadata::{Metadata, STARTED};
 pub use read::{Ending, Log, Notice, Part, each_part, each_record, read, read_from};
 pub use record::{Mode, Record};
-pub use schema::{FIELDS, Field};
+pub use schema::{COMMAND_UNIT, FIELDS, Field};
 pub use timing::{Quantiles, Timing, TimingSummary};
 pub use watched::{Tampered, WatchedFile};
 pub use write::LogWriter;

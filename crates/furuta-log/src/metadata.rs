@@ -44,6 +44,13 @@ impl Metadata {
         ]
     }
 
+    /// Unit of the commands: a voltage's, unless the extra says another.
+    pub(crate) fn command_unit(&self) -> &str {
+        self.extra
+            .get(crate::schema::COMMAND_UNIT)
+            .map_or("V", String::as_str)
+    }
+
     /// The value of a key, empty where it was not there.
     pub(crate) fn entry(&mut self, key: &str) -> &mut String {
         match key {
@@ -61,7 +68,10 @@ impl Metadata {
         map.insert(RIG_FILE.into(), self.rig_file.clone());
         map.insert(CONTROLLER.into(), self.controller.clone());
         map.insert(SOFTWARE.into(), self.software.clone());
-        map.insert(UNITS.into(), crate::schema::units().to_string());
+        map.insert(
+            UNITS.into(),
+            crate::schema::units(self.command_unit()).to_string(),
+        );
         map
     }
 

@@ -82,12 +82,25 @@ pub const FIELDS: [Field; 14] = [
 /// Name of the schema in the file.
 pub(crate) const SCHEMA_NAME: &str = "furuta.Sample";
 
-pub(crate) fn json_schema() -> Value {
+/// Key of the metadata that says the unit of `u` and `command` where they are no voltages.
+pub const COMMAND_UNIT: &str = "command_unit";
+
+impl Field {
+    /// Its unit in a log whose commands are in `command`.
+    fn unit_in(self, command: &str) -> &str {
+        match self.unit {
+            "V" => command,
+            unit => unit,
+        }
+    }
+}
+
+/// `command` is the unit of commands.
+pub(crate) fn json_schema(command: &str) -> Value {
     let properties = FIELDS.iter().map(|f| {
-        let unit = if f.unit.is_empty() {
-            String::new()
-        } else {
-            format!(" [{}]", f.unit)
+        let unit = match f.unit_in(command) {
+            "" => String::new(),
+            unit => format!(" [{unit}]"),
         };
         let mut property = json!({ "type": f.kind, "description": format!("{}{unit}", f.meaning) });
         if f.name == "mode" {
@@ -105,11 +118,11 @@ pub(crate) fn json_schema() -> Value {
 }
 
 /// `{"t": "s", ...}`: units by field, for the metadata record.
-pub(crate) fn units() -> Value {
+pub(crate) fn units(command: &str) -> Value {
     FIELDS
         .iter()
         .filter(|f| !f.unit.is_empty())
-        .map(|f| (f.name.to_owned(), Value::from(f.unit)))
+        .map(|f| (f.name.to_owned(), Value::from(f.unit_in(command))))
         .collect()
 }
 

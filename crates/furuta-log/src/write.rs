@@ -93,7 +93,7 @@ impl<W: Write + Seek> LogWriter<W> {
             metadata: metadata.to_map(),
         })
         .map_err(LogError::of_write)?;
-        let schema = schema::json_schema().to_string();
+        let schema = schema::json_schema(metadata.command_unit()).to_string();
         let schema = mcap
             .add_schema(schema::SCHEMA_NAME, "jsonschema", schema.as_bytes())
             .map_err(LogError::of_write)?;

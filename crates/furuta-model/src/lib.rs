@@ -7,6 +7,7 @@
 //! | Module | What it holds |
 //! |---|---|
 //! | [`scalar`], [`jet`], [`series`], [`lanes`], [`trig`] | the numbers the model is generic in |
+//! | [`actuation`] | what the command is: a voltage, a current, a torque, the arm's acceleration |
 //! | [`state`], [`params`] | `x = [theta, alpha, theta_dot, alpha_dot]`, physical parameters and their ranges |
 //! | [`derivation`] | a page to read: the equations from the picture, where effects act, how a step meets events, how to add an effect |
 //! | [`dynamics`], [`energy`] | manipulator form `M(q) q'' + bias + gravity = torque`, kinetic and potential energy |
@@ -33,6 +34,7 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
 
+pub mod actuation;
 #[doc = include_str!("derivation.md")]
 pub mod derivation {}
 pub mod discretize;
@@ -58,6 +60,7 @@ pub mod transfer;
 pub mod trig;
 pub mod zero_dynamics;
 
+pub use actuation::Actuation;
 pub use effects::{CATALOGUE, Effect, EffectError, ON_REQUEST, Spec};
 pub use jet::Jet;
 pub use lanes::Lanes;

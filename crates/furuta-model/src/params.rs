@@ -1,5 +1,6 @@
 //! Physical parameters, their units, and the ranges outside which a value is a mistake.
 
+use crate::actuation::Actuation;
 use crate::scalar::Scalar;
 
 /// The arm: from the motor's axis to the pendulum's hinge.
@@ -31,9 +32,12 @@ pub struct Pendulum<S> {
     pub viscous: S,
 }
 
-/// Amplifier, DC motor and gear.
+/// What drives the arm: amplifier, motor and gear. What does not enter the equations of its kind
+/// ([`Actuation::uses`]) is neutral: 1, and 0 for the back-EMF.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Motor<S> {
+    /// What the command is.
+    pub actuation: Actuation,
     /// Armature resistance, ohm.
     pub resistance: S,
     /// N m/A at the motor's shaft.
@@ -44,9 +48,9 @@ pub struct Motor<S> {
     pub gear_ratio: S,
     /// Of motor and gear together, 0 to 1.
     pub efficiency: S,
-    /// Volts at the motor for one volt of command.
+    /// Volts at the motor for one volt of command; amperes, newton metres or rad/s² for one of them in other kinds.
     pub amplifier_gain: S,
-    /// Largest command, V.
+    /// Largest command, in the command's unit ([`Actuation::unit`]).
     pub command_limit: S,
 }
 
@@ -163,6 +167,24 @@ pub const RANGES: [ParamRange; 17] = [
     from_zero("environment.gravity", "m/s2", 30.0),
 ];
 
+impl ParamRange {
+    /// The unit on a rig whose command is of this kind.
+    ///
+    /// ```
+    /// use furuta_model::{Actuation, params::RANGES};
+    /// let limit = RANGES.iter().find(|r| r.key == "motor.command_limit").expect("in the list");
+    /// assert_eq!((limit.unit, limit.unit_for(Actuation::Current)), ("V", "A"));
+    /// ```
+    #[must_use]
+    pub fn unit_for(&self, actuation: Actuation) -> &'static str {
+        actuation.unit_of(self.unit)
+    }
+}
+
+/// Inertia, and torque for a rad/s² of command, of an arm whose acceleration is commanded, kg m²: 2^40, against which a
+/// pendulum's reaction of 1 N m accelerates the arm by 1e-12 rad/s².
+const UNMOVED: f64 = 1_099_511_627_776.0;
+
 impl<S: Copy> Params<S> {
     /// All values in the order of [`RANGES`].
     #[must_use]
@@ -189,9 +211,9 @@ impl<S: Copy> Params<S> {
         ]
     }
 
-    /// From all values in the order of [`RANGES`].
+    /// From all values in the order of [`RANGES`], of a rig whose command is of this kind.
     #[must_use]
-    pub const fn from_array(v: [S; 17]) -> Self {
+    pub const fn from_array(actuation: Actuation, v: [S; 17]) -> Self {
         Self {
             arm: Arm {
                 length: v[0],
@@ -207,6 +229,7 @@ impl<S: Copy> Params<S> {
                 viscous: v[8],
             },
             motor: Motor {
+                actuation,
                 resistance: v[9],
                 torque_constant: v[10],
                 back_emf_constant: v[11],
@@ -222,7 +245,7 @@ impl<S: Copy> Params<S> {
     /// Every value through `f`, for example into another scalar.
     #[must_use]
     pub fn map<T: Copy>(&self, f: impl Fn(S) -> T) -> Params<T> {
-        Params::from_array(self.to_array().map(f))
+        Params::from_array(self.motor.actuation, self.to_array().map(f))
     }
 }
 
@@ -252,7 +275,7 @@ impl<S: Scalar> Params<S> {
                     min: range.min,
                     max: range.max,
                     min_allowed: range.min_allowed,
-                    unit: range.unit,
+                    unit: range.unit_for(self.motor.actuation),
                 });
             }
         }
@@ -264,6 +287,21 @@ impl<S: Scalar> Params<S> {
     pub fn coefficients(&self) -> Coefficients<S> {
         let (a, p, m) = (&self.arm, &self.pendulum, &self.motor);
         let com2 = p.mass * p.com * p.com;
+        if m.actuation == Actuation::Acceleration {
+            let unmoved = S::from_f64(UNMOVED);
+            return Coefficients {
+                arm: unmoved,
+                hub: unmoved,
+                swing: com2 + p.inertia_transverse - p.inertia_axial,
+                coupling: p.mass * a.length * p.com,
+                pendulum: p.inertia + com2,
+                weight: p.mass * self.gravity * p.com,
+                lever: p.mass * self.gravity * a.length,
+                drive: m.amplifier_gain * unmoved,
+                arm_damping: S::ZERO,
+                pendulum_damping: p.viscous,
+            };
+        }
         let electric = m.torque_constant * m.gear_ratio * m.efficiency / m.resistance;
         Coefficients {
             arm: a.inertia + p.mass * a.length * a.length + p.inertia_axial,
@@ -284,6 +322,24 @@ impl<S: Scalar> Params<S> {
 ///
 /// From (u, theta, alpha) alone only the ratios of these to, say, `weight` can be identified: multiply all ten by one
 /// number and every motion stays the same.
+///
+/// All kinds of command share them ([`Actuation`]). A drive that is told a current or a torque has no back-EMF. An arm
+/// whose acceleration is commanded is one of infinite inertia under a torque in proportion: `arm` is 2^40 kg m² and
+/// `drive` that times the command's gain, so that the first equation of motion reads `theta'' = gain u` (to 1e-12
+/// rad/s² for each N m of the pendulum's reaction), and the second is the pendulum's on a base that moves as commanded. The
+/// control step has no branch for it.
+///
+/// ```
+/// use furuta_model::{Rig, State, dynamics::acceleration};
+/// let p = Rig::builtin("stepper-kit").ok_or("no such rig")?.params;
+/// let (c, x) = (p.coefficients(), State::new(0.3, 0.4, -2.0, 1.5));
+/// let [theta, alpha] = acceleration(&c, &x, 20.0);
+/// let (sin, cos) = x.alpha.sin_cos();
+/// let moments = c.coupling * cos * 20.0 + c.swing * sin * cos * 4.0 + c.weight * sin - c.pendulum_damping * 1.5;
+/// assert!((theta - 20.0).abs() < 1e-11);
+/// assert!((alpha - moments / c.pendulum).abs() < 1e-9);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Coefficients<S> {
     /// `J_a + m L_r² + I_a`: inertia of the arm's axis with the pendulum upright, kg m².
@@ -301,7 +357,7 @@ pub struct Coefficients<S> {
     pub weight: S,
     /// `m g L_r`: the weight's moment about the motor's axis, N m; only a tilted base sees it.
     pub lever: S,
-    /// Torque on the arm for one volt of command, N m/V.
+    /// Torque on the arm for one volt (ampere, newton metre, rad/s²) of command, N m/V.
     pub drive: S,
     /// Viscous friction and back-EMF of the arm's axis together, N m s/rad.
     pub arm_damping: S,

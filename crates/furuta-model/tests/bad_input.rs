@@ -1,5 +1,6 @@
 //! Bad input: typed errors that name what is wrong and what is allowed; and whatever reaches a step, it does not panic.
 
+use furuta_model::Actuation;
 use furuta_model::effects::{Kind, ParameterSpec};
 use furuta_model::params::RANGES;
 use furuta_model::simulate::{SimulationError, trajectory};
@@ -121,7 +122,7 @@ fn every_physical_parameter_refuses_what_is_outside_its_range() {
         let with = |value: f64| {
             let mut values = good;
             values[i] = value;
-            Plant::new(&Params::from_array(values), &[])
+            Plant::new(&Params::from_array(Actuation::Voltage, values), &[])
         };
         assert!(
             with(r.max).is_ok() && with(r.min.next_up()).is_ok(),

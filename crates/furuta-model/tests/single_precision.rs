@@ -207,7 +207,7 @@ fn distance(params: &Params<f64>, spec: Option<&Spec>, motion: &Motion) -> Dista
 }
 
 fn rigs() -> impl Iterator<Item = Rig> {
-    Rig::BUILTIN
+    Rig::VOLTAGE
         .iter()
         .map(|n| Rig::builtin(n).expect("built in"))
 }

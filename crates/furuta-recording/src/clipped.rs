@@ -211,7 +211,7 @@ mod tests {
     }
 
     fn shares(friction: &[f64], clip: &[f64]) -> Vec<f64> {
-        let rigs = || Rig::BUILTIN.iter().filter_map(|name| Rig::builtin(name));
+        let rigs = || Rig::VOLTAGE.iter().filter_map(|name| Rig::builtin(name));
         let of = |rig: Rig| {
             let tries = friction
                 .iter()

@@ -10,7 +10,7 @@ const CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 const CRC_LEN: usize = 4;
 
 /// Longest postcard encoding of a message: a `Hello` with the longest name and every field at its longest.
-const MAX_BODY: usize = 1 + 3 + (1 + crate::RIG_NAME_CAPACITY) + 5 + 8 + 8 + 4 + 3 * 5 + 3;
+const MAX_BODY: usize = 1 + 3 + (1 + crate::RIG_NAME_CAPACITY) + 5 + 8 + 8 + 4 + 3 * 5 + 3 + 1;
 /// Body and CRC.
 const MAX_PACKET: usize = MAX_BODY + CRC_LEN;
 
@@ -70,7 +70,13 @@ pub fn encode<'a>(message: &Message, buffer: &'a mut [u8]) -> Result<&'a [u8], E
     let (body, _) = packet.split_at_mut(MAX_BODY);
     // The packet is as long as the longest message, which a test holds against the messages: postcard cannot run out.
     let body = postcard::to_slice(message, body).map_err(|_| too_short)?;
-    let (body_len, crc) = (body.len(), CRC.checksum(body));
+    // That a command is a voltage goes without saying.
+    let body_len = match message {
+        Message::Hello(hello) if hello.actuation == 0 => body.len().saturating_sub(1),
+        _ => body.len(),
+    };
+    let (body, _) = body.split_at(body_len);
+    let crc = CRC.checksum(body);
     let end = packet.get_mut(body_len..body_len + CRC_LEN);
     end.ok_or(too_short)?.copy_from_slice(&crc.to_le_bytes());
     let packet = packet.get(..body_len + CRC_LEN).ok_or(too_short)?;
@@ -161,8 +167,26 @@ fn parse(body: &[u8]) -> Result<Message, FrameError> {
         Some((0x80.., _)) => return Err(FrameError::Message),
         _ => {}
     }
+    if let Some((1, _)) = body.split_first() {
+        return hello(body);
+    }
     match postcard::take_from_bytes(body) {
         Ok((message, [])) => Ok(message),
+        _ => Err(FrameError::Message),
+    }
+}
+
+/// A hello that says what its commands are, or ends before: then they are voltages.
+fn hello(body: &[u8]) -> Result<Message, FrameError> {
+    let mut said = [0; MAX_BODY + 1];
+    let whole = said.get_mut(..body.len()).ok_or(FrameError::Message)?;
+    whole.copy_from_slice(body);
+    let whole = said.get(..=body.len()).ok_or(FrameError::Message)?;
+    match postcard::take_from_bytes(whole) {
+        // The zero behind it was taken for the kind.
+        Ok((message, [])) => Ok(message),
+        // A kind was said, and is not the one that goes without saying.
+        Ok((Message::Hello(hello), [0])) if hello.actuation != 0 => Ok(Message::Hello(hello)),
         _ => Err(FrameError::Message),
     }
 }

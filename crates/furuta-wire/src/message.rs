@@ -50,12 +50,17 @@ pub struct Hello {
     pub arm_counts_per_rev: f64,
     /// Counts of the pendulum encoder per turn of the pendulum.
     pub pendulum_counts_per_rev: f64,
-    /// Largest voltage the rig applies (V); commands beyond it are clipped.
+    /// Largest voltage the rig applies (V), or largest command in the unit of its kind; commands beyond it are clipped.
     pub command_limit: f32,
     /// Where the rig switches its motor off by itself.
     pub limits: RigLimits,
     /// Periods without a valid command after which the motor is switched off.
     pub watchdog_periods: u16,
+    /// What a command is: 0 a voltage (V), 1 a current (A), 2 a torque (N m), 3 the arm's acceleration (rad/s²). A
+    /// voltage is not said on the wire: the hello of such a rig ends with `watchdog_periods`, as it always did, and a
+    /// host that knows voltages alone refuses every other.
+    #[serde(default)]
+    pub actuation: u8,
 }
 
 /// Beyond these the rig switches its motor off until the next valid command within them. `None`: no limit.
@@ -80,7 +85,8 @@ pub struct Sample {
     pub theta: ArmCounts,
     /// Pendulum encoder.
     pub alpha: PendulumCounts,
-    /// Voltage applied from this tick to the next (V): what was really held, whatever the host had asked for.
+    /// Voltage applied from this tick to the next (V): what was really held, whatever the host had asked for. Of a rig
+    /// of another kind the command in its unit.
     pub volts: f32,
     /// What happened since the previous tick.
     pub status: Status,
@@ -91,7 +97,7 @@ pub struct Sample {
 pub struct Command {
     /// [`Sample::seq`] of the sample answered: one of the last, and newer than that of the command before.
     pub seq: u32,
-    /// Motor voltage (V).
+    /// Motor voltage (V); of a rig of another kind the command in its unit ([`Hello::actuation`]).
     pub volts: f32,
 }
 

@@ -36,6 +36,7 @@ const SPEED_WINDOW: usize = 10;
 ///     command_limit: 10.0,
 ///     limits: RigLimits::default(),
 ///     watchdog_periods: 10,
+///     actuation: 0,
 /// };
 /// let mut rig = RigEnd::new(hello);
 /// let first = rig.tick(0, ArmCounts(0), PendulumCounts(0));

@@ -26,6 +26,7 @@ fn rig() -> RigEnd {
             pendulum_speed: Some(40.0),
         },
         watchdog_periods: 10,
+        actuation: 0,
     })
 }
 

@@ -59,7 +59,7 @@ fn a_c_rig_sends_and_understands_the_same_bytes() {
                 });
                 let _ = writeln!(
                     input,
-                    "h {} {} {} {} {} {} {} {} {}",
+                    "h {} {} {} {} {} {} {} {} {} {}",
                     h.rig,
                     h.period_us,
                     h.arm_counts_per_rev,
@@ -68,7 +68,8 @@ fn a_c_rig_sends_and_understands_the_same_bytes() {
                     bits[0],
                     bits[1],
                     bits[2],
-                    h.watchdog_periods
+                    h.watchdog_periods,
+                    h.actuation
                 );
                 let _ = writeln!(expected, "{}", hex(&frame(&Message::Hello(h))));
             }
@@ -113,6 +114,7 @@ fn a_c_rig_takes_the_same_commands_for_news() {
     };
     let mut end = RigEnd::new(furuta_wire::Hello {
         watchdog_periods: 7,
+        actuation: 0,
         ..hello
     });
     let (mut input, mut expected) = (String::new(), String::new());

@@ -45,6 +45,7 @@ fn hello() -> impl Strategy<Value = Hello> {
                     pendulum_speed: limits.2,
                 },
                 watchdog_periods,
+                actuation: (watchdog_periods % 5) as u8,
             },
         )
 }
@@ -176,6 +177,7 @@ fn the_longest_hello_fills_max_frame() {
             pendulum_speed: Some(40.0),
         },
         watchdog_periods: u16::MAX,
+        actuation: u8::MAX,
     });
     // Two bytes short: a version below 128 takes one byte of the three reserved for it.
     assert_eq!(frame(&message).len(), MAX_FRAME - 2);

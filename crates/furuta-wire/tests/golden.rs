@@ -35,6 +35,7 @@ fn hello(rig: &str, period_us: u32, counts: [f64; 2], volts: f32, watchdog_perio
         command_limit: volts,
         limits: RigLimits::default(),
         watchdog_periods,
+        actuation: 0,
     }
 }
 
@@ -70,6 +71,13 @@ fn described() -> Vec<(&'static str, Message)> {
             Message::Hello(hello("qube-servo-2", 2000, [2048.0; 2], 10.0, 10)),
         ),
         ("hello with limits", Message::Hello(limited)),
+        (
+            "hello of a stepper motor",
+            Message::Hello(Hello {
+                actuation: 3,
+                ..hello("stepper-kit", 20_000, [1600.0, 4096.0], 150.0, 3)
+            }),
+        ),
         ("first sample", sample((0, 0), 0, 0, 0.0, off)),
         (
             "sample",

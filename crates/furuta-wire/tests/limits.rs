@@ -25,6 +25,7 @@ fn rig() -> RigEnd {
             ..RigLimits::default()
         },
         watchdog_periods: 10,
+        actuation: 0,
     })
 }
 

@@ -32,7 +32,7 @@
 #include <string.h>
 
 #define FURUTA_VERSION 1
-#define FURUTA_MAX_FRAME 86
+#define FURUTA_MAX_FRAME 87
 #define FURUTA_NAME_CAPACITY 32
 
 /* Flags of a sample. */
@@ -112,9 +112,15 @@ static size_t furuta_frame(furuta_packet *p, uint8_t *frame) {
     return end;
 }
 
+/* What a command is: its unit is that of `volts` and of the command limit. */
+#define FURUTA_VOLTAGE 0      /* V */
+#define FURUTA_CURRENT 1      /* A */
+#define FURUTA_TORQUE 2       /* N m */
+#define FURUTA_ACCELERATION 3 /* rad/s2 of the arm: a stepper motor */
+
 /* Who the rig is. `limits`: arm angle (rad), arm speed (rad/s), pendulum speed (rad/s); 0 or less: no limit. */
-static size_t furuta_hello(uint8_t *frame, const char *rig, uint32_t period_us, int32_t arm_counts_per_rev,
-                           int32_t pendulum_counts_per_rev, float command_limit, const float limits[3], uint16_t watchdog_periods) {
+static size_t furuta_hello_of(uint8_t *frame, const char *rig, uint32_t period_us, int32_t arm_counts_per_rev, int32_t pendulum_counts_per_rev,
+                              float command_limit, const float limits[3], uint16_t watchdog_periods, uint8_t actuation) {
     furuta_packet p = {{0}, 0};
     size_t name = strlen(rig);
     if (name > FURUTA_NAME_CAPACITY) name = FURUTA_NAME_CAPACITY;
@@ -135,7 +141,14 @@ static size_t furuta_hello(uint8_t *frame, const char *rig, uint32_t period_us, 
         }
     }
     furuta_put_varint(&p, watchdog_periods);
+    if (actuation != FURUTA_VOLTAGE) furuta_put(&p, actuation);
     return furuta_frame(&p, frame);
+}
+
+/* The same of a rig whose command is a voltage. */
+static inline size_t furuta_hello(uint8_t *frame, const char *rig, uint32_t period_us, int32_t arm_counts_per_rev,
+                                  int32_t pendulum_counts_per_rev, float command_limit, const float limits[3], uint16_t watchdog_periods) {
+    return furuta_hello_of(frame, rig, period_us, arm_counts_per_rev, pendulum_counts_per_rev, command_limit, limits, watchdog_periods, FURUTA_VOLTAGE);
 }
 
 /* One tick. */

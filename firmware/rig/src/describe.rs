@@ -1,6 +1,7 @@
 //! A rig in the words of the wire.
 
 use furuta_ctrl::Limits;
+use furuta_model::Actuation;
 use furuta_wire::{Hello, PROTOCOL_VERSION, RigLimits, RigName};
 
 /// What a rig says of itself: 500 Hz or what `period_us` says, the motor off after 20 ms without a command.
@@ -12,6 +13,7 @@ pub fn hello(
     counts_per_rev: [f64; 2],
     command_limit: f64,
     limits: &Limits,
+    actuation: Actuation,
 ) -> Hello {
     let mut rig = RigName::new();
     for c in name.chars() {
@@ -33,5 +35,6 @@ pub fn hello(
             pendulum_speed: narrow(limits.pendulum_speed),
         },
         watchdog_periods: (20_000 / period_us.max(1)).max(2) as u16,
+        actuation: actuation.code(),
     }
 }

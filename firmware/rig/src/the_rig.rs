@@ -14,7 +14,7 @@ pub const PERIOD_US: u32 = 2000;
 /// Its parameters.
 #[must_use]
 pub fn params() -> Params<f64> {
-    Params::from_array(PARAMS)
+    Params::from_array(ACTUATION, PARAMS)
 }
 
 /// Where a controller for it works.
@@ -37,6 +37,7 @@ pub fn hello() -> Hello {
         COUNTS,
         params().motor.command_limit,
         &limits,
+        ACTUATION,
     )
 }
 

@@ -47,7 +47,8 @@ def _assignments(values: dict[str, Any]) -> str:
 
 
 def rig(rig: Any) -> str:
-    rows = list(rig.parameters.items())
+    rows: list[tuple[str, Any]] = [("motor.kind", f"{rig.motor_kind}, in {rig.command_unit}")]
+    rows += rig.parameters.items()
     rows += [(f"sensors.{name}", value) for name, value in rig.sensors.items()]
     rows += [(f"limits.{name}", value) for name, value in rig.limits.items() if value is not None]
     rows += [(f"effect {id}", _assignments(values)) for id, values in rig.effects.items()]
@@ -58,7 +59,7 @@ def controller(controller: Any) -> str:
     rows: list[tuple[str, Any]] = [
         ("rig", controller.rig.name),
         ("dt [s]", controller.dt),
-        ("command limit [V]", controller.command_limit),
+        (f"command limit [{controller.rig.command_unit}]", controller.command_limit),
     ]
     if controller.gain is not None:
         rows.append(("gain K", controller.gain))
@@ -88,7 +89,7 @@ def recording(recording: Any) -> str:
 
 def trajectory(run: Any) -> str:
     rows: list[tuple[str, Any]] = [("samples", len(run.t)), ("duration [s]", run.t[-1])]
-    for name, unit in [("u", "V"), ("theta", "rad"), ("alpha", "rad")]:
+    for name, unit in [("u", run.command_unit), ("theta", "rad"), ("alpha", "rad")]:
         rows.append(
             (f"{name} [{unit}]", f"{np.min(run[name]):.4g} to {np.max(run[name]):.4g}, at the end {run[name][-1]:.4g}")
         )

@@ -41,12 +41,12 @@ def simulate(
         t = simulator.t
         if see is None:
             # The true state, and the command acts at once.
-            held = _limited(_number("controller", t, decide(t, states[-1], k)) + volts, limit, t)
+            held = _limited(_number("controller", t, decide(t, states[-1], k)) + volts, limit, t, rig.command_unit)
         else:
             # As on a rig: what is decided now acts from the next sample on.
             held = waiting
             x = see(t, *readings[-1], held)
-            waiting = _limited(_number("controller", t, decide(t, x, k)) + volts, limit, t)
+            waiting = _limited(_number("controller", t, decide(t, x, k)) + volts, limit, t, rig.command_unit)
         commands[k] = held
         states.append(simulator.step(held))
         readings.append(simulator.reading)
@@ -101,12 +101,12 @@ def _number(what: str, t: float, value: Any) -> float:
     array = np.asarray(value, dtype=float)
     if array.size != 1:
         raise SimulationError(
-            f"the {what} gave shape {array.shape} at t = {t:g} s; one number, the command in V, is expected"
+            f"the {what} gave shape {array.shape} at t = {t:g} s; one number, the command, is expected"
         )
     return float(array.reshape(()))
 
 
-def _limited(u: float, limit: float, t: float) -> float:
+def _limited(u: float, limit: float, t: float, unit: str) -> float:
     if not np.isfinite(u):
-        raise SimulationError(f"the controller gave {u} V at t = {t:g} s: not a finite number")
+        raise SimulationError(f"the controller gave {u} {unit} at t = {t:g} s: not a finite number")
     return min(max(u, -limit), limit)

@@ -40,7 +40,7 @@ class Trajectory:
     x: NDArray[np.float64]
     """True states, shape (N + 1, 4): theta, alpha (rad), theta_dot, alpha_dot (rad/s)."""
     u: NDArray[np.float64]
-    """Command, V, shape (N + 1,): u[k] acts from row k to row k + 1; the last repeats the one before."""
+    """Command, V or `command_unit`, shape (N + 1,): u[k] acts from row k to row k + 1; the last repeats the one before."""
     y: NDArray[np.float64]
     """What the encoders read, shape (N + 1, 2): theta, alpha (rad)."""
     modes: list[str] | None = None
@@ -78,6 +78,11 @@ class Trajectory:
         return cls(
             t=np.arange(len(x), dtype=np.float64) * dt, x=x, u=held, y=y, modes=modes, name=known.name, rig=known
         )
+
+    @property
+    def command_unit(self) -> str:
+        """Unit of u: the rig's, or V where the rig is not known."""
+        return "V" if self.rig is None else self.rig.command_unit
 
     @property
     def theta(self) -> NDArray[np.float64]:

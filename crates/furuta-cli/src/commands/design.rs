@@ -15,7 +15,7 @@ use furuta_ctrl::{Config, ControllerFile, controllers};
 use furuta_design::rig_loop::Law;
 use furuta_model::discretize::zero_order_hold;
 use furuta_model::linear_plant::{Hold, rigid};
-use furuta_model::{Linear, Rig};
+use furuta_model::{Actuation, Linear, Rig};
 use nalgebra::Complex;
 use serde_json::json;
 
@@ -193,20 +193,21 @@ fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
         "{}: u = -K [theta, alpha, theta_dot, alpha_dot]",
         rig.name
     )?;
-    gains(&mut out, k.as_slice())?;
+    gains(&mut out, k.as_slice(), &rig)?;
     judged.print(&mut out)
 }
 
 /// A line for each gain, the integral's last.
-fn gains(out: &mut impl Write, k: &[f64]) -> Result<(), Failure> {
-    let names = [
-        ("theta", "V/rad"),
-        ("alpha", "V/rad"),
-        ("theta_dot", "V s/rad"),
-        ("alpha_dot", "V s/rad"),
-        ("integral", "V/(rad s)"),
-    ];
-    for ((name, unit), k) in names.into_iter().zip(k) {
+fn gains(out: &mut impl Write, k: &[f64], rig: &Rig) -> Result<(), Failure> {
+    let names = ["theta", "alpha", "theta_dot", "alpha_dot", "integral"];
+    let [angle, speed, integral] = match rig.params.motor.actuation {
+        Actuation::Voltage => ["V/rad", "V s/rad", "V/(rad s)"],
+        Actuation::Current => ["A/rad", "A s/rad", "A/(rad s)"],
+        Actuation::Torque => ["N m/rad", "N m s/rad", "N m/(rad s)"],
+        Actuation::Acceleration => ["1/s2", "1/s", "1/s3"],
+    };
+    let units = [angle, angle, speed, speed, integral];
+    for ((name, unit), k) in names.into_iter().zip(units).zip(k) {
         writeln!(out, "  K {name:10} {:>12} {unit}", print::significant(*k))?;
     }
     Ok(())

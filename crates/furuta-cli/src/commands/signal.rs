@@ -120,10 +120,11 @@ impl SignalArgs {
         part: f64,
     ) -> Result<Built, Failure> {
         let limit = rig.params.motor.command_limit;
+        let unit = rig.params.motor.actuation.unit();
         let amplitude = self.amplitude.unwrap_or(part * limit);
         if amplitude.is_nan() || amplitude.abs() > limit {
             return Err(Failure::new(format!(
-                "--amplitude {amplitude} V is beyond the rig's command limit of {limit} V"
+                "--amplitude {amplitude} {unit} is beyond the rig's command limit of {limit} {unit}"
             )));
         }
         let [low, high] = self.band.unwrap_or(match (kind, self.sweep) {
@@ -158,7 +159,7 @@ impl SignalArgs {
                 let peak = after * amplitude;
                 if peak > limit {
                     notes.push(format!(
-                        "note: its peak of {peak:.2} V is clipped at the rig's {limit} V: give a lower --amplitude"
+                        "note: its peak of {peak:.2} {unit} is clipped at the rig's {limit} {unit}: give a lower --amplitude"
                     ));
                 }
                 signal.into()

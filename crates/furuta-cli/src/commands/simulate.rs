@@ -292,13 +292,14 @@ fn chart(rig: &Rig, input: &str, rows: &[Row]) -> Chart {
         let asked = rows.iter().filter_map(|r| Some((r.numbers[0], r.asked?.0)));
         arm.push(Line::new("reference", asked).dashed().colour(6));
     }
+    let u = format!("u [{}]", rig.params.motor.actuation.unit());
     Chart::new(
         &format!("{}: {input}", rig.name),
         "t [s]",
         vec![
             Panel::new("theta [rad]", arm),
             Panel::new("alpha [rad]", vec![column("", 3)]),
-            Panel::new("u [V]", vec![column("", 1)]),
+            Panel::new(&u, vec![column("", 1)]),
         ],
     )
 }

@@ -107,9 +107,16 @@ fn rig_with(name: &str, changes: &[String]) -> Result<Rig, Failure> {
                     keys.join(", ")
                 ))
             })?;
+        let actuation = rig.params.motor.actuation;
+        if !actuation.uses(RANGES[place].key) {
+            return Err(Failure::new(format!(
+                "{} does not enter the equations of rig {name}, whose motor.kind is \"{actuation}\"",
+                RANGES[place].key
+            )));
+        }
         values[place] = value.trim().parse().map_err(|_| wrong())?;
     }
-    rig.params = Params::from_array(values);
+    rig.params = Params::from_array(rig.params.motor.actuation, values);
     rig.params.validate()?;
     Ok(rig)
 }

@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn the_error_has_the_poles_that_were_asked_for() {
-        for name in Rig::BUILTIN {
+        for name in Rig::VOLTAGE {
             let rig = Rig::builtin(name).expect("built in");
             let (a, _) = Site::of(&rig, 0.002).upright().expect("a rig");
             let wanted = [[0.9, 0.8], [0.7, 0.5]];

@@ -35,6 +35,7 @@ const OF_MODELS: Acts = Acts::DRY_FRICTION
     .and(Acts::DELAY)
     .and(Acts::LAG)
     .and(Acts::SENSOR_DELAY)
+    .and(Acts::SPEED_LIMIT)
     .and(Acts::DRIVE);
 
 /// What would still act in the model of the compensation and of the catch.

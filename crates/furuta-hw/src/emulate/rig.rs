@@ -123,6 +123,7 @@ impl EmulatedRig {
                 pendulum_speed: limit(rig.limits.pendulum_speed),
             },
             watchdog_periods,
+            actuation: rig.params.motor.actuation.code(),
         };
         Ok(Self {
             state: plant.rest(start),

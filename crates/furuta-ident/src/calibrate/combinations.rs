@@ -1,13 +1,18 @@
 //! What the equations of motion are made of, over the weight's moment: right whatever the held parameters are.
 
-use furuta_model::Scalar;
 use furuta_model::params::Coefficients;
+use furuta_model::{Actuation, Scalar};
 use nalgebra::{DMatrix, DVector};
 
 use super::fit::Fit;
 use super::parameters::Space;
 use super::result::Combination;
 use crate::shooting::MAX_FREE;
+
+/// Places among the seven.
+const ARM: usize = 0;
+const DRIVE: usize = 4;
+const ARM_DAMPING: usize = 5;
 
 /// Names, formulas and units of the ratios to the weight's moment.
 const COMBINATIONS: [(&str, &str, &str); 7] = [
@@ -54,8 +59,38 @@ pub(super) fn base<S: Copy>(c: &Coefficients<S>) -> [S; 7] {
     ]
 }
 
-fn ratios<S: Scalar>(c: &Coefficients<S>) -> [S; 7] {
-    base(c).map(|x| x / c.weight)
+/// The ratios; of an arm that follows a commanded acceleration, `drive` is that of the acceleration to the command.
+fn ratios<S: Scalar>(c: &Coefficients<S>, actuation: Actuation) -> [S; 7] {
+    let mut ratios = base(c).map(|x| x / c.weight);
+    if actuation == Actuation::Acceleration {
+        ratios[DRIVE] = c.drive / c.arm;
+    }
+    ratios
+}
+
+/// The combinations that stand in the equations of a rig of this kind; no name: it does not.
+fn named(actuation: Actuation) -> [Option<(&'static str, &'static str, &'static str)>; 7] {
+    let mut named = COMBINATIONS.map(Some);
+    let with_motor = |formula| Some(("drive", formula, actuation.unit_of("1/V")));
+    match actuation {
+        Actuation::Voltage => {}
+        Actuation::Current => {
+            let formula = "amplifier_gain·torque_constant·gear_ratio·efficiency / (mass·g·com)";
+            named[DRIVE] = with_motor(formula);
+        }
+        Actuation::Torque => {
+            named[DRIVE] = with_motor("amplifier_gain·gear_ratio·efficiency / (mass·g·com)");
+        }
+        Actuation::Acceleration => {
+            named[DRIVE] = Some(("command's gain", "amplifier_gain", "1"));
+            named[ARM] = None;
+            named[ARM_DAMPING] = None;
+        }
+    }
+    if matches!(actuation, Actuation::Current | Actuation::Torque) {
+        named[ARM_DAMPING] = Some(("arm damping", "arm.viscous / (mass·g·com)", "s"));
+    }
+    named
 }
 
 /// Before and after, with deviations.
@@ -65,11 +100,16 @@ pub(super) fn combinations(
     free: &[usize],
     covariance: Option<&DMatrix<f64>>,
 ) -> Vec<Combination> {
-    let sheet = ratios(&space.coefficients::<1>(&space.sheet(), &[], 0));
-    let found = ratios(&space.coefficients::<{ 4 + MAX_FREE }>(&fitted.values, free, 0));
-    COMBINATIONS
+    let actuation = space.rig.params.motor.actuation;
+    let sheet = ratios(&space.coefficients::<1>(&space.sheet(), &[], 0), actuation);
+    let found = ratios(
+        &space.coefficients::<{ 4 + MAX_FREE }>(&fitted.values, free, 0),
+        actuation,
+    );
+    named(actuation)
         .iter()
         .zip(sheet.iter().zip(&found))
+        .filter_map(|(named, values)| Some(((*named)?, values)))
         .map(|((name, formula, unit), (sheet, found))| {
             let slope = DVector::from_fn(free.len(), |k, _| found.d[k]);
             // What is at a bound is held: its slopes count for nothing.
@@ -78,12 +118,12 @@ pub(super) fn combinations(
                 (&c * &slope).dot(&slope).max(0.0).sqrt()
             });
             Combination {
-                name: (*name).to_owned(),
-                formula: (*formula).to_owned(),
+                name: name.to_owned(),
+                formula: formula.to_owned(),
                 nominal: sheet.v,
                 fitted: found.v,
                 std: if std > 0.0 { std } else { f64::NAN },
-                unit: (*unit).to_owned(),
+                unit: unit.to_owned(),
             }
         })
         .collect()

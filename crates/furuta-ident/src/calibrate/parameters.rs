@@ -81,12 +81,14 @@ impl Space {
     /// `transverse`: the inertia about the third axis is a parameter of its own even where the pendulum is a rod.
     pub(super) fn new(rig: &Rig, body: Option<f64>, transverse: bool) -> Self {
         let values = rig.params.to_array();
+        let actuation = rig.params.motor.actuation;
         let c = rig.params.coefficients();
         // A damping ratio of one per cent, for files that leave friction out.
         let damping = 0.02 * (c.weight * c.pendulum).sqrt();
         let moment = rig.params.pendulum.mass * rig.params.pendulum.com.powi(2);
         let mut parameters: Vec<Parameter> = ORDER
             .iter()
+            .filter(|key| actuation.uses(key))
             .filter_map(|key| RANGES.iter().position(|r| r.key == *key))
             .map(|i| {
                 let (range, sheet) = (RANGES[i], values[i]);
@@ -110,7 +112,7 @@ impl Space {
                 };
                 Parameter {
                     key: range.key.to_owned(),
-                    unit: unit(range.unit),
+                    unit: unit(range.unit_for(actuation)),
                     sheet,
                     scale,
                     low,
@@ -131,7 +133,7 @@ impl Space {
                 let typical = p.typical(&rig.params);
                 parameters.push(Parameter {
                     key: format!("{}.{}", spec.id, p.name),
-                    unit: unit(p.unit),
+                    unit: unit(actuation.unit_of(p.unit)),
                     sheet: value,
                     scale: (value - p.off).abs().max(typical),
                     low: p.min,
@@ -239,7 +241,7 @@ impl Space {
         if self.follows() {
             all[TRANSVERSE] = all[INERTIA];
         }
-        Params::from_array(all).coefficients()
+        Params::from_array(self.rig.params.motor.actuation, all).coefficients()
     }
 
     /// The plant, and by how much everything is late (s).
@@ -282,7 +284,7 @@ impl Space {
     /// The rig with these values.
     pub(super) fn rig(&self, values: &[f64]) -> Rig {
         let mut rig = self.rig.clone();
-        rig.params = Params::from_array(self.all(values));
+        rig.params = Params::from_array(self.rig.params.motor.actuation, self.all(values));
         rig.effects = rig
             .effects
             .iter()

@@ -20,6 +20,7 @@ use clarabel::solver::{
     DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SecondOrderConeT,
     SolverStatus,
 };
+use furuta_model::Actuation;
 use furuta_model::params::Coefficients;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
@@ -49,8 +50,12 @@ struct Row {
     axis: usize,
 }
 
-/// The start: values of all parameters, those of `free` moved to what the convex program says.
+/// The start: values of all parameters, those of `free` moved to what the convex program says. `None` for an arm that
+/// follows a commanded acceleration, whose equation says nothing.
 pub(super) fn start(space: &Space, data: &Data, free: &[usize]) -> Option<Vec<f64>> {
+    if space.rig.params.motor.actuation == Actuation::Acceleration {
+        return None;
+    }
     let sheet = space
         .coefficients::<1>(&space.sheet(), &[], 0)
         .cast::<f64>();

@@ -39,6 +39,7 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
                 && !s.acts.touches(Acts::DRIVE)
         })
         .collect();
+    let actuation = named.model.sheet.params.motor.actuation;
     let mut limits: Vec<Limit> = specs
         .into_par_iter()
         .filter_map(|spec| {
@@ -55,7 +56,10 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
                 at_most: bound * typical,
                 std: deviation * typical,
                 typical,
-                unit: if p.unit == "-" { "1" } else { p.unit }.into(),
+                unit: match actuation.unit_of(p.unit) {
+                    "-" => "1".into(),
+                    unit => unit.into(),
+                },
             })
         })
         .collect();

@@ -35,7 +35,8 @@ fn condition(
 
 /// The conditions, with limits taken from the data: a third of the samples lie below the lower, a third above the
 /// higher one.
-fn conditions(data: &Data) -> Vec<Condition> {
+/// `unit` is the command's.
+fn conditions(data: &Data, unit: &'static str) -> Vec<Condition> {
     let thirds = |value: &dyn Fn(&Run, usize) -> f64| {
         let mut all: Vec<f64> = data
             .runs
@@ -54,7 +55,7 @@ fn conditions(data: &Data) -> Vec<Condition> {
             arm_speed as fn(&Run, usize) -> f64,
         ),
         ("pendulum speed", "alpha_dot", "rad/s", pendulum_speed),
-        ("command", "u", "V", command),
+        ("command", "u", unit, command),
     ] {
         let [low, high] = thirds(&move |r, k| value(r, k).abs());
         if !(low > 0.0 && high > low) {
@@ -126,10 +127,15 @@ fn round(x: f64) -> f64 {
 }
 
 /// The bars of the report, and the conditions that hold more of the gap than their share of the samples.
-pub(super) fn locate(data: &Data, residuals: &[Residual]) -> (Vec<GapBar>, Vec<GapShare>) {
+/// `unit` is the command's.
+pub(super) fn locate(
+    data: &Data,
+    residuals: &[Residual],
+    unit: &'static str,
+) -> (Vec<GapBar>, Vec<GapShare>) {
     let (mut bars, mut shares) = (Vec::new(), Vec::new());
     let total: [f64; 2] = std::array::from_fn(|c| residuals.iter().map(|r| r.refitted[c]).sum());
-    for condition in conditions(data) {
+    for condition in conditions(data, unit) {
         let inside: Vec<&Residual> = residuals
             .iter()
             .filter(|r| (condition.holds)(&data.runs[r.run], r.sample))

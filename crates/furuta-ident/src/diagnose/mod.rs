@@ -38,7 +38,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use furuta_model::Rig;
+use furuta_model::{Actuation, Rig};
 
 pub use additions::candidates;
 pub use parts::Parts;
@@ -145,7 +145,8 @@ pub struct Outcome {
 /// ```
 ///
 /// # Errors
-/// [`Insufficient`] where the recordings cannot carry a diagnosis: none, too short, nothing moves.
+/// [`Insufficient`] where the recordings cannot carry a diagnosis: none, too short, nothing moves; or the rig's arm
+/// follows a commanded acceleration.
 pub fn diagnose(
     request: &Request<'_>,
     progress: &(dyn Fn(Progress) + Sync),
@@ -193,6 +194,9 @@ fn search(
         &savers::USUAL
     };
     let mut unfinished: Vec<Part> = Vec::new();
+    if request.rig.params.motor.actuation == Actuation::Acceleration {
+        return Err(Insufficient::CommandedAcceleration);
+    }
     let data = Data::new(request.recordings, request.rig);
     insufficient::check(request.recordings, request.rig, &data)?;
     let sheet = Arc::new(Sheet::new(request.rig, &data, !options.same_zero));
@@ -422,7 +426,8 @@ fn gap(data: &Data, models: &[Predictor; 3], diagnosis: &mut Diagnosis, curves: 
             });
         }
     }
-    (curves.bars, diagnosis.location) = location::locate(data, &residuals);
+    let unit = models[0].hypothesis.sheet.params.motor.actuation.unit();
+    (curves.bars, diagnosis.location) = location::locate(data, &residuals, unit);
     let [_, before, after] = models;
     let (before, after) = rayon::join(
         || torque::Responses::new(&problem, before),

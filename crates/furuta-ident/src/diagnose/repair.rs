@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use furuta_model::effects::MAX_PARAMETERS;
 use furuta_model::params::RANGES;
-use furuta_model::{Effect, Rig};
+use furuta_model::{Actuation, Effect, Rig};
 
 use super::Fit;
 use super::hypothesis::{BASE, FIRST_EFFECT, LENGTH};
@@ -14,7 +14,8 @@ use super::result::{Estimate, ParameterEstimate};
 ///
 /// Data show only combinations; where one stands for several parameters, the change goes to the one that is known
 /// least: inertias to `arm.inertia` and `pendulum.inertia`, the coupling of both axes to `arm.length`, gain to
-/// `motor.torque_constant`, damping to `arm.viscous`.
+/// `motor.torque_constant`, damping to `arm.viscous`. Where the command is a torque, the gain is
+/// `motor.amplifier_gain`.
 pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
     let mut rig = rig.clone();
     let sheet = &fit.model.sheet;
@@ -35,7 +36,12 @@ pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
     p.arm.length = v[LENGTH];
     let carried = p.pendulum.mass * p.arm.length * p.arm.length + p.pendulum.inertia_axial;
     p.arm.inertia = (v[0] - carried).max(1e-3 * v[0]);
-    p.motor.torque_constant *= v[2] / sheet.coefficients.drive;
+    let gain = v[2] / sheet.coefficients.drive;
+    if p.motor.actuation == Actuation::Torque {
+        p.motor.amplifier_gain *= gain;
+    } else {
+        p.motor.torque_constant *= gain;
+    }
     let m = &p.motor;
     let per_back_emf =
         m.torque_constant * m.gear_ratio * m.gear_ratio * m.efficiency / m.resistance;
@@ -66,13 +72,15 @@ pub(super) fn parameters(
     let sheet = &fit.model.sheet;
     let scale = |i: usize| fit.std[i] * sheet.scale[i];
     let relative_gain = scale(2) / sheet.coefficients.drive;
+    let motor = &rig.params.motor;
+    let (gain, nominal) = match motor.actuation {
+        Actuation::Torque => ("motor.amplifier_gain", motor.amplifier_gain),
+        _ => ("motor.torque_constant", motor.torque_constant),
+    };
     let determined: [(&str, f64); BASE] = [
         ("arm.inertia", scale(0)),
         ("pendulum.inertia", scale(1)),
-        (
-            "motor.torque_constant",
-            relative_gain * rig.params.motor.torque_constant,
-        ),
+        (gain, relative_gain * nominal),
         ("arm.viscous", scale(3)),
         ("pendulum.viscous", scale(4)),
         ("arm.length", scale(LENGTH)),
@@ -85,6 +93,7 @@ pub(super) fn parameters(
                 .into_iter()
                 .zip(repaired.params.to_array()),
         )
+        .filter(|(range, _)| motor.actuation.uses(range.key))
         .map(|(range, (sheet, fitted))| {
             let std = determined
                 .iter()
@@ -95,12 +104,17 @@ pub(super) fn parameters(
                 fitted,
                 std: std.unwrap_or(f64::NAN),
                 tolerance: rig.tolerance.share(range.key).unwrap_or(f64::NAN),
-                unit: if range.unit == "-" { "1" } else { range.unit }.to_owned(),
+                unit: si(range.unit_for(motor.actuation)),
                 identifiable: std.is_some_and(f64::is_finite),
             };
             (range.key.to_owned(), estimate)
         })
         .collect()
+}
+
+/// A unit as the JSON contract has it: 1 for a pure number.
+fn si(unit: &str) -> String {
+    if unit == "-" { "1" } else { unit }.to_owned()
 }
 
 /// The fitted parameters of the `index`-th effect.
@@ -109,6 +123,7 @@ pub(super) fn effect_parameters(fit: &Fit, index: usize) -> BTreeMap<String, Est
     let offset = fit.model.offset(index);
     let values = fit.model.physical(&fit.z);
     let scales = fit.model.scales();
+    let actuation = fit.model.sheet.params.motor.actuation;
     spec.parameters
         .iter()
         .enumerate()
@@ -121,7 +136,7 @@ pub(super) fn effect_parameters(fit: &Fit, index: usize) -> BTreeMap<String, Est
                 } else {
                     f64::NAN
                 },
-                unit: if p.unit == "-" { "1" } else { p.unit }.to_owned(),
+                unit: si(actuation.unit_of(p.unit)),
                 word: p.word(values[i]).map(str::to_owned),
             };
             (p.name.to_owned(), estimate)

@@ -265,7 +265,7 @@ impl<S: Scalar> Custom<S> {
 
     /// After every effect of the catalogue.
     pub(super) fn rank(&self) -> usize {
-        super::CATALOGUE.len() + super::ON_REQUEST.len() + self.place
+        super::NAMED + self.place
     }
 
     /// The values in the order of the effect's parameter list.

@@ -24,6 +24,7 @@ pub use offered::Offered;
 pub use own::{Own, OwnLaws};
 pub use spec::{Acts, Clock, Drive, EffectError, Instant, Kind, Law, ParameterSpec, Spec, Typical};
 
+use crate::actuation::Actuation;
 use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
 use arrayvec::ArrayVec;
@@ -55,11 +56,12 @@ macro_rules! parameters {
     };
 }
 
-/// The catalogue, the entries on request, and the enum over both, from two lists.
+/// The catalogue, the entries on request, those of some kinds of rigs, and the enum over all of them.
 macro_rules! catalogue {
     (
         always { $($module:ident :: $name:ident),+ $(,)? }
         on_request { $($asked:ident :: $asked_name:ident),+ $(,)? }
+        of_acceleration { $($own:ident :: $own_name:ident),+ $(,)? }
     ) => {
         /// Every effect that a diagnosis looks for unasked, in the catalogue's order.
         pub static CATALOGUE: &[&Spec] = &[$(&$module::SPEC),+];
@@ -68,7 +70,10 @@ macro_rules! catalogue {
         /// unasked ([`Spec::offered`] says why).
         pub static ON_REQUEST: &[&Spec] = &[$(&$asked::SPEC),+];
 
-        effects! { $($module::$name,)+ $($asked::$asked_name,)+ }
+        /// Effects of rigs alone whose command is an acceleration ([`crate::Actuation::Acceleration`]).
+        pub static OF_ACCELERATION: &[&Spec] = &[$(&$own::SPEC),+];
+
+        effects! { $($module::$name,)+ $($asked::$asked_name,)+ $($own::$own_name,)+ }
     };
 }
 
@@ -186,6 +191,14 @@ macro_rules! effects {
                     $(Self::$name(e) => e.delay(),)+
                     Self::Custom(e) => e.delay(),
                     Self::Own(e) => e.delay(),
+                }
+            }
+            #[inline(always)]
+            fn speed_limit(&self) -> S {
+                match self {
+                    $(Self::$name(e) => e.speed_limit(),)+
+                    Self::Custom(e) => e.speed_limit(),
+                    Self::Own(e) => e.speed_limit(),
                 }
             }
             #[inline(always)]
@@ -308,6 +321,9 @@ catalogue! {
         sensor_theta_eccentricity::SensorThetaEccentricity,
         sensor_alpha_eccentricity::SensorAlphaEccentricity,
     }
+    of_acceleration {
+        motor_speed_limit::MotorSpeedLimit,
+    }
 }
 
 /// The entry with this id, of the catalogue or of [`EMPIRICAL`]; or a user's own hypothesis ([`own`]) that this process
@@ -322,14 +338,23 @@ pub fn spec(id: &str) -> Option<&'static Spec> {
     known().find(|s| s.id == id).or_else(|| own::known(id))
 }
 
-/// Everything that a rig file can name: the catalogue, the entries on request, and then the empirical terms.
+/// How many entries the three lists have.
+const NAMED: usize = CATALOGUE.len() + ON_REQUEST.len() + OF_ACCELERATION.len();
+
+/// Everything that a rig file can name: the catalogue, the entries on request, the effects of some kinds of rigs, and
+/// then the empirical terms.
 ///
 /// ```
 /// assert!(furuta_model::effects::known().any(|s| s.id == "custom.1"));
 /// assert!(furuta_model::CATALOGUE.iter().all(|s| s.id != "custom.1"));
 /// ```
 pub fn known() -> impl Iterator<Item = &'static Spec> {
-    CATALOGUE.iter().chain(ON_REQUEST).chain(EMPIRICAL).copied()
+    CATALOGUE
+        .iter()
+        .chain(ON_REQUEST)
+        .chain(OF_ACCELERATION)
+        .chain(EMPIRICAL)
+        .copied()
 }
 
 impl<S: Scalar> Effect<S> {
@@ -380,6 +405,29 @@ impl<S: Scalar> Effect<S> {
     #[must_use]
     pub fn unchecked(id: &str, values: &[S]) -> Option<Self> {
         Self::build(id, values)
+    }
+
+    /// Checks that it can act on a rig whose command is of this kind.
+    ///
+    /// # Errors
+    /// [`EffectError::OtherActuation`], which says why not.
+    ///
+    /// ```
+    /// use furuta_model::{Actuation, Effect};
+    /// let friction = Effect::new("arm.coulomb", &[0.01])?;
+    /// let error = friction.validate_for(Actuation::Acceleration).expect_err("a stepper's arm");
+    /// assert!(error.to_string().starts_with("arm.coulomb cannot act on a rig whose motor.kind is \"acceleration\""));
+    /// # Ok::<(), furuta_model::EffectError>(())
+    /// ```
+    pub fn validate_for(&self, actuation: Actuation) -> Result<(), EffectError> {
+        let effect = self.spec().id;
+        actuation
+            .allows(effect)
+            .map_err(|why| EffectError::OtherActuation {
+                effect,
+                actuation,
+                why,
+            })
     }
 
     /// Whether all its strengths (values and derivatives) are exactly zero, or exactly where they do nothing.

@@ -5,6 +5,7 @@ use super::attached::{EndStop, Relaxation, Winding};
 use super::footprint::Footprint;
 use super::offered::Offered;
 use super::own::OwnLaws;
+use crate::actuation::Actuation;
 use crate::dynamics::Angle;
 use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
@@ -54,6 +55,8 @@ impl Acts {
     pub const INNER: Self = Self(1 << 16);
     /// Its strength counts backwards: the larger the number, the less it does (a limit, the stiffness of a coupling).
     pub const BACKWARDS: Self = Self(1 << 17);
+    /// Keeps the arm's speed within bounds ([`Law::speed_limit`]).
+    pub const SPEED_LIMIT: Self = Self(1 << 18);
 
     /// Both.
     #[must_use]
@@ -298,6 +301,12 @@ pub trait Law<S: Scalar> {
         S::ZERO
     }
 
+    /// Largest speed of an arm whose acceleration is commanded, rad/s.
+    #[inline(always)]
+    fn speed_limit(&self) -> S {
+        S::ZERO
+    }
+
     /// Time constant of a first-order lag of the voltage, s.
     #[inline(always)]
     fn lag(&self) -> S {
@@ -386,6 +395,15 @@ pub trait Law<S: Scalar> {
 /// What is wrong with an effect asked for.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub enum EffectError {
+    /// An effect that makes no sense on a rig with this kind of command.
+    OtherActuation {
+        /// The effect's id.
+        effect: &'static str,
+        /// What the rig's command is.
+        actuation: Actuation,
+        /// Why not.
+        why: &'static str,
+    },
     /// The id is not in the catalogue.
     UnknownEffect,
     /// The number of values differs from the number of parameters.
@@ -531,6 +549,14 @@ impl core::fmt::Display for EffectError {
                 f,
                 "{effect}: {parameter} = {} is outside the allowed range [{min}, {max}] {unit}",
                 furuta_input::number(*value)
+            ),
+            Self::OtherActuation {
+                effect,
+                actuation,
+                why,
+            } => write!(
+                f,
+                "{effect} cannot act on a rig whose motor.kind is \"{actuation}\" ({why}): leave it out"
             ),
             Self::NotWhole {
                 effect,

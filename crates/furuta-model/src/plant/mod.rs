@@ -7,6 +7,7 @@ mod error;
 mod events;
 mod friction;
 mod regime;
+mod speed;
 mod start;
 mod state;
 mod step;
@@ -46,6 +47,7 @@ pub struct Plant<S> {
     delay: S,
     lag: S,
     sensor_delay: S,
+    speed_limit: S,
     drive: Drive<S>,
     end_stop: EndStop<S>,
     relaxation: Relaxation<S>,
@@ -57,6 +59,7 @@ const EVENTS: Acts = Acts::DELAY
     .and(Acts::JUMPS)
     .and(Acts::DRY_FRICTION)
     .and(Acts::MEMORY)
+    .and(Acts::SPEED_LIMIT)
     .and(Acts::DRIVE)
     .and(Acts::CONTACT)
     .and(Acts::INNER);
@@ -65,8 +68,8 @@ impl<S: Scalar> Plant<S> {
     /// A plant with these parameters and effects. Effects that are exactly off are left out.
     ///
     /// # Errors
-    /// A parameter or an effect's value outside its range, more than [`MAX_EFFECTS`] effects, or effects with events
-    /// within a step in a scalar of several lanes.
+    /// A parameter or an effect's value outside its range, an effect that cannot act on a rig of this kind of command,
+    /// more than [`MAX_EFFECTS`] effects, or effects with events within a step in a scalar of several lanes.
     ///
     /// ```
     /// use furuta_model::{Plant, PlantError, Rig};
@@ -79,6 +82,7 @@ impl<S: Scalar> Plant<S> {
         params.validate()?;
         for effect in effects {
             effect.validate()?;
+            effect.validate_for(params.motor.actuation)?;
         }
         Self::from_coefficients(params.coefficients(), effects)
     }
@@ -122,6 +126,7 @@ impl<S: Scalar> Plant<S> {
             delay: S::ZERO,
             lag: S::ZERO,
             sensor_delay: S::ZERO,
+            speed_limit: S::ZERO,
             drive: Drive::RIGID,
             end_stop: EndStop::NONE,
             relaxation: Relaxation::NONE,
@@ -135,6 +140,7 @@ impl<S: Scalar> Plant<S> {
         self.delay += effect.delay();
         self.lag += effect.lag();
         self.sensor_delay += effect.sensor_delay();
+        self.speed_limit += effect.speed_limit();
         self.drive = self.drive.with(effect.drive());
         // Of each there is one.
         let acts = effect.spec().acts;
@@ -198,6 +204,7 @@ impl<S: Scalar> Plant<S> {
             delay: f(self.delay),
             lag: f(self.lag),
             sensor_delay: f(self.sensor_delay),
+            speed_limit: f(self.speed_limit),
             drive: Drive {
                 gap: f(self.drive.gap),
                 stiffness: f(self.drive.stiffness),

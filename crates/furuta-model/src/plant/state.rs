@@ -22,6 +22,8 @@ pub struct PlantState<S: Scalar> {
     pub(super) rotor: [S; 2],
     /// Whether and on which side the rotor touches the arm.
     pub(super) contact: Contact,
+    /// Whether the arm is kept at its largest speed just now.
+    pub(super) at_limit: bool,
     /// What [`crate::effects::Law::travelled`] keeps.
     pub(super) memory: S,
     /// States of effects that follow differential equations: see [`super::drive::TwoBody`].
@@ -46,6 +48,7 @@ impl<S: Scalar> PlantState<S> {
             voltage: S::ZERO,
             rotor: [S::ZERO; 2],
             contact: Contact::Free,
+            at_limit: false,
             memory: S::ZERO,
             inner: [S::ZERO; 2],
             pressed: Contact::Free,

@@ -18,7 +18,13 @@ const MORE_THAN_SLIDING: Acts = Acts::MEMORY
     .and(Acts::INNER);
 
 /// With any of these, a whole sample period is more than sliding.
-const UNLIKE_SLIDING: Acts = Acts::DELAY.and(Acts::JUMPS).and(MORE_THAN_SLIDING);
+const UNLIKE_SLIDING: Acts = Acts::DELAY
+    .and(Acts::JUMPS)
+    .and(Acts::SPEED_LIMIT)
+    .and(MORE_THAN_SLIDING);
+
+/// What lies between the command and what drives the arm.
+const COMMAND: Acts = Acts::LAG.and(Acts::VOLTAGE).and(Acts::SPEED_LIMIT);
 
 /// Whether the equations of motion are compiled into each stage of the integrator, as the usual step has them, so that
 /// a caller compiled for vectors compiles them so.
@@ -101,6 +107,16 @@ impl<S: Scalar> Plant<S> {
     /// A call, for `stretch` has three of them.
     #[inline(never)]
     fn flow_or_smooth<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) {
+        if self.acts.includes(Acts::SPEED_LIMIT) {
+            self.within_speed(s, u, h);
+        } else {
+            self.at_any_speed(s, u, h);
+        }
+    }
+
+    /// A stretch in which the arm may be as fast as it will.
+    #[inline(never)]
+    pub(super) fn at_any_speed<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) {
         if !self.acts.touches(FLOWS) {
             self.smooth::<_, CALLED>(s, u, h);
             return;
@@ -208,8 +224,11 @@ impl<S: Scalar> Plant<S> {
     #[inline(always)]
     pub(super) fn voltages<H: Length<S>>(&self, s: &PlantState<S>, u: S, h: H) -> [S; 3] {
         let half = h.half().of(S::ONE);
-        if !self.acts.touches(Acts::LAG.and(Acts::VOLTAGE)) {
+        if !self.acts.touches(COMMAND) {
             return [u; 3];
+        }
+        if s.at_limit {
+            return [S::ZERO; 3];
         }
         let target = self.mapped(s.t + half, u);
         if !self.acts.includes(Acts::LAG) {

@@ -87,6 +87,9 @@ impl Rig {
     /// Names of the built-in rigs.
     pub const BUILTIN: &'static [&'static str] = &builtin::NAMES;
 
+    /// Those of them whose command is a voltage.
+    pub const VOLTAGE: &'static [&'static str] = &builtin::VOLTAGE;
+
     /// A built-in rig.
     #[must_use]
     pub fn builtin(name: &str) -> Option<Self> {

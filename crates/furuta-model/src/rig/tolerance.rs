@@ -117,7 +117,7 @@ impl Tolerance {
     ) -> Option<f64> {
         let sheet = params.to_array();
         let variables = std::array::from_fn(|i| Jet::variable(sheet[i], i));
-        let result = quantity(&Params::from_array(variables));
+        let result = quantity(&Params::from_array(params.motor.actuation, variables));
         let mut variance = 0.0;
         for (i, range) in RANGES.iter().enumerate() {
             if result.d[i] != 0.0 {

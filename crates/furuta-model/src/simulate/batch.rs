@@ -171,7 +171,15 @@ type Several = Lanes<f64, LANES>;
 fn in_lanes(rollouts: &[Rollout]) -> Result<(Plant<Several>, PlantState<Several>), PlantError> {
     let lane = |i: usize| &rollouts[i.min(rollouts.len() - 1)];
     let gather = |f: &dyn Fn(&Rollout) -> f64| Lanes(std::array::from_fn(|i| f(lane(i))));
-    let params = Params::from_array(std::array::from_fn(|k| gather(&|r| r.params.to_array()[k])));
+    let actuation = lane(0).params.motor.actuation;
+    if rollouts
+        .iter()
+        .any(|r| r.params.motor.actuation != actuation)
+    {
+        return Err(PlantError::EventsInLanes);
+    }
+    let values = std::array::from_fn(|k| gather(&|r| r.params.to_array()[k]));
+    let params = Params::from_array(actuation, values);
     let mut effects = Vec::with_capacity(lane(0).effects.len());
     for (place, first) in lane(0).effects.iter().enumerate() {
         let spec = first.spec();

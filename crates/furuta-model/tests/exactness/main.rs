@@ -3,6 +3,7 @@
 //!
 //! `cargo test -p furuta-model --test exactness -- --nocapture` prints the tables.
 
+mod actuation;
 mod attached;
 mod convergence;
 mod drive;

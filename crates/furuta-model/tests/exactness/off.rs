@@ -43,8 +43,8 @@ proptest! {
 
     #[test]
     fn an_effect_of_zero_strength_changes_no_bit(start in any_state(), u in -10.0_f64..10.0, h in 1e-4..5e-3_f64,
-        rig in 0..Rig::BUILTIN.len()) {
-        let rig = Rig::builtin(Rig::BUILTIN[rig]).expect("built in");
+        rig in 0..Rig::VOLTAGE.len()) {
+        let rig = Rig::builtin(Rig::VOLTAGE[rig]).expect("built in");
         let without = bits(&rig.nominal_plant(), start, u, h);
         let mut all_off = Vec::new();
         for spec in CATALOGUE.iter().chain(ON_REQUEST) {

@@ -5,7 +5,7 @@ use furuta_model::{Effect, EffectError, Params, Plant, Rig, State};
 use proptest::prelude::*;
 
 pub(crate) fn rigs() -> impl Iterator<Item = Rig> {
-    Rig::BUILTIN
+    Rig::VOLTAGE
         .iter()
         .map(|n| Rig::builtin(n).expect("built in"))
 }

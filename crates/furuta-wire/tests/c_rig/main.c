@@ -29,12 +29,12 @@ int main(void) {
             print(frame, furuta_sample(frame, seq, t, theta, alpha, from_bits(volts), (uint8_t)status));
         } else if (kind == 'h') {
             char name[64];
-            uint32_t period, volts, watchdog, limit[3];
+            uint32_t period, volts, watchdog, actuation, limit[3];
             int32_t arm, pendulum;
-            if (scanf("%63s%" SCNu32 "%" SCNd32 "%" SCNd32 "%" SCNu32 "%" SCNu32 "%" SCNu32 "%" SCNu32 "%" SCNu32, name, &period, &arm, &pendulum, &volts,
-                      &limit[0], &limit[1], &limit[2], &watchdog) != 9) return 1;
+            if (scanf("%63s%" SCNu32 "%" SCNd32 "%" SCNd32 "%" SCNu32 "%" SCNu32 "%" SCNu32 "%" SCNu32 "%" SCNu32 "%" SCNu32, name, &period, &arm, &pendulum, &volts,
+                      &limit[0], &limit[1], &limit[2], &watchdog, &actuation) != 10) return 1;
             float limits[3] = {from_bits(limit[0]), from_bits(limit[1]), from_bits(limit[2])};
-            print(frame, furuta_hello(frame, name, period, arm, pendulum, from_bits(volts), limits, (uint16_t)watchdog));
+            print(frame, furuta_hello_of(frame, name, period, arm, pendulum, from_bits(volts), limits, (uint16_t)watchdog, (uint8_t)actuation));
         } else if (kind == 'a') {
             uint32_t seq, next, watchdog;
             if (scanf("%" SCNu32 "%" SCNu32 "%" SCNu32, &seq, &next, &watchdog) != 3) return 1;

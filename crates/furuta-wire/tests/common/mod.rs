@@ -90,6 +90,7 @@ pub(crate) fn any_message(random: &mut Xorshift) -> Message {
                     pendulum_speed: limit(random),
                 },
                 watchdog_periods: random.of_any_size() as u16,
+                actuation: random.of_any_size() as u8,
             })
         }
         2..5 => Message::Command(Command {

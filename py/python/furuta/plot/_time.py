@@ -15,7 +15,7 @@ from furuta.recording import Recording
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-ROWS = [("theta", ANGLES[0]), ("alpha", ANGLES[1]), ("u", "command, u [V]")]
+ROWS = [("theta", ANGLES[0]), ("alpha", ANGLES[1]), ("u", "command, u [{unit}]")]
 
 
 def trajectory(*runs: Any, ax: Any = None) -> Figure:
@@ -51,8 +51,9 @@ def trajectory(*runs: Any, ax: Any = None) -> Figure:
             # The command is held from one sample to the next.
             style = "steps-post" if column == "u" else "default"
             one.plot(np.asarray(run["t"]), np.asarray(run[column]), color=colour, lw=1.2, drawstyle=style, label=label)
+    units = dict.fromkeys(getattr(run, "command_unit", "V") for run in runs)
     for one, (_, label) in zip(drawn, rows):
-        one.set_ylabel(label)
+        one.set_ylabel(label.format(unit=" or ".join(units)))
     drawn[-1].set_xlabel("time [s]")
     if len(runs) > 1:
         drawn[0].legend(frameon=False, fontsize=9)

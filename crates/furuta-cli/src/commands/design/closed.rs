@@ -50,6 +50,8 @@ fn amplitudes(text: &str) -> Result<Amplitudes, String> {
 
 /// A design's closed loop.
 pub(super) struct Judged {
+    /// Of the command.
+    unit: &'static str,
     pub(super) closed: RigLoop,
     pub(super) poles: Vec<Complex<f64>>,
     margins: Margins,
@@ -83,6 +85,7 @@ impl JudgeArgs {
             Some((observed.growth(), observed.margins()))
         });
         let judged = Judged {
+            unit: rig.params.motor.actuation.unit(),
             observed,
             poles: closed.poles(),
             margins: closed.margins(),
@@ -134,10 +137,11 @@ impl Judged {
         if at.x.theta != 0.0 || at.x.alpha != 0.0 || at.command != 0.0 {
             writeln!(
                 out,
-                "  rests at theta {} rad, alpha {} rad under {} V",
+                "  rests at theta {} rad, alpha {} rad under {} {}",
                 significant(at.x.theta),
                 significant(at.x.alpha),
-                significant(at.command)
+                significant(at.command),
+                self.unit
             )?;
         }
         let states = self.closed.states();

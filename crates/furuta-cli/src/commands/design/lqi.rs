@@ -79,6 +79,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         "{}: u = -K [theta, alpha, theta_dot, alpha_dot, integral of theta]",
         rig.name
     )?;
-    gains(&mut out, k.as_slice())?;
+    gains(&mut out, k.as_slice(), &rig)?;
     judged.print(&mut out)
 }

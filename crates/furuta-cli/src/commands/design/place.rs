@@ -104,7 +104,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         "{}: u = -K [theta, alpha, theta_dot, alpha_dot]",
         rig.name
     )?;
-    gains(&mut out, k.as_slice())?;
+    gains(&mut out, k.as_slice(), &rig)?;
     judged.print(&mut out)
 }
 

@@ -102,7 +102,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         keys.join(", "),
         significant(100.0 * args.spread)
     )?;
-    gains(&mut out, k.as_slice())?;
+    gains(&mut out, k.as_slice(), &rig)?;
     writeln!(
         out,
         "  from x on the cost is at most x'Xx for every rig within the range; trace X = {}",

@@ -67,7 +67,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     )?;
     writeln!(
         out,
-        "  w1 w2        theta [rad]  theta' [rad/s]          u [V]"
+        "  w1 w2        theta [rad]  theta' [rad/s]{:>15}",
+        format!("u [{}]", rig.params.motor.actuation.unit())
     )?;
     for (i, j) in exponents(args.order) {
         let [a, s, u] = [&steady.angle, &steady.speed, &steady.command]

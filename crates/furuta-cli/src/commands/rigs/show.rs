@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use furuta_ctrl::design::{self, Controllability};
+use furuta_model::Actuation;
 use furuta_model::params::RANGES;
 use furuta_model::{Linear, Rig, State, linearize};
 use nalgebra::Complex;
@@ -54,14 +55,16 @@ fn limits(rig: &Rig) -> [(&'static str, Option<f64>, &'static str); 3] {
 
 /// The rig as one JSON object.
 pub(super) fn json(rig: &Rig) -> Result<Value, Failure> {
+    let actuation = rig.params.motor.actuation;
     let parameters: Map<String, Value> = RANGES
         .iter()
         .zip(rig.params.to_array())
+        .filter(|(r, _)| actuation.uses(r.key))
         .map(|(r, v)| {
             let share = rig.tolerance.share(r.key);
             (
                 r.key.to_owned(),
-                json!({"value": v, "unit": r.unit, "tolerance": share}),
+                json!({"value": v, "unit": r.unit_for(actuation), "tolerance": share}),
             )
         })
         .collect();
@@ -74,7 +77,12 @@ pub(super) fn json(rig: &Rig) -> Result<Value, Failure> {
                 .parameters
                 .iter()
                 .zip(e.values())
-                .map(|(p, v)| (p.name.to_owned(), json!({"value": v, "unit": p.unit})))
+                .map(|(p, v)| {
+                    (
+                        p.name.to_owned(),
+                        json!({"value": v, "unit": actuation.unit_of(p.unit)}),
+                    )
+                })
                 .collect();
             (spec.id.to_owned(), Value::Object(values))
         })
@@ -92,7 +100,8 @@ pub(super) fn json(rig: &Rig) -> Result<Value, Failure> {
         })
         .collect();
     Ok(json!({
-        "name": rig.name, "source": rig.source, "parameters": parameters,
+        "name": rig.name, "source": rig.source, "motor": {"kind": actuation.kind(), "unit": actuation.unit()},
+        "parameters": parameters,
         "sensors": {"arm_counts_per_rev": rig.sensors.arm_counts_per_rev,
             "pendulum_counts_per_rev": rig.sensors.pendulum_counts_per_rev},
         "limits": limits(rig).iter().map(|(name, value, _)| ((*name).to_owned(), json!(value))).collect::<Map<_, _>>(),
@@ -104,13 +113,23 @@ pub(super) fn json(rig: &Rig) -> Result<Value, Failure> {
 pub(super) fn text(rig: &Rig) -> Result<String, Failure> {
     let mut out = format!("{}\n{}\n\n", rig.name, rig.source);
     // Writing to a String cannot fail.
-    for (range, value) in RANGES.iter().zip(rig.params.to_array()) {
+    let actuation = rig.params.motor.actuation;
+    if actuation != Actuation::Voltage {
+        let what = format!("{actuation}, in {}", actuation.unit());
+        let _ = writeln!(out, "  {:30} {what:>12}", "motor.kind");
+    }
+    let all = RANGES.iter().zip(rig.params.to_array());
+    for (range, value) in all.filter(|(range, _)| actuation.uses(range.key)) {
         let known = match rig.tolerance.share(range.key) {
             Some(share) if share > 0.0 => format!("± {} %", print::significant(100.0 * share)),
             Some(_) => String::new(),
             None => "± ?".to_owned(),
         };
-        let line = format!("  {:30} {value:12} {:8} {known}", range.key, range.unit);
+        let line = format!(
+            "  {:30} {value:12} {:8} {known}",
+            range.key,
+            range.unit_for(actuation)
+        );
         let _ = writeln!(out, "{}", line.trim_end());
     }
     let _ = writeln!(
@@ -132,7 +151,7 @@ pub(super) fn text(rig: &Rig) -> Result<String, Failure> {
         let spec = effect.spec();
         for (p, v) in spec.parameters.iter().zip(effect.values()) {
             let key = format!("{}.{}", spec.id, p.name);
-            let _ = writeln!(out, "  {key:30} {v:12} {}", p.unit);
+            let _ = writeln!(out, "  {key:30} {v:12} {}", actuation.unit_of(p.unit));
         }
     }
     let left_out = match rig.effects.len() {

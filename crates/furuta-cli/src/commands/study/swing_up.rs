@@ -71,7 +71,7 @@ fn share(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let names: Vec<&str> = if args.rig.is_empty() {
-        Rig::BUILTIN.to_vec()
+        Rig::VOLTAGE.to_vec()
     } else {
         args.rig.iter().map(String::as_str).collect()
     };

@@ -92,6 +92,7 @@ pub(in super::super) fn by_state(
     before: &Responses,
     after: &Responses,
 ) -> (Vec<TorqueByState>, Vec<MissingTorque>) {
+    let actuation = before.actuation;
     let (mut curves, mut told) = (Vec::new(), Vec::new());
     for axis in &AXES {
         let value = unwrapped(axis, before);
@@ -112,7 +113,7 @@ pub(in super::super) fn by_state(
             curves.push(TorqueByState {
                 axis: channel,
                 state: axis.state.into(),
-                unit: axis.unit.into(),
+                unit: actuation.unit_of(axis.unit).into(),
                 at: at.clone(),
                 recalibrated: refitted,
                 recalibrated_std: refitted_std,
@@ -307,7 +308,10 @@ fn tell(
         state: axis.state.into(),
         shape: shape.map(|s| s.0),
         size: shape.map_or_else(|| torque.amax(), |s| s.1),
-        unit: shape.map_or_else(|| "N m".into(), |s| s.0.unit(axis.unit)),
+        unit: shape.map_or_else(
+            || "N m".into(),
+            |s| s.0.unit(responses.actuation.unit_of(axis.unit)),
+        ),
         share_of_gap: share.clamp(0.0, 1.0),
     })
 }

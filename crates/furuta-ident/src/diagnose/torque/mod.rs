@@ -7,6 +7,7 @@
 mod by_state;
 mod in_time;
 
+use furuta_model::Actuation;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix4xX};
 
 pub(super) use by_state::by_state;
@@ -25,6 +26,8 @@ pub(super) struct Responses {
     /// Squared residuals in units of the noise, for each sample.
     chi2: f64,
     samples: f64,
+    /// What the rig's command is.
+    actuation: Actuation,
 }
 
 impl Responses {
@@ -37,6 +40,7 @@ impl Responses {
             by_window: responses,
             chi2: fit.cost / samples,
             samples,
+            actuation: model.hypothesis.sheet.params.motor.actuation,
         }
     }
 

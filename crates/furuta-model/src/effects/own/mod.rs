@@ -98,7 +98,7 @@ impl<S: Scalar> Own<S> {
 
     /// Behind every other effect.
     pub(super) fn rank(&self) -> usize {
-        super::CATALOGUE.len() + super::ON_REQUEST.len() + super::EMPIRICAL.len()
+        super::NAMED + super::EMPIRICAL.len()
     }
 
     /// The values in the order of the hypothesis's parameters.

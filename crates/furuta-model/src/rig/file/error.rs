@@ -1,5 +1,6 @@
 //! What is wrong with a rig file.
 
+use crate::actuation::Actuation;
 use crate::effects::EffectError;
 use crate::effects::own::HypothesisError;
 use crate::params::ParamError;
@@ -33,6 +34,37 @@ pub enum RigError {
         line: usize,
         /// What.
         message: String,
+    },
+    /// A kind of command that there is not, or one in a unit that it has not.
+    #[error(
+        "rig file: motor.kind = \"{}\"{} is not known: write \"voltage\" (V), \"torque\" (unit = \"A\" or \"N m\") or \
+         \"acceleration\" (rad/s2)",
+        quoted(kind),
+        if unit.is_empty() { String::new() } else { format!(" with unit = \"{}\"", quoted(unit)) }
+    )]
+    UnknownActuation {
+        /// As written.
+        kind: String,
+        /// As written; empty where it is left out.
+        unit: String,
+    },
+    /// A key that rigs of this kind of command need.
+    #[error("rig file: {key} is missing: a rig whose motor.kind is \"{actuation}\" needs it")]
+    Missing {
+        /// Which.
+        key: &'static str,
+        /// What the rig's command is.
+        actuation: Actuation,
+    },
+    /// A key that stands in no equation of rigs of this kind of command.
+    #[error(
+        "rig file: {key} does not enter the equations of a rig whose motor.kind is \"{actuation}\": leave it out"
+    )]
+    DoesNotEnter {
+        /// Which.
+        key: &'static str,
+        /// What the rig's command is.
+        actuation: Actuation,
     },
     /// A physical parameter outside its range.
     #[error("rig file: {0}; values are in SI units")]

@@ -1,6 +1,7 @@
 //! Rig files: TOML in, TOML out, every mistake named with its key.
 
 mod error;
+mod motor;
 #[cfg(test)]
 mod tests;
 
@@ -9,7 +10,7 @@ pub use error::RigError;
 use super::{Limits, Rig, Sensors, Tolerance};
 use crate::effects::own::{HypothesisText, define_text};
 use crate::effects::{self, Effect, Kind, MAX_PARAMETERS, Spec};
-use crate::params::{Arm, Motor, Params, Pendulum, RANGES};
+use crate::params::{Arm, Params, Pendulum, RANGES};
 use crate::plant::{MAX_EFFECTS, PlantError};
 use furuta_input::is_printable;
 use serde::Deserialize;
@@ -42,8 +43,8 @@ struct RigText {
 #[serde(deny_unknown_fields)]
 struct ArmText {
     length: f64,
-    inertia: f64,
-    viscous: f64,
+    inertia: Option<f64>,
+    viscous: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -60,12 +61,14 @@ struct PendulumText {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MotorText {
-    resistance: f64,
-    torque_constant: f64,
-    back_emf_constant: f64,
-    gear_ratio: f64,
-    efficiency: f64,
-    amplifier_gain: f64,
+    kind: Option<String>,
+    unit: Option<String>,
+    resistance: Option<f64>,
+    torque_constant: Option<f64>,
+    back_emf_constant: Option<f64>,
+    gear_ratio: Option<f64>,
+    efficiency: Option<f64>,
+    amplifier_gain: Option<f64>,
     command_limit: f64,
 }
 
@@ -120,12 +123,12 @@ fn printable(key: &'static str, text: String, most: usize) -> Result<String, Rig
 pub(super) fn parse(text: &str) -> Result<Rig, RigError> {
     let file: FileText = toml::from_str(text).map_err(|e| syntax(text, &e))?;
     let p = &file.pendulum;
-    let m = &file.motor;
+    let motor = motor::parse(&file)?;
     let params = Params {
         arm: Arm {
             length: file.arm.length,
-            inertia: file.arm.inertia,
-            viscous: file.arm.viscous,
+            inertia: file.arm.inertia.unwrap_or(1.0),
+            viscous: file.arm.viscous.unwrap_or(0.0),
         },
         pendulum: Pendulum {
             mass: p.mass,
@@ -135,15 +138,7 @@ pub(super) fn parse(text: &str) -> Result<Rig, RigError> {
             inertia_axial: p.inertia_axial.unwrap_or(0.0),
             viscous: p.viscous,
         },
-        motor: Motor {
-            resistance: m.resistance,
-            torque_constant: m.torque_constant,
-            back_emf_constant: m.back_emf_constant,
-            gear_ratio: m.gear_ratio,
-            efficiency: m.efficiency,
-            amplifier_gain: m.amplifier_gain,
-            command_limit: m.command_limit,
-        },
+        motor,
         gravity: file.environment.gravity,
     };
     params.validate()?;
@@ -188,6 +183,9 @@ pub(super) fn parse(text: &str) -> Result<Rig, RigError> {
             given: effects.len(),
         }
         .into());
+    }
+    for effect in &effects {
+        effect.validate_for(params.motor.actuation)?;
     }
     Ok(Rig {
         name: printable("rig.name", file.rig.name, NAME_LENGTH)?,
@@ -314,7 +312,11 @@ pub(super) fn write(rig: &Rig) -> String {
         let _ = writeln!(out, "source = {}", toml::Value::from(rig.source.as_str()));
     }
     let mut section = "";
+    let actuation = rig.params.motor.actuation;
     for (range, value) in RANGES.iter().zip(rig.params.to_array()) {
+        if !actuation.uses(range.key) {
+            continue;
+        }
         let (table, key) = range.key.split_once('.').unwrap_or(("", range.key));
         if table != section {
             if table == "environment" {
@@ -326,9 +328,12 @@ pub(super) fn write(rig: &Rig) -> String {
                 );
             }
             let _ = writeln!(out, "\n[{table}]");
+            if table == "motor" {
+                out.push_str(&motor::written(actuation));
+            }
             section = table;
         }
-        let _ = writeln!(out, "{key} = {value:?}   # {}", range.unit);
+        let _ = writeln!(out, "{key} = {value:?}   # {}", range.unit_for(actuation));
     }
     let l = &rig.limits;
     let limits = [
@@ -363,7 +368,7 @@ pub(super) fn write(rig: &Rig) -> String {
         for (p, v) in spec.parameters.iter().zip(e.values()) {
             let _ = match p.word(v) {
                 Some(word) => writeln!(out, "{} = \"{word}\"", p.name),
-                None => writeln!(out, "{} = {v:?}   # {}", p.name, p.unit),
+                None => writeln!(out, "{} = {v:?}   # {}", p.name, actuation.unit_of(p.unit)),
             };
         }
     }
