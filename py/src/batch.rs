@@ -21,6 +21,9 @@ const PATIENCE: Duration = Duration::from_millis(50);
 /// Samples of all rollouts between two looks at whether to go on: a fraction of a second of work.
 const STRIDE: usize = 4_000_000;
 
+/// Steps of all rollouts together, a millisecond of work, that are done without a thread of their own.
+const FEW: usize = 20_000;
+
 /// Rollouts side by side that keep one core busy.
 const SIDE_BY_SIDE: usize = 16;
 
@@ -130,6 +133,22 @@ pub(crate) fn simulate_batch<'py>(
         )));
     }
 
+    if run.samples.saturating_mul(count) <= FEW {
+        let never = AtomicBool::new(false);
+        let states = py.detach(|| match &source {
+            Source::Commands(u) => in_parts(&rollouts, &OpenLoop(u), run, buffer, &never, &|_| ()),
+            Source::Feedback { law, .. } => in_parts(&rollouts, law, run, buffer, &never, &|_| ()),
+        });
+        if let Some(call) = progress {
+            call.call1((count, count))?;
+        }
+        return shaped(
+            py,
+            states.map_err(error::simulation)?,
+            count,
+            every.map(|_| rows),
+        );
+    }
     let (send, receive) = channel::<usize>();
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
@@ -179,9 +198,19 @@ pub(crate) fn simulate_batch<'py>(
             )
         })?
         .map_err(error::simulation)?;
+    shaped(py, states, count, every.map(|_| rows))
+}
+
+/// The states as an array of `count` rollouts, of so many rows each where these are asked for.
+fn shaped(
+    py: Python<'_>,
+    states: Vec<f64>,
+    count: usize,
+    rows: Option<usize>,
+) -> PyResult<Bound<'_, PyArrayDyn<f64>>> {
     let states = states.into_pyarray(py);
-    Ok(match every {
-        Some(_) => states.reshape([count, rows, 4])?.to_dyn().clone(),
+    Ok(match rows {
+        Some(rows) => states.reshape([count, rows, 4])?.to_dyn().clone(),
         None => states.reshape([count, 4])?.to_dyn().clone(),
     })
 }

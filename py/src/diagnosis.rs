@@ -3,13 +3,14 @@
 use crate::arguments::RigLike;
 use crate::error;
 use crate::file;
+use crate::kept::{Kept, Reduced, unreadable};
 use crate::recording::{Chosen, choose, selection};
 use crate::rig::PyRig;
 use furuta_ident::Insufficient;
-use furuta_ident::diagnose::{Options, Outcome, Progress, Request};
+use furuta_ident::diagnose::{Curves, Diagnosis, Options, Outcome, Progress, Request};
 use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -279,6 +280,51 @@ impl PyDiagnosis {
 
     fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
         slf
+    }
+
+    /// Equal where all that was found is; the time that it took does not count.
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>();
+        other.is_ok_and(|other| other.get().content() == self.content())
+    }
+
+    fn __hash__(&self) -> u64 {
+        Kept::hash(self)
+    }
+
+    /// Pickles as its JSON, its curves and the repaired rig.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py, (String, String, PyRig)>> {
+        let outcome = &slf.get().outcome;
+        let rig = slf.get().repaired_rig();
+        let parts = (outcome.diagnosis.to_json(), outcome.curves.to_json(), rig);
+        Ok((slf.get_type().getattr("_from_parts")?, parts))
+    }
+
+    /// The inverse of pickling.
+    #[classmethod]
+    fn _from_parts(
+        _class: &Bound<'_, PyType>,
+        py: Python<'_>,
+        json: &str,
+        curves: &str,
+        rig: PyRef<'_, PyRig>,
+    ) -> PyResult<Self> {
+        let unreadable = |e| unreadable("Diagnosis", e);
+        let diagnosis = Diagnosis::from_json(json).map_err(unreadable)?;
+        let curves = Curves::from_json(curves).map_err(unreadable)?;
+        Ok(Self {
+            outcome: Outcome::kept(diagnosis, curves, rig.rig.clone()),
+            contract: parsed(py, json)?.unbind(),
+        })
+    }
+}
+
+impl Kept for PyDiagnosis {
+    fn content(&self) -> String {
+        let mut diagnosis = self.outcome.diagnosis.clone();
+        diagnosis.seconds = 0.0;
+        let curves = self.outcome.curves.to_json();
+        diagnosis.to_json() + &curves + &self.outcome.repaired.to_toml()
     }
 }
 

@@ -19,6 +19,7 @@ mod estimator;
 mod experiments;
 mod file;
 mod frequency;
+mod kept;
 mod linear;
 mod matrix;
 mod recording;

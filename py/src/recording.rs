@@ -109,11 +109,8 @@ fn each(given: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Result<Read, Recordin
             let columns = columns(item)?.ok_or_else(|| wrong_type(item))?;
             let name = item.getattr("name").and_then(|name| name.extract());
             let name = name.unwrap_or_else(|_| format!("recording-{i}"));
-            let csv = csv(&name, &columns)?;
-            Ok((
-                name.clone(),
-                by_index(Recording::from_csv(&name, csv.as_bytes())),
-            ))
+            let read = from_columns(&name, &columns)?;
+            Ok((name, read))
         })
         .collect()
 }
@@ -146,12 +143,17 @@ fn wrong_type(given: &Bound<'_, PyAny>) -> PyErr {
     ))
 }
 
-/// The header's row and the first sample's: what a sample's row is beyond its index.
-const ROWS_BEFORE: usize = 2;
+/// Of a text, the header's row and the first sample's: what a sample's row is beyond its index.
+const ROWS_OF_TEXT: usize = 2;
+/// The same where samples are counted from 1.
+const ROWS_OF_SAMPLES: usize = 1;
 
-/// The same with indices, counted from 0, where rows of the text would be named.
-fn by_index(read: Result<Read, RecordingError>) -> Result<Read, RecordingError> {
-    let index = |row: &mut usize| *row = row.saturating_sub(ROWS_BEFORE);
+/// The same with indices, counted from 0, where rows would be named, of which so many are before index 0.
+fn by_index(
+    read: Result<Read, RecordingError>,
+    rows_before: usize,
+) -> Result<Read, RecordingError> {
+    let index = |row: &mut usize| *row = row.saturating_sub(rows_before);
     match read {
         Ok((recording, mut notices)) => {
             for notice in &mut notices {
@@ -185,9 +187,33 @@ fn by_index(read: Result<Read, RecordingError>) -> Result<Read, RecordingError> 
 /// The columns that every recording has; the values of others are kept where they are numbers.
 const REQUIRED: [&str; 4] = ["t", "u", "theta", "alpha"];
 
-/// Columns as a CSV file's text, so that they meet the same checks and the same messages as a file. Rust prints the
-/// shortest decimal that reads back equal: nothing is lost.
-fn csv(name: &str, columns: &Bound<'_, PyDict>) -> PyResult<String> {
+/// A recording of columns, with the checks and messages of a file.
+fn from_columns(name: &str, columns: &Bound<'_, PyDict>) -> PyResult<Result<Read, RecordingError>> {
+    let (header, values) = numbers(name, columns)?;
+    let place = |key| header.iter().position(|k| k == key);
+    // Nothing but these, and nothing that a message would have to quote: no text needs to be made of them.
+    if let ([Some(t), Some(u), Some(theta), Some(alpha)], 4) = (REQUIRED.map(place), header.len())
+        && !values[t].is_empty()
+        && values.iter().flatten().all(|x| x.is_finite())
+    {
+        let sample = |k: usize| {
+            [
+                values[t][k],
+                values[u][k],
+                values[theta][k],
+                values[alpha][k],
+            ]
+        };
+        let samples = (0..values[t].len()).map(sample);
+        let read = Recording::from_samples(name, samples);
+        return Ok(by_index(read, ROWS_OF_SAMPLES));
+    }
+    let read = Recording::from_csv(name, csv(&header, &values).as_bytes());
+    Ok(by_index(read, ROWS_OF_TEXT))
+}
+
+/// Names and values of the columns that hold numbers; all have one length.
+fn numbers(name: &str, columns: &Bound<'_, PyDict>) -> PyResult<(Vec<String>, Vec<Vec<f64>>)> {
     let mut header = Vec::new();
     let mut values: Vec<Vec<f64>> = Vec::new();
     for (key, column) in columns {
@@ -213,6 +239,12 @@ fn csv(name: &str, columns: &Bound<'_, PyDict>) -> PyResult<String> {
         header.push(key);
         values.push(column);
     }
+    Ok((header, values))
+}
+
+/// Columns as a CSV file's text, so that they meet the same checks and the same messages as a file. Rust prints the
+/// shortest decimal that reads back equal: nothing is lost.
+fn csv(header: &[String], values: &[Vec<f64>]) -> String {
     let mut text = String::new();
     for (i, key) in header.iter().enumerate() {
         let comma = if i == 0 { "" } else { "," };
@@ -231,7 +263,7 @@ fn csv(name: &str, columns: &Bound<'_, PyDict>) -> PyResult<String> {
         }
         text.push('\n');
     }
-    Ok(text)
+    text
 }
 
 /// A recording with everything that is known of it: for `furuta.Recording`.

@@ -146,14 +146,14 @@ impl PySimulator {
     /// The true state [theta, alpha, theta_dot, alpha_dot], rad and rad/s.
     #[getter]
     fn x<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.state.x.to_array().to_vec().into_pyarray(py)
+        PyArray1::from_slice(py, &self.state.x.to_array())
     }
 
     /// What the encoders read now, [theta, alpha] in rad, rounded to counts, effects of the sensors included.
     #[getter]
     fn reading<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let angles = self.plant.measure(&self.state);
-        self.rig.sensors.quantised(angles).to_vec().into_pyarray(py)
+        PyArray1::from_slice(py, &self.rig.sensors.quantised(angles))
     }
 
     /// Time since the start, s.

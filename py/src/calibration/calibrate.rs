@@ -2,15 +2,19 @@
 
 use super::{field, parsed};
 use crate::arguments::{Names, RigLike};
-use crate::background::awaited;
+use crate::background::told;
 use crate::error;
 use crate::file;
+use crate::kept::{Kept, Reduced, json, unreadable};
 use crate::recording::{choose, selection};
 use crate::rig::PyRig;
-use furuta_ident::calibrate::{CalibrateError, Options, Outcome};
+use furuta_ident::calibrate::{
+    CalibrateError, Calibration, Curve, Options, Outcome, calibrate_with,
+};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 use std::path::PathBuf;
+use std::sync::mpsc::Sender;
 
 /// What `calibrate` found. Attributes and JSON have the names of the JSON contract; numbers are SI, unknown ones None.
 ///
@@ -222,6 +226,49 @@ impl PyCalibration {
     fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
         slf
     }
+
+    /// Equal where all that was found is; the time that it took does not count.
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>();
+        other.is_ok_and(|other| other.get().content() == self.content())
+    }
+
+    fn __hash__(&self) -> u64 {
+        Kept::hash(self)
+    }
+
+    /// Pickles as its JSON, its rig and its curves.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py, (String, PyRig, String)>> {
+        let this = slf.get();
+        let parts = (this.to_json(), this.rig(), json(&this.outcome.curves));
+        Ok((slf.get_type().getattr("_from_parts")?, parts))
+    }
+
+    /// The inverse of pickling.
+    #[classmethod]
+    fn _from_parts(
+        _class: &Bound<'_, PyType>,
+        py: Python<'_>,
+        json: &str,
+        rig: PyRef<'_, PyRig>,
+        curves: &str,
+    ) -> PyResult<Self> {
+        let unreadable = |e| unreadable("Calibration", e);
+        let calibration = Calibration::from_json(json).map_err(unreadable)?;
+        let curves: Vec<Curve> = serde_json::from_str(curves).map_err(unreadable)?;
+        Ok(Self {
+            outcome: Outcome::kept(calibration, rig.rig.clone(), curves),
+            contract: parsed(py, json)?.unbind(),
+        })
+    }
+}
+
+impl Kept for PyCalibration {
+    fn content(&self) -> String {
+        let mut calibration = self.outcome.calibration.clone();
+        calibration.seconds = 0.0;
+        calibration.to_json() + &json(&self.outcome.curves) + &self.outcome.rig.to_toml()
+    }
 }
 
 /// Fits the parameters of a rig file to recordings: what they can tell, and values with 95 % intervals.
@@ -252,8 +299,11 @@ impl PyCalibration {
 ///     Use this span of each recording, s from its first sample.
 /// accept_suspicious : bool, optional
 ///     Use recordings even if they look as if a convention were broken.
+/// progress : callable, optional
+///     Called with what begins ("fitting") and the per cent done by then, in the calling thread. An exception it raises
+///     ends the calibration.
 /// hold : list of str or str, optional
-///     Another name for `fix`.
+///     Another name for `fix`; both may be given.
 ///
 /// Returns
 /// -------
@@ -281,9 +331,9 @@ impl PyCalibration {
 #[pyfunction]
 #[pyo3(
     signature = (recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, body_length=None, verify=None,
-        every=1, span=None, accept_suspicious=false, hold=None),
+        every=1, span=None, accept_suspicious=false, progress=None, hold=None),
     text_signature = "(recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, \
-        body_length=None, verify=None, every=1, span=None, accept_suspicious=False, hold=None)"
+        body_length=None, verify=None, every=1, span=None, accept_suspicious=False, progress=None, hold=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords, for Python
 pub(crate) fn calibrate(
@@ -299,6 +349,7 @@ pub(crate) fn calibrate(
     every: usize,
     span: Option<(f64, f64)>,
     accept_suspicious: bool,
+    progress: Option<&Bound<'_, PyAny>>,
     hold: Option<Names>,
 ) -> PyResult<PyCalibration> {
     let rig = rig.rig.clone();
@@ -312,18 +363,28 @@ pub(crate) fn calibrate(
     )?;
     let options = Options {
         free: free.unwrap_or_default().0,
-        hold: fix.or(hold).unwrap_or_default().0,
+        hold: [fix, hold]
+            .into_iter()
+            .flatten()
+            .flat_map(|names| names.0)
+            .collect(),
         profile: profile.unwrap_or_default().0,
         horizon,
         body_length,
     };
-    let outcome = awaited(py, move || {
-        let mut outcome = furuta_ident::calibrate::calibrate(&given.recordings, &rig, &options)?;
+    let work = move |send: &Sender<(&'static str, f64)>| {
+        // Where the call has ended, nothing hears this any more, and the work ends too.
+        let heard = |stage, percent| send.send((stage, percent)).is_ok();
+        let mut outcome = calibrate_with(&given.recordings, &rig, &options, &heard)?;
         outcome.calibration.notices.splice(0..0, given.notices);
         if !given.verify.is_empty() {
+            heard("verifying", 95.0);
             outcome.verify(&given.verify, &rig)?;
         }
         Ok(outcome)
+    };
+    let outcome = told(py, work, |news| {
+        progress.map_or(Ok(()), |call| call.call1(news).map(drop))
     })?;
     let outcome = outcome.map_err(|e: CalibrateError| error::calibrate(e))?;
     let contract = parsed(py, &outcome.calibration.to_json())?.unbind();

@@ -4,9 +4,10 @@ use super::{field, parsed};
 use crate::arguments::{Names, RigLike};
 use crate::background::awaited;
 use crate::error;
+use crate::kept::{Kept, Reduced, unreadable};
 use furuta_ident::calibrate::{Options, Plan};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 
 /// What to record so that the parameters of a rig become known.
 ///
@@ -78,9 +79,42 @@ impl PyPlan {
         slf
     }
 
+    /// Equal where all that was found is; the time that it took does not count.
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>();
+        other.is_ok_and(|other| other.get().content() == self.content())
+    }
+
+    fn __hash__(&self) -> u64 {
+        Kept::hash(self)
+    }
+
+    /// Pickles as its JSON.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py, (String,)>> {
+        Ok((
+            slf.get_type().getattr("_from_parts")?,
+            (slf.get().to_json(),),
+        ))
+    }
+
+    /// The inverse of pickling.
+    #[classmethod]
+    fn _from_parts(_class: &Bound<'_, PyType>, py: Python<'_>, json: &str) -> PyResult<Self> {
+        Ok(Self {
+            plan: serde_json::from_str(json).map_err(|e| unreadable("ExperimentPlan", e))?,
+            contract: parsed(py, json)?.unbind(),
+        })
+    }
+
     /// The result as a table, for notebooks.
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         crate::card::card(slf.as_any(), "plan")
+    }
+}
+
+impl Kept for PyPlan {
+    fn content(&self) -> String {
+        self.to_json()
     }
 }
 
@@ -130,7 +164,11 @@ pub(crate) fn plan_experiment(
     let rig = rig.rig.clone();
     let options = Options {
         free: free.unwrap_or_default().0,
-        hold: fix.or(hold).unwrap_or_default().0,
+        hold: [fix, hold]
+            .into_iter()
+            .flatten()
+            .flat_map(|names| names.0)
+            .collect(),
         horizon,
         ..Options::default()
     };

@@ -4,10 +4,11 @@ use super::{field, parsed};
 use crate::arguments::RigLike;
 use crate::background::awaited;
 use crate::error;
+use crate::kept::{Kept, Reduced, unreadable};
 use crate::recording::{choose, selection};
 use furuta_ident::validate::Validation;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 
 /// How well a rig file predicts recordings.
 ///
@@ -82,9 +83,42 @@ impl PyValidation {
         slf
     }
 
+    /// Equal where all that was found is; the time that it took does not count.
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>();
+        other.is_ok_and(|other| other.get().content() == self.content())
+    }
+
+    fn __hash__(&self) -> u64 {
+        Kept::hash(self)
+    }
+
+    /// Pickles as its JSON.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py, (String,)>> {
+        Ok((
+            slf.get_type().getattr("_from_parts")?,
+            (slf.get().to_json(),),
+        ))
+    }
+
+    /// The inverse of pickling.
+    #[classmethod]
+    fn _from_parts(_class: &Bound<'_, PyType>, py: Python<'_>, json: &str) -> PyResult<Self> {
+        Ok(Self {
+            validation: serde_json::from_str(json).map_err(|e| unreadable("Validation", e))?,
+            contract: parsed(py, json)?.unbind(),
+        })
+    }
+
     /// The result as a table, for notebooks.
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         crate::card::card(slf.as_any(), "validation")
+    }
+}
+
+impl Kept for PyValidation {
+    fn content(&self) -> String {
+        self.to_json()
     }
 }
 

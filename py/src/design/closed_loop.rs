@@ -1,8 +1,8 @@
 //! A rig with its effects under a linear law.
 
+use crate::arguments::RigLike;
 use crate::error;
 use crate::matrix::{Vector, vector};
-use crate::rig::PyRig;
 use furuta_ctrl::estimators::AnyEstimator;
 use furuta_ctrl::{Config, Site, controllers};
 use furuta_design::rehearsal;
@@ -63,7 +63,7 @@ use pyo3::types::PyDict;
 #[allow(non_snake_case)]
 pub(crate) fn closed_loop<'py>(
     py: Python<'py>,
-    rig: PyRef<'py, PyRig>,
+    rig: RigLike,
     K: Vector<'py>,
     rate: Option<f64>,
     amplitudes: Option<[f64; 3]>,
@@ -165,7 +165,7 @@ pub(crate) fn closed_loop<'py>(
 #[allow(non_snake_case)]
 pub(crate) fn rehearse<'py>(
     py: Python<'py>,
-    rig: PyRef<'py, PyRig>,
+    rig: RigLike,
     K: Vector<'py>,
     rate: f64,
 ) -> PyResult<Bound<'py, PyDict>> {

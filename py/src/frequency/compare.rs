@@ -6,6 +6,7 @@ use crate::arguments::{RigLike, kind};
 use crate::background::awaited;
 use crate::error;
 use crate::file;
+use crate::kept::Kept;
 use crate::matrix::{Vector, vector};
 use furuta_ident::frequency::compare::{self as engine, Comparison, Explanation, Measured};
 use furuta_ident::frequency::first_principles::Output;
@@ -103,6 +104,16 @@ impl PyComparison {
         slf
     }
 
+    /// Equal where all that was found is; the time that it took does not count.
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>();
+        other.is_ok_and(|other| other.get().content() == self.content())
+    }
+
+    fn __hash__(&self) -> u64 {
+        Kept::hash(self)
+    }
+
     /// The result as a table, for notebooks.
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         crate::card::card(slf.as_any(), "comparison")
@@ -126,6 +137,12 @@ impl PyComparison {
         slf.py()
             .import("furuta.plot._comparison")?
             .call_method1("plot", (slf, ax))
+    }
+}
+
+impl Kept for PyComparison {
+    fn content(&self) -> String {
+        format!("{:?} {:?} {}", self.found, self.measured, self.rig)
     }
 }
 

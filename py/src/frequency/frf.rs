@@ -3,6 +3,7 @@
 use super::transfer_fit::PyTransferFit;
 use crate::error;
 use crate::file;
+use crate::kept::{Kept, Reduced};
 use crate::matrix::{Vector, vector};
 use furuta_ident::diagnose::result::significant;
 use furuta_ident::frequency::Frf;
@@ -266,6 +267,66 @@ impl PyFrf {
         slf
     }
 
+    /// Equal where all that was found is; the time that it took does not count.
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>();
+        other.is_ok_and(|other| other.get().content() == self.content())
+    }
+
+    fn __hash__(&self) -> u64 {
+        Kept::hash(self)
+    }
+
+    /// Pickles as its arrays and what is said of them.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py, Parts<'py>>> {
+        let (py, this) = (slf.py(), slf.get());
+        let f = &this.frf;
+        let arrays = (
+            this.frequency(py),
+            this.response(py),
+            this.coherence(py),
+            this.std(py),
+        );
+        let numbers = (f.averages, f.lines_for_one, f.sample_period);
+        let said = (
+            f.method.clone(),
+            this.notices.clone(),
+            this.what.clone(),
+            this.chosen,
+        );
+        Ok((
+            slf.get_type().getattr("_from_parts")?,
+            (arrays, numbers, said),
+        ))
+    }
+
+    /// The inverse of pickling.
+    #[classmethod]
+    fn _from_parts(
+        _class: &Bound<'_, PyType>,
+        arrays: (Vector<'_>, Vector<'_>, Vector<'_>, Vector<'_>),
+        numbers: (f64, f64, f64),
+        said: (String, Vec<String>, String, bool),
+    ) -> PyResult<Self> {
+        let refuse = |text: String| error::identification(text);
+        let frf = Frf {
+            frequency: vector("frequency", &arrays.0, refuse)?,
+            response: vector("response", &arrays.1, refuse)?,
+            coherence: vector("coherence", &arrays.2, refuse)?,
+            std: vector("std", &arrays.3, refuse)?,
+            averages: numbers.0,
+            lines_for_one: numbers.1,
+            sample_period: numbers.2,
+            method: said.0,
+        };
+        Ok(Self {
+            frf,
+            notices: said.1,
+            what: said.2,
+            chosen: said.3,
+        })
+    }
+
     /// The result as a table, for notebooks.
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         crate::card::card(slf.as_any(), "frf")
@@ -305,5 +366,26 @@ impl PyFrf {
         cls.py()
             .import("furuta._control")?
             .call_method1("response", (system, frequency))
+    }
+}
+
+/// What a response is pickled as.
+type Parts<'py> = (
+    (
+        Array<'py, f64>,
+        Array<'py, Complex<f64>>,
+        Array<'py, f64>,
+        Array<'py, f64>,
+    ),
+    (f64, f64, f64),
+    (String, Vec<String>, String, bool),
+);
+
+impl Kept for PyFrf {
+    fn content(&self) -> String {
+        format!(
+            "{:?} {:?} {} {}",
+            self.frf, self.notices, self.what, self.chosen
+        )
     }
 }

@@ -1,6 +1,7 @@
 //! A transfer function fitted to a response.
 
 use crate::error;
+use crate::kept::Kept;
 use crate::matrix::{Vector, vector};
 use furuta_ident::frequency::Fit;
 use furuta_ident::frequency::fit::Uncertain;
@@ -162,9 +163,25 @@ impl PyTransferFit {
         slf
     }
 
+    /// Equal where all that was found is; the time that it took does not count.
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>();
+        other.is_ok_and(|other| other.get().content() == self.content())
+    }
+
+    fn __hash__(&self) -> u64 {
+        Kept::hash(self)
+    }
+
     /// The result as a table, for notebooks.
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         crate::card::card(slf.as_any(), "transfer_fit")
+    }
+}
+
+impl Kept for PyTransferFit {
+    fn content(&self) -> String {
+        format!("{:?} {:?}", self.fit, self.ends)
     }
 }
 

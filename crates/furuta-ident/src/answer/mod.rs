@@ -3,6 +3,7 @@
 
 mod channel;
 mod fit_percent;
+pub(crate) mod nan_for_null;
 pub(crate) mod null_if_not_finite;
 mod significant;
 

@@ -54,4 +54,10 @@ pub enum CalibrateError {
         /// Length of a prediction, s.
         horizon: f64,
     },
+    /// Whoever listened wanted no more.
+    #[error("stopped before \"{stage}\": nothing was fitted; calibrate again to go on")]
+    Stopped {
+        /// What would have begun.
+        stage: &'static str,
+    },
 }

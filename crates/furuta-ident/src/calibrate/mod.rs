@@ -25,11 +25,13 @@ use std::time::Instant;
 
 use furuta_model::Rig;
 use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
 
 pub use error::CalibrateError;
 pub use plan::{Experiment, Plan, plan};
 pub use result::{Calibration, Verification};
 
+use crate::answer::nan_for_null;
 use crate::insufficient;
 use crate::recording::Recording;
 use crate::shooting::Data;
@@ -51,6 +53,27 @@ const DOES_NOT_FOLLOW: f64 = 100.0;
 const EXPLAINED: f64 = 1.06;
 /// Of the normal distribution: 95 % lie within this many standard deviations.
 pub(crate) const NORMAL_95: f64 = 1.959_964;
+/// The stages in their order, with the per cent done when each begins.
+const BEGINS: [(&str, f64); 6] = [
+    ("looking for a start", 0.0),
+    ("asking what the recordings tell", 20.0),
+    ("fitting", 40.0),
+    ("fitting over long windows", 55.0),
+    ("predicting", 80.0),
+    ("profiling", 90.0),
+];
+
+/// The names of the stages of [`calibrate_with`].
+pub const STAGES: [&str; BEGINS.len()] = {
+    let mut names = [""; BEGINS.len()];
+    let mut i = 0;
+    while i < names.len() {
+        names[i] = BEGINS[i].0;
+        i += 1;
+    }
+    names
+};
+
 /// Windows may be this long, s.
 const HORIZON: [f64; 2] = [0.1, 60.0];
 
@@ -96,6 +119,16 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// An outcome of parts that were kept: the answer from [`Calibration::from_json`].
+    #[must_use]
+    pub const fn kept(calibration: Calibration, rig: Rig, curves: Vec<Curve>) -> Self {
+        Self {
+            calibration,
+            rig,
+            curves,
+        }
+    }
+
     /// Judges rig file (`as_given`) and calibrated rig by recordings that the fit did not see; the answer is
     /// [`Calibration::verification`].
     ///
@@ -111,19 +144,24 @@ impl Outcome {
 }
 
 /// A stretch of a recording with what was predicted over the windows.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     /// Name of the recording.
     pub run: String,
     /// s.
+    #[serde(deserialize_with = "nan_for_null::list")]
     pub t: Vec<f64>,
     /// V.
+    #[serde(deserialize_with = "nan_for_null::list")]
     pub u: Vec<f64>,
     /// `[theta, alpha]`, rad.
+    #[serde(deserialize_with = "nan_for_null::pair")]
     pub measured: [Vec<f64>; 2],
     /// By the rig file as given, rad.
+    #[serde(deserialize_with = "nan_for_null::pair")]
     pub nominal: [Vec<f64>; 2],
     /// By the calibrated model, rad.
+    #[serde(deserialize_with = "nan_for_null::pair")]
     pub calibrated: [Vec<f64>; 2],
 }
 
@@ -164,7 +202,48 @@ pub fn calibrate(
     rig: &Rig,
     options: &Options,
 ) -> Result<Outcome, CalibrateError> {
+    calibrate_with(recordings, rig, options, &|_, _| true)
+}
+
+/// [`calibrate`] that tells `listener` each stage ([`STAGES`]) as it begins and how much is done, per cent; where that
+/// answers `false`, the calibration ends with [`CalibrateError::Stopped`].
+///
+/// ```
+/// use furuta_ident::calibrate::{CalibrateError, Options, calibrate_with};
+/// use furuta_ident::recording::Recording;
+/// use furuta_model::{Plant, Rig, State};
+/// let sheet = Rig::builtin("qube-servo-2").expect("built in");
+/// let plant: Plant<f64> = Plant::new(&sheet.params, &[]).expect("no effects");
+/// let mut x = plant.rest(State::hanging());
+/// let mut samples = Vec::new();
+/// for k in 0..3000 {
+///     let t = f64::from(k) * 0.002;
+///     let u = 3.0 * (2.0 * t * (1.0 + t)).sin();
+///     let [theta, alpha] = plant.measure(&x);
+///     samples.push([t, u, theta, alpha]);
+///     plant.step(&mut x, u, 0.002);
+/// }
+/// let (recording, _) = Recording::from_samples("sweep", samples)?;
+/// let until_fit = |stage: &str, _percent: f64| stage != "fitting";
+/// let stopped = calibrate_with(&[recording], &sheet, &Options::default(), &until_fit);
+/// assert_eq!(stopped.unwrap_err(), CalibrateError::Stopped { stage: "fitting" });
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`calibrate`], and where it is stopped.
+pub fn calibrate_with(
+    recordings: &[Recording],
+    rig: &Rig,
+    options: &Options,
+    listener: &dyn Fn(&'static str, f64) -> bool,
+) -> Result<Outcome, CalibrateError> {
     let begin = Instant::now();
+    let enter = |stage: usize| match BEGINS[stage] {
+        (name, percent) if listener(name, percent) => Ok(()),
+        (stage, _) => Err(CalibrateError::Stopped { stage }),
+    };
+    enter(0)?;
     let data = Data::new(recordings, rig);
     insufficient::check(recordings, rig, &data)?;
     check_options(options)?;
@@ -185,6 +264,7 @@ pub fn calibrate(
     let begun_with_all = begun(&first);
 
     // What the recordings can tell.
+    enter(1)?;
     let long = CalibrationProblem::new(&data, &space, windows(&data, options.horizon));
     let everything: Vec<usize> = (0..space.parameters.len()).collect();
     let solved = long.solve_states(&begun_with_all.values);
@@ -205,6 +285,7 @@ pub fn calibrate(
     }
 
     // The fit.
+    enter(2)?;
     let from = if free == first {
         begun_with_all
     } else {
@@ -218,9 +299,11 @@ pub fn calibrate(
             horizon: SHORT,
         });
     }
+    enter(3)?;
     let fitted = long.fit(&long.solve_states(&near.values), &free);
     let covariance = long.covariance(&fitted, &free);
 
+    enter(4)?;
     let rig_fitted = space.rig(&fitted.values);
     let as_given_long = long.with_values(&fitted, space.sheet());
     let curves = curves(&long, &as_given_long, &fitted);
@@ -239,14 +322,16 @@ pub fn calibrate(
         chi: (fitted.cost / long.floor()).sqrt(),
         horizon: options.horizon,
         noise: data.noise,
-        profiles: profiles
-            .iter()
-            .map(|&i| profile::profile(&long, &fitted, &free, covariance.as_ref(), i))
-            .collect(),
+        profiles: Vec::new(),
         verification: None,
         notices: Vec::new(),
         seconds: 0.0,
     };
+    for &i in &profiles {
+        enter(5)?;
+        let found = profile::profile(&long, &fitted, &free, covariance.as_ref(), i);
+        calibration.profiles.push(found);
+    }
     let values = &fitted.values;
     let bounds = space.bounds(&fitted.values, &free);
     for (i, p) in space.parameters.iter().enumerate() {

@@ -115,6 +115,19 @@ pub struct Outcome {
     pub repaired: Rig,
 }
 
+impl Outcome {
+    /// An outcome of parts that were kept: the answer from [`Diagnosis::from_json`], the curves from
+    /// [`Curves::from_json`].
+    #[must_use]
+    pub const fn kept(diagnosis: Diagnosis, curves: Curves, repaired: Rig) -> Self {
+        Self {
+            diagnosis,
+            curves,
+            repaired,
+        }
+    }
+}
+
 /// Names what the model of a rig is missing.
 ///
 /// The same input gives the same output, whatever the number of threads. `progress` is called from several threads.

@@ -16,6 +16,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// of one step's chain of operations, until the registers run out.
 const LANES: usize = 8;
 
+/// Batches of fewer steps than this, a millisecond of work, are done by the calling thread: to wake others takes longer.
+const FEW: usize = 20_000;
+
 /// One rollout of a batch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rollout {
@@ -141,10 +144,8 @@ pub fn batch(
     let rows = run.rows();
     let mut states = vec![State::default(); rows * rollouts.len()];
     let done = AtomicUsize::new(0);
-    states
-        .par_chunks_mut(rows * LANES)
-        .zip(rollouts.par_chunks(LANES).zip(plants.par_chunks(LANES)))
-        .for_each(|(out, (rollouts, plants))| {
+    let side_by_side =
+        |(out, (rollouts, plants)): (&mut [State<f64>], (&[Rollout], &[Plant<f64>]))| {
             match in_lanes(rollouts) {
                 Ok((plant, start)) => Arch::new().dispatch(Side {
                     plant: &plant,
@@ -161,7 +162,16 @@ pub fn batch(
                 }
             }
             progress(done.fetch_add(rollouts.len(), Ordering::Relaxed) + rollouts.len());
-        });
+        };
+    if run.samples.saturating_mul(rollouts.len()) < FEW {
+        let plants = rollouts.chunks(LANES).zip(plants.chunks(LANES));
+        let parts = states.chunks_mut(rows * LANES).zip(plants);
+        parts.for_each(side_by_side);
+    } else {
+        let plants = rollouts.par_chunks(LANES).zip(plants.par_chunks(LANES));
+        let parts = states.par_chunks_mut(rows * LANES).zip(plants);
+        parts.for_each(side_by_side);
+    }
     Ok(Batch { rows, states })
 }
 

@@ -1,27 +1,34 @@
 //! What only the report shows: curves, bars and evidence.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Channel;
+use crate::answer::{nan_for_null, null_if_not_finite};
 
 /// A recording beside what the models predict: report only, not part of the JSON contract.
 ///
 /// Every series has the length of `t`. A model that was not run leaves its series empty.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunCurves {
     /// Name of the run, the file's name without its folder.
     pub name: String,
     /// Time, s.
+    #[serde(deserialize_with = "nan_for_null::list")]
     pub t: Vec<f64>,
     /// Motor command, V.
+    #[serde(deserialize_with = "nan_for_null::list")]
     pub u: Vec<f64>,
     /// Measured `[theta, alpha]`, rad.
+    #[serde(deserialize_with = "nan_for_null::pair")]
     pub measured: [Vec<f64>; 2],
     /// Predicted by the rig file as given, rad.
+    #[serde(deserialize_with = "nan_for_null::pair")]
     pub nominal: [Vec<f64>; 2],
     /// Predicted with refitted parameters, rad.
+    #[serde(deserialize_with = "nan_for_null::pair")]
     pub recalibrated: [Vec<f64>; 2],
     /// Predicted with refitted parameters and the named effects, rad.
+    #[serde(deserialize_with = "nan_for_null::pair")]
     pub augmented: [Vec<f64>; 2],
     /// Indices at which the prediction starts anew from an estimated state (0 alone for a whole-run prediction).
     pub restarts: Vec<usize>,
@@ -30,7 +37,7 @@ pub struct RunCurves {
 }
 
 /// How the gap divides over one condition, before and after: a bar of the report.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GapBar {
     /// The angle that disagrees.
     pub channel: Channel,
@@ -39,26 +46,30 @@ pub struct GapBar {
     /// The condition: `abs(theta_dot) < 0.3 rad/s`.
     pub condition: String,
     /// Share of the samples under the condition, 0 to 1.
+    #[serde(with = "null_if_not_finite")]
     pub share_of_samples: f64,
     /// Mean squared error under the condition with refitted parameters, in units of the noise floor's.
+    #[serde(with = "null_if_not_finite")]
     pub recalibrated: f64,
     /// The same with the named effects added.
+    #[serde(with = "null_if_not_finite")]
     pub augmented: f64,
 }
 
 /// A candidate that was tried, named or not.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CandidateEvidence {
     /// Id in the catalogue.
     pub id: String,
     /// Fall of the Bayesian information criterion when this effect alone is added to the refitted model.
+    #[serde(with = "null_if_not_finite")]
     pub delta_bic: f64,
     /// Whether it was named in the end.
     pub named: bool,
 }
 
 /// What the report shows beyond [`Diagnosis`](super::Diagnosis).
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Curves {
     /// Name of the rig.
     pub rig: String,
@@ -85,13 +96,21 @@ impl Curves {
         // As for [`Diagnosis::to_json`].
         serde_json::to_string(self).unwrap_or_default()
     }
+
+    /// Curves from their JSON; `null` becomes NaN.
+    ///
+    /// # Errors
+    /// Text that [`Curves::to_json`] does not write.
+    pub fn from_json(json: &str) -> Result<Self, serde_json::Error> {
+        serde_json::from_str(json)
+    }
 }
 
 /// The torque that the model lacks on one axis, against one state: report only.
 ///
 /// A line through some points over the state, by least squares on the residuals of half-second windows through the
 /// model's impulse responses.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TorqueByState {
     /// The axis it acts on.
     pub axis: Channel,
@@ -100,32 +119,42 @@ pub struct TorqueByState {
     /// Unit of the state.
     pub unit: String,
     /// The points of the state: between them lie equally many samples.
+    #[serde(deserialize_with = "nan_for_null::list")]
     pub at: Vec<f64>,
     /// Missing with refitted parameters, N m, and its standard deviations.
+    #[serde(deserialize_with = "nan_for_null::list")]
     pub recalibrated: Vec<f64>,
     /// Standard deviations of `recalibrated`, N m.
+    #[serde(deserialize_with = "nan_for_null::list")]
     pub recalibrated_std: Vec<f64>,
     /// Missing with the named effects added, N m.
+    #[serde(deserialize_with = "nan_for_null::list")]
     pub augmented: Vec<f64>,
     /// Standard deviations of `augmented`, N m.
+    #[serde(deserialize_with = "nan_for_null::list")]
     pub augmented_std: Vec<f64>,
 }
 
 /// The torque on `[arm, pendulum]` that the model lacks over time: report only.
 ///
 /// The most likely course under a prior that it is smooth over some 0.06 s and as large as the residuals say.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TorqueInTime {
     /// Name of the run.
     pub run: String,
     /// Time, s.
+    #[serde(deserialize_with = "nan_for_null::list")]
     pub t: Vec<f64>,
     /// Missing with refitted parameters, N m.
+    #[serde(deserialize_with = "nan_for_null::pair")]
     pub recalibrated: [Vec<f64>; 2],
     /// Standard deviations of `recalibrated`, N m.
+    #[serde(deserialize_with = "nan_for_null::pair")]
     pub recalibrated_std: [Vec<f64>; 2],
     /// Missing with the named effects added, N m.
+    #[serde(deserialize_with = "nan_for_null::pair")]
     pub augmented: [Vec<f64>; 2],
     /// Standard deviations of `augmented`, N m.
+    #[serde(deserialize_with = "nan_for_null::pair")]
     pub augmented_std: [Vec<f64>; 2],
 }
