@@ -3,7 +3,7 @@
 use crate::arguments::RigLike;
 use crate::error;
 use crate::matrix::{Vector, vector};
-use furuta_ctrl::estimators::AnyEstimator;
+use furuta_ctrl::estimators::{AnyEstimator, Estimator};
 use furuta_ctrl::{Config, Site, controllers};
 use furuta_design::rehearsal;
 use furuta_design::rig_loop::{Law, Margins, ObservedLoop, RigLoop};
