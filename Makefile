@@ -1,7 +1,8 @@
 # What one can do here. `make demo` and `make test` set up all they need: only Rust and Python >= 3.10 are assumed.
 #
 #   make demo       no hardware: an emulated rig hides an effect, is balanced, logged, diagnosed and repaired; a report
-#   make test       every test, Rust and Python
+#   make test       every test, Rust and Python, but the long ones
+#   make test-long  those that take a minute or more each
 #   make test-clusters  campaigns on Ray and Dask clusters, one worker killed; installs both
 #   make lint       formatting, clippy, crates for the microcontroller, documentation: warnings are errors; licences
 #   make fuzz       every fuzz target for SECONDS (60); installs cargo-fuzz
@@ -37,7 +38,7 @@ TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 # The machine at hand, as cargo calls it: in firmware/ the microcontroller is what is built for.
 HOST = $(shell rustc -vV | sed -n 's/^host: //p')
 
-.PHONY: help demo build test test-rust test-python test-clusters lint fmt no-std firmware firmware-run firmware-cost \
+.PHONY: help demo build test test-rust test-python test-long test-clusters lint fmt no-std firmware firmware-run firmware-cost \
 	arduino same-bits fuzz docs site figures bench bench-peers py wheel clean
 
 help:
@@ -58,6 +59,9 @@ test-rust:
 # The command line is tested as the package carries it.
 test-python: py
 	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta $(VENV)/bin/python -m pytest
+
+test-long: py
+	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta $(VENV)/bin/python -m pytest -m long
 
 test-clusters: py
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check -r py/requirements-clusters.txt

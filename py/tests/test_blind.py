@@ -13,10 +13,12 @@ from command_line import program
 
 SHARED = pathlib.Path(__file__).resolve().parents[3] / "shared/blind"
 
-# Of 29 cases, the effects built so far occur in 13; two are clean, one is outside the catalogue.
-LEAST_EXACT = 12
+# Of 29 cases, two are clean, one is outside the catalogue. All are exact where the time limit is not reached; with
+# backlash, a slow machine may reach it twice.
+LEAST_EXACT = 27
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not (SHARED / "score.py").exists(), reason="no ../shared/blind beside the project")
 def test_score():
     command = [sys.executable, str(SHARED / "score.py"), "--cli", str(program()), "--jobs", "2", "--limit", "600"]

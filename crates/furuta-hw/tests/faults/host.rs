@@ -103,8 +103,10 @@ fn a_log_that_is_removed_replaced_or_truncated_is_told() {
         (|path| std::fs::remove_file(path).expect("there"), "removed"),
         (
             |path| {
-                std::fs::remove_file(path).expect("there");
-                std::fs::write(path, "another").expect("writable");
+                // In one go: between removing and writing, the log might be looked for.
+                let other = path.with_extension("other");
+                std::fs::write(&other, "another").expect("writable");
+                std::fs::rename(other, path).expect("writable");
             },
             "replaced",
         ),
