@@ -72,7 +72,8 @@ def test_the_stepper_is_swung_up_and_balanced():
     controller = furuta.Controller.from_toml('[controller]\nkind = "lqr"', STEPPER, 0.005)
     run = furuta.Trajectory.simulate(STEPPER, [0, np.pi, 0, 0], np.zeros(2000), 0.005, controller=controller)
     assert run.command_unit == "rad/s2" and run.modes[-1] == "balance"
-    assert np.abs(run.alpha[-200:]).max() < 0.05 and np.abs(run.u).max() <= 150
+    # It may have come up once around.
+    assert np.abs(np.sin(run.alpha[-200:] / 2)).max() < 0.025 and np.abs(run.u).max() <= 150
 
 
 def test_what_a_kind_does_not_have():

@@ -213,17 +213,21 @@ impl<'a> Search<'a> {
         fit.cost + (1.0 - self.savers.close) * (smaller.cost - fit.cost)
     }
 
-    /// The best fit of those whose effects were each tried without.
+    /// The best fit of those whose effects were each tried without, and, where the search was ended early, each in the
+    /// place of another: who might stand in its place has to be known. The start where there is none.
     fn best(&self) -> Fit {
-        let ranked = self.ranked();
-        let best = ranked
-            .iter()
-            .find(|s| self.known[**s].grown)
-            .or(ranked.first());
-        match best {
-            Some(s) => self.known[*s].fit.clone(),
-            None => self.known[&set(&self.fixed)].fit.clone(),
-        }
+        let early = self.problem.stop.wanted();
+        let is_through = |s: &&&Set| {
+            let node = &self.known[**s];
+            node.grown && (node.exchanged || !early)
+        };
+        let start = set(&self.fixed);
+        let best = self
+            .ranked()
+            .into_iter()
+            .find(|s| is_through(&s))
+            .unwrap_or(&start);
+        self.known[best].fit.clone()
     }
 
     /// The set to go through next.
