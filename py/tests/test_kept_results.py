@@ -14,14 +14,14 @@ SRV02 = furuta.Rig.load("shahzad2022-srv02")
 DT = 0.002
 
 
-def recording(seed=1, seconds=4.0):
-    u = furuta.signal("multisine", seconds, DT, amplitude=1.2, seed=seed)
+def recording(amplitude):
+    u = furuta.signal("multisine", 4.0, DT, amplitude=amplitude)
     real = RIG.with_effect("arm.spring", stiffness=2e-3, rest=0.2)
     _, y = furuta.simulate(real, [0, np.pi, 0, 0], u[:-1], DT, encoders=True)
     return {"t": DT * np.arange(len(u)), "u": u, "theta": y[:, 0], "alpha": y[:, 1]}
 
 
-FIRST, SECOND = recording(1), recording(2)
+FIRST, SECOND = recording(1.2), recording(1.6)
 # Each made twice from the same, and once from another recording.
 MADE = {
     "Diagnosis": lambda data: furuta.diagnose(data, RIG, time_limit=None),
@@ -56,7 +56,7 @@ def test_pickled(what, tmp_path):
     one = MADE[what](FIRST)
     for protocol in (2, pickle.HIGHEST_PROTOCOL):
         back = pickle.loads(pickle.dumps(one, protocol))
-        assert type(back) is type(one) and back == one and str(back) == str(one) and repr(back) == repr(one)
+        assert type(back) is type(one) and back == one and str(back) == str(one)
     if what == "Frf":
         for name in ("frequency", "response", "coherence", "std"):
             assert np.array_equal(getattr(back, name), getattr(one, name), equal_nan=True)
