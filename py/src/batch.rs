@@ -201,7 +201,7 @@ pub(crate) fn simulate_batch<'py>(
     shaped(py, states, count, every.map(|_| rows))
 }
 
-/// The states as an array of `count` rollouts, of so many rows each where these are asked for.
+/// The states as an array of `count` rollouts, of this number of rows each where these are asked for.
 fn shaped(
     py: Python<'_>,
     states: Vec<f64>,

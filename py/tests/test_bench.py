@@ -130,7 +130,7 @@ def test_the_hand_written_equations_are_the_models(bench):
 
     plant = bench("plant")
     _, step = plant.plain()
-    for name in furuta.Rig.BUILTIN:
+    for name in furuta.Rig.VOLTAGE:
         rig = furuta.Rig.load(name)
         c, x, u = plant.coefficients(rig.parameters), np.array([0.1, 2.9, -0.3, 0.4]), 0.3
         commands = np.full(50, u)

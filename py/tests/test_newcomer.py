@@ -130,8 +130,8 @@ def test_one_string_is_a_list_of_one_and_a_name_is_a_rig(tmp_path):
         TypeError, match="a furuta.Rig, the name of a built-in rig .* expected, a int was given\nwhile processing 'rig'"
     ):
         furuta.linearize(3)
-    with pytest.raises(furuta.RigError, match="qube-servo-3"):
-        furuta.linearize("qube-servo-3")
+    with pytest.raises(furuta.RigError, match="qube-servo-9"):
+        furuta.linearize("qube-servo-9")
     with pytest.raises(TypeError, match="a list of str .* expected, a list was given\nwhile processing 'free'"):
         furuta.calibrate(swing(), RIG, free=[1])
 

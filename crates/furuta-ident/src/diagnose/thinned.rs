@@ -35,7 +35,7 @@ impl<'a> Problem<'a> {
         let is_kept = |w: &Window| blocks(w) % every == (every / 2).min(last(w.run));
         let (windows, states) = (self.windows.iter().zip(&fit.states))
             .filter(|(w, _)| is_kept(w))
-            .map(|(w, x)| (w.clone(), *x))
+            .map(|(w, x)| (*w, *x))
             .unzip::<_, _, Vec<_>, Vec<_>>();
         let part = Problem::new(self.data, windows).until(self.stop);
         let fit = part.fit(&fit.model, fit.z.clone(), &states, Effort::FULL);

@@ -144,33 +144,32 @@ pub fn batch(
     let rows = run.rows();
     let mut states = vec![State::default(); rows * rollouts.len()];
     let done = AtomicUsize::new(0);
-    let side_by_side =
-        |(out, (rollouts, plants)): (&mut [State<f64>], (&[Rollout], &[Plant<f64>]))| {
-            match in_lanes(rollouts) {
-                Ok((plant, start)) => Arch::new().dispatch(Side {
-                    plant: &plant,
-                    start,
-                    policy,
-                    run,
-                    rows,
-                    out,
-                }),
-                Err(_) => {
-                    for ((r, plant), out) in rollouts.iter().zip(plants).zip(out.chunks_mut(rows)) {
-                        alone(plant, plant.rest(r.start), policy, run, out);
-                    }
+    let side_by_side = |out: &mut [State<f64>], rollouts: &[Rollout], plants: &[Plant<f64>]| {
+        match in_lanes(rollouts) {
+            Ok((plant, start)) => Arch::new().dispatch(Side {
+                plant: &plant,
+                start,
+                policy,
+                run,
+                rows,
+                out,
+            }),
+            Err(_) => {
+                for ((r, plant), out) in rollouts.iter().zip(plants).zip(out.chunks_mut(rows)) {
+                    alone(plant, plant.rest(r.start), policy, run, out);
                 }
             }
-            progress(done.fetch_add(rollouts.len(), Ordering::Relaxed) + rollouts.len());
-        };
+        }
+        progress(done.fetch_add(rollouts.len(), Ordering::Relaxed) + rollouts.len());
+    };
     if run.samples.saturating_mul(rollouts.len()) < FEW {
         let plants = rollouts.chunks(LANES).zip(plants.chunks(LANES));
         let parts = states.chunks_mut(rows * LANES).zip(plants);
-        parts.for_each(side_by_side);
+        parts.for_each(|(out, (rollouts, plants))| side_by_side(out, rollouts, plants));
     } else {
         let plants = rollouts.par_chunks(LANES).zip(plants.par_chunks(LANES));
         let parts = states.par_chunks_mut(rows * LANES).zip(plants);
-        parts.for_each(side_by_side);
+        parts.for_each(|(out, (rollouts, plants))| side_by_side(out, rollouts, plants));
     }
     Ok(Batch { rows, states })
 }
