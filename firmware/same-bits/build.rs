@@ -10,7 +10,11 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     let mut source = String::from("&[\n");
     for name in Rig::BUILTIN {
         let rig = Rig::builtin(name).ok_or_else(|| format!("{name} is not a built-in rig"))?;
-        writeln!(source, "    ({name:?}, Params::from_array(furuta_model::Actuation::{:?}, [", rig.params.motor.actuation)?;
+        writeln!(
+            source,
+            "    ({name:?}, Params::from_array(furuta_model::Actuation::{:?}, [",
+            rig.params.motor.actuation
+        )?;
         for value in rig.params.to_array() {
             let bits = value.to_bits();
             writeln!(source, "        f64::from_bits({bits:#018x}), // {value:?}")?;

@@ -87,6 +87,7 @@ TOGETHER = (
 )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ids", TOGETHER, ids=lambda ids: "+".join(ids))
 def test_effects_together(ids):
     """Three at once: each acts on what the others leave, in the order and on the side that is written down."""
@@ -144,6 +145,7 @@ def test_the_encoder_sits_on_either_side(effect):
     assert abs(plant.rotor[0] - states[-1, 0]) > 2 * count
 
 
+@pytest.mark.long
 def test_points_and_planar_bodies():
     """Inertias that no body has but rig files do: the same motion from a body that exists."""
     start, u = [0.1, np.pi - 0.4, 1.0, -2.0], commands(400)
@@ -250,6 +252,7 @@ def test_a_pendulum_that_is_let_go(tmp_path):
     assert swing[-round(RIG.rate) :].max() < 0.8 * swing[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effect", FOREIGN)
 def test_foreign_effects_are_seen(effect):
     """Half a second from the same true state, with the effect and without: most readings differ by several times an

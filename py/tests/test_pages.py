@@ -18,7 +18,14 @@ PAGES = [
 ]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+LONG = {"papers.md", "my-rig.md"}
+"""Pages whose commands take a minute."""
+
+
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, id=page.name, marks=[pytest.mark.long] if page.name in LONG else []) for page in PAGES],
+)
 def test_the_code_of_a_page_prints_what_it_says(page, tmp_path):
     pytest.importorskip("matplotlib")
     pytest.importorskip("pandas")
