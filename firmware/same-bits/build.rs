@@ -1,5 +1,5 @@
-//! Writes the built-in rigs' parameters as constants (rig files need std, the target has none), and tells the linker
-//! the board's memory.
+//! Writes the parameters of the built-in rigs that take a voltage as constants (rig files need std, the target has
+//! none), and tells the linker the board's memory.
 
 use furuta_model::Rig;
 use std::fmt::Write as _;
@@ -8,7 +8,7 @@ use std::{env, error, fs};
 
 fn main() -> Result<(), Box<dyn error::Error>> {
     let mut source = String::from("&[\n");
-    for name in Rig::BUILTIN {
+    for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).ok_or_else(|| format!("{name} is not a built-in rig"))?;
         writeln!(
             source,
