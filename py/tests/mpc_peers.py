@@ -1,7 +1,7 @@
 """Model predictive control beside other solvers of quadratic programs, in one run: `docs/mpc.md`.
 
     pip install numpy daqp osqp clarabel piqp tinympc
-    python py/tests/mpc_peers.py [--rig qube-servo-2] [--problems problems.json]
+    python py/tests/mpc_peers.py [--rig qube-servo-2] [--rate 100] [--problems problems.json]
 
 A run of the closed loop is made and solved by this project's controller (`cargo run --release -p furuta-design
 --example mpc_problems`), and by what it had before, 30 steps of ADMM. Each other solver then gets the same quadratic
@@ -168,12 +168,14 @@ def row(name: str, seconds: np.ndarray, errors: np.ndarray | None, failed: int, 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rig", default="qube-servo-2")
+    parser.add_argument("--rate", type=float, help="limit of the command's rate, V/s; none if left out")
     parser.add_argument("--problems", type=pathlib.Path, help="JSON of the example, made before")
     a = parser.parse_args()
     if a.problems:
         text = a.problems.read_text()
     else:
         command = ["cargo", "run", "--release", "-q", "-p", "furuta-design", "--example", "mpc_problems", "--", a.rig]
+        command += [] if a.rate is None else [str(a.rate)]
         text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     problems = json.loads(text)
     rows, prices = np.array(problems["rows"]), np.array(problems["prices"])
