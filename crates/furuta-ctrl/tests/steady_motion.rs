@@ -153,7 +153,7 @@ fn the_residual_falls_with_every_order() {
             missed(&steady.expect("solvable"), &c, amplitude)
         };
         let found: Vec<f64> = (3..=15).step_by(2).map(of).collect();
-        println!("{rig}, {lambda} rad/s, {amplitude} rad: {found:.1e}");
+        println!("{rig}, {lambda} rad/s, {amplitude} rad: {found:?}");
         for pair in found.windows(2) {
             assert!(
                 pair[1] < 0.7 * pair[0] || pair[1] < 1e-11,

@@ -50,7 +50,7 @@ fn batch(
     // Errors e = free + forced u.
     let (mut free, mut forced) = (vec![e0], vec![DMatrix::zeros(4, n)]);
     for k in 0..n {
-        let mut next = DMatrix::from(a.map(|x| x)) * &forced[k];
+        let mut next = DMatrix::from_fn(4, 4, |i, j| a[(i, j)]) * &forced[k];
         for i in 0..4 {
             next[(i, k)] += b[i];
         }
@@ -102,7 +102,7 @@ fn a_known_reference_is_followed_at_least_cost() {
     let memory = mpc.take_over(&x, &x, last);
     let check = |name: &str, reference: &dyn Fn(u32) -> State<f64>| {
         let reference = Samples(reference);
-        let r: Vec<_> = (0..=60)
+        let r: Vec<SVector<f64, 4>> = (0..=60)
             .map(|k| SVector::from(reference.at(k).to_array()))
             .collect();
         let d: Vec<SVector<f64, 4>> = (0..60)
@@ -295,13 +295,13 @@ fn a_delay_is_the_past_commands_as_states() {
     augmented::<8>(&linear, 3.71 * PERIOD);
 }
 
-/// A command that is late by 30 ms: with the past commands as states the rig stands, without it falls.
+/// A command that is late by 50 ms: with the past commands as states the rig stands, without it falls.
 #[test]
 fn a_late_command_needs_its_states() {
     let (rig, _) = rig();
     let mut late = rig.clone();
     late.effects
-        .push(Effect::new("motor.delay", &[0.03]).expect("possible"));
+        .push(Effect::new("motor.delay", &[0.05]).expect("possible"));
     let site = Site::of(&late, PERIOD);
     let plant = Plant::<f64>::new(&late.params, &late.effects).expect("possible");
     let stands = |delay: f64| {

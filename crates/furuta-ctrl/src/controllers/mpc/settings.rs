@@ -78,7 +78,7 @@ pub(crate) fn counts_delay_once(
     }
     // An estimator without a model, `derivative`, has no `predict`: its state is that of the sample.
     let has_model = estimator.spec().place("predict").is_some();
-    let over_motor = has_model && estimator.numbers("predict") != Some(&[0.0]);
+    let over_motor = has_model && estimator.numbers("predict") != Some(&[0.0][..]);
     let problem = match controller.word(const { SPEC.parameter("delay").chosen() }) {
         "motor" if over_motor => {
             "delay = \"motor\" and an estimator that looks ahead count motor.delay twice: say predict = false in \
