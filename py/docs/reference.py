@@ -17,8 +17,8 @@ GROUPS = {
     "frequency": ("Frequency responses", "frf Frf fit_transfer_function TransferFit compare Comparison spectra"),
     "design": (
         "Control designs",
-        "lqr dlqr lqi lqe dlqe place care dare robust_lqr controllability closed_loop rehearse steady_motion largest_sine"
-        " arm_step",
+        "lqr dlqr lqi lqe dlqe place care dare robust_lqr controllability closed_loop rehearse relay"
+        " steady_motion largest_sine arm_step",
     ),
     "control": (
         "Controllers and estimators",

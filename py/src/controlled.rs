@@ -4,6 +4,7 @@ use crate::controller::PyController;
 use crate::error;
 use crate::matrix::numbers;
 use furuta_ctrl::controllers::Controller;
+use furuta_ctrl::reference::ArmTable;
 use furuta_design::supervised::Supervised;
 use furuta_model::{Rig, State};
 use numpy::{IntoPyArray, PyArrayMethods};
@@ -113,11 +114,14 @@ pub(crate) fn controlled<'py>(
             }
             course.see(rig, run.plant.x, bench.angles(&run));
             let (held, mode) = if request.ideal {
-                let reference = State::new(*target, 0.0, 0.0, 0.0);
+                // The whole course is known: a controller may act before the reference moves.
+                let reference = ArmTable {
+                    now: State::new(*target, 0.0, 0.0, 0.0),
+                    next: request.reference.get(k + 1..).unwrap_or_default(),
+                };
                 let x = run.plant.x;
-                let u = supervisor
-                    .balance
-                    .update(&mut memory, &x, &reference, request.period);
+                let balance = &supervisor.balance;
+                let u = balance.update_ahead(&mut memory, &x, &reference, request.period);
                 (bench.advance(&mut run, u + added), "balance")
             } else {
                 let sample = bench.disturbed(&mut run, *target, *added);

@@ -2,9 +2,10 @@
 
 use crate::arguments::RigLike;
 use crate::error;
-use crate::matrix::{Vector, state, vector};
+use crate::matrix::{Vector, numbers, state, vector};
 use crate::rig::PyRig;
 use furuta_ctrl::controllers::{AnyControllerState, Controller};
+use furuta_ctrl::reference::ArmTable;
 use furuta_ctrl::supervisor::Supervisor;
 use furuta_ctrl::{ControllerFile, Site, config};
 use furuta_model::State;
@@ -262,17 +263,21 @@ impl PyController {
     ///     Where to go; upright with the arm at 0 if not given.
     /// h : float, optional
     ///     Sample period in s; the controller's own if not given.
+    /// ahead : array_like, shape (N,), optional
+    ///     The arm's reference at the samples to come in rad; it stays at the last one. Only `kind = "mpc"` with
+    ///     `preview = true` acts before the reference moves.
     ///
     /// Returns
     /// -------
     /// float
     ///     Always finite and within the command limit.
-    #[pyo3(signature = (x, reference=None, h=None))]
+    #[pyo3(signature = (x, reference=None, h=None, *, ahead=None))]
     fn update(
         &mut self,
         x: Vector<'_>,
         reference: Option<Vector<'_>>,
         h: Option<f64>,
+        ahead: Option<Bound<'_, PyAny>>,
     ) -> PyResult<f64> {
         let reference = match reference {
             Some(reference) => state("reference", &reference)?,
@@ -285,8 +290,26 @@ impl PyController {
             )));
         }
         let x = state("x", &x)?;
+        let next: Vec<f64> = match &ahead {
+            None => Vec::new(),
+            Some(ahead) => numbers::<f64>("ahead", ahead, error::said)?
+                .as_array()
+                .iter()
+                .copied()
+                .collect(),
+        };
+        if let Some(k) = next.iter().position(|r| !r.is_finite()) {
+            return Err(error::controller(format!(
+                "ahead[{k}] = {} is not a finite number",
+                next[k]
+            )));
+        }
         let balance = &self.supervisor.balance;
-        Ok(balance.update(&mut self.memory, &x, &reference, h))
+        let reference = ArmTable {
+            now: reference,
+            next: &next,
+        };
+        Ok(balance.update_ahead(&mut self.memory, &x, &reference, h))
     }
 
     fn __repr__(&self) -> String {

@@ -3,14 +3,14 @@
 use crate::arguments::RigLike;
 use crate::background::awaited;
 use crate::error;
-use furuta_ctrl::design::SteadyMotion;
 use furuta_design::arm_step::{self as step, Contender as Holder};
 use furuta_design::closed_loop::Sample;
 use furuta_design::ramos_velasco::{Contender, Experiment};
+use furuta_design::steady_motion::Motion;
 use furuta_design::{largest_sine as sine, ramos_velasco as ramos, shahzad2022 as shahzad};
 use furuta_model::Rig;
 use furuta_model::params::Coefficients;
-use furuta_model::series::{DEGREE, Series};
+use furuta_model::series::DEGREE;
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -52,13 +52,13 @@ type Polynomials<'py> = (
 /// lambda_ : float
 ///     Frequency of the sine, rad/s.
 /// order : int
-///     Of the series, 1 to 7.
+///     Of the series, 1 to 31; a controller file takes at most 7.
 /// planar : bool
 ///     Without the sin(alpha)**2 inertia, as in the model of Ramos-Velasco et al. (whose beta is -alpha).
 ///
 /// Returns
 /// -------
-/// theta, theta_dot, u : numpy.ndarray, shape (8, 8)
+/// theta, theta_dot, u : numpy.ndarray, shape (8, 8); beyond order 7 (order + 1, order + 1)
 ///     Coefficient [i, j] of w1**i w2**j in the arm's angle (rad), its speed (rad/s), the command (V).
 ///
 /// Raises
@@ -82,18 +82,17 @@ pub(crate) fn steady_motion<'py>(
     planar: bool,
 ) -> PyResult<Polynomials<'py>> {
     let c = coefficients(&rig.rig, planar);
-    let steady = SteadyMotion::solve(&c, lambda_, order).map_err(error::design)?;
-    let array = |series: &Series<f64>| {
-        let rows: Vec<f64> = (0..=DEGREE)
-            .flat_map(|i| (0..=DEGREE).map(move |j| series.coefficient(i, j)))
+    let steady = Motion::solve(&c, lambda_, order).map_err(error::design)?;
+    let degree = order.max(DEGREE);
+    let array = |which: usize| {
+        let place = |i| (0..=degree).map(move |j| (i, j));
+        let rows: Vec<f64> = (0..=degree)
+            .flat_map(place)
+            .map(|(i, j)| steady.coefficients(i, j)[which])
             .collect();
-        rows.into_pyarray(py).reshape([DEGREE + 1, DEGREE + 1])
+        rows.into_pyarray(py).reshape([degree + 1, degree + 1])
     };
-    Ok((
-        array(&steady.angle)?,
-        array(&steady.speed)?,
-        array(&steady.command)?,
-    ))
+    Ok((array(0)?, array(1)?, array(2)?))
 }
 
 /// The largest sine of `lambda_` rad/s that a pendulum can follow while its arm moves periodically, friction of the

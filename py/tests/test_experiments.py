@@ -87,7 +87,7 @@ def test_draws():
 @pytest.mark.parametrize(
     "call",
     [
-        lambda: furuta.steady_motion(furuta.Rig.load("qube-servo-2"), 1.0, order=8),
+        lambda: furuta.steady_motion(furuta.Rig.load("qube-servo-2"), 1.0, order=32),
         lambda: furuta.steady_motion(furuta.Rig.load("qube-servo-2"), -1.0),
         lambda: furuta.largest_sine(furuta.Rig.load("qube-servo-2"), float("nan")),
         lambda: furuta.papers.ramos_velasco("pid"),

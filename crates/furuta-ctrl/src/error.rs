@@ -44,6 +44,17 @@ pub enum ConfigError {
         /// [`furuta_model::Actuation::code`] as received.
         code: u8,
     },
+    /// A delay that a controller cannot have as its states.
+    #[error(
+        "mpc: a delay of {delay} s is outside the allowed range [0, {most}] s, what its remembered commands span: \
+         take a longer sample period, or delay = \"none\" and an estimator that looks ahead"
+    )]
+    Delay {
+        /// What was asked for, s.
+        delay: f64,
+        /// The longest, s.
+        most: f64,
+    },
     /// A sample period that no loop has.
     #[error("the sample period is {period} s, must be above 0 and at most 0.1 s")]
     Period {

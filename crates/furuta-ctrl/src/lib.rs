@@ -9,6 +9,7 @@
 //! |---|---|
 //! | [`design`] | Riccati equations, LQR, the standard balance gain of a rig |
 //! | [`controllers`] | state feedback, energy swing-up, output regulation and sliding modes, and a choice at run time |
+//! | [`reference`] | references that are known ahead of time, for controllers that act before they move |
 //! | [`estimators`] | states from encoder angles |
 //! | [`compensation`] | what is added to the command for effects that the rig file names |
 //! | [`supervisor`] | modes, the catch, limits, faults: what stands between a controller and a motor |
@@ -32,6 +33,7 @@ mod from_settings;
 pub mod numbers;
 pub mod plan;
 mod real;
+pub mod reference;
 mod section;
 mod sent;
 pub mod settings;

@@ -1,13 +1,14 @@
 //! The problems of model predictive control over a run, with what this project's solver finds and how long it takes,
 //! as JSON: what `py/bench/mpc.py` hands to other solvers.
 //!
-//! `cargo run --release -p furuta-design --example mpc_problems -- RIG > problems.json`
+//! `cargo run --release -p furuta-design --example mpc_problems -- RIG [RATE] > problems.json`; RATE limits the
+//! command's rate, V/s.
 
 use std::fmt::Write;
 use std::time::Instant;
 
 use furuta_ctrl::Site;
-use furuta_ctrl::controllers::{self, Controller, Design, LIMITED, MOVES, Mpc};
+use furuta_ctrl::controllers::{self, Controller, Design, LIMITED, MOVES, Mpc, MpcState};
 use furuta_model::{Rig, State};
 use nalgebra::SMatrix;
 
@@ -37,9 +38,15 @@ impl Admm {
         }
     }
 
-    fn update(&mut self, mpc: &Mpc<f64>, x: &State<f64>, reference: &State<f64>) -> f64 {
+    fn update(
+        &mut self,
+        mpc: &Mpc<f64>,
+        memory: &MpcState<f64>,
+        x: &State<f64>,
+        reference: &State<f64>,
+    ) -> f64 {
         let feedback = mpc.feedback().unlimited(x, reference);
-        let problem = mpc.problem(x, reference);
+        let problem = mpc.problem(memory, x, reference);
         let kept = |[free, low, high]: &[[f64; MOVES]; 3]| {
             (0..MOVES).all(|i| free[i] >= low[i] && free[i] <= high[i])
         };
@@ -109,7 +116,8 @@ fn run(rig: &Rig, mpc: &Mpc<f64>) -> Vec<(State<f64>, State<f64>)> {
 }
 
 fn main() {
-    let name = std::env::args().nth(1);
+    let mut words = std::env::args().skip(1);
+    let name = words.next();
     let name = name.as_deref().unwrap_or("qube-servo-2");
     let rig = Rig::builtin(name).expect("a built-in rig");
     let site = Site::of(&rig, PERIOD);
@@ -120,6 +128,13 @@ fn main() {
         .and_then(|s| s.with("pendulum_angle", &[0.1]).ok())
         .and_then(|s| s.with("arm_angle", &[0.6]).ok())
         .expect("in range");
+    // The command's rate may be limited, V/s.
+    let settings = match words.next() {
+        Some(rate) => settings
+            .with("command_rate", &[rate.parse().expect("a rate in V/s")])
+            .expect("in range"),
+        None => settings,
+    };
     let mpc = Mpc::<f64>::design(&settings, &site).expect("suits it");
     let seen = run(&rig, &mpc);
     let (mut fast, mut slow) = (vec![f64::MAX; SAMPLES], vec![f64::MAX; SAMPLES]);
@@ -128,17 +143,18 @@ fn main() {
         let mut memory = mpc.start();
         let mut admm = Admm::new(&mpc);
         for (k, (x, reference)) in seen.iter().enumerate() {
+            let before = memory;
             let from = Instant::now();
             let u = std::hint::black_box(mpc.update(&mut memory, x, reference, PERIOD));
             fast[k] = fast[k].min(from.elapsed().as_secs_f64());
             if round == 0 {
-                let asked = mpc.problem(x, reference);
-                samples.push((u, memory, asked));
+                let asked = mpc.problem(&before, x, reference);
+                samples.push((u, memory, asked, before));
             }
         }
         for (k, (x, reference)) in seen.iter().enumerate() {
             let from = Instant::now();
-            std::hint::black_box(admm.update(&mpc, x, reference));
+            std::hint::black_box(admm.update(&mpc, &samples[k].3, x, reference));
             slow[k] = slow[k].min(from.elapsed().as_secs_f64());
         }
     }
@@ -177,13 +193,13 @@ fn main() {
         rows.join(",")
     );
     let mut admm = Admm::new(&mpc);
-    for (k, (u, memory, asked)) in samples.iter().enumerate() {
+    for (k, (u, memory, asked, before)) in samples.iter().enumerate() {
         let bound = |side: usize| {
             let each = groups.iter().map(|g| asked[*g]);
             list(&mut each.flat_map(|a| (0..MOVES).map(move |i| a[side][i] - a[0][i])))
         };
         let y = memory.multipliers(&mpc);
-        let before = admm.update(&mpc, &seen[k].0, &seen[k].1);
+        let before = admm.update(&mpc, before, &seen[k].0, &seen[k].1);
         let report = memory.report();
         let _ = write!(
             out,

@@ -13,9 +13,11 @@
 //! | [`ramos_velasco`] | a pendulum that follows a sine, under five controllers, on wrong parameters |
 //! | [`arm_step`] | a step of the arm under LQR, sliding mode and model predictive control |
 //! | [`mpc`] | model predictive control by an interior-point method |
+//! | [`steady_motion`] | the motion of the arm under which the pendulum follows a sine, to any order |
 //! | [`largest_sine`] | the largest sine that a pendulum can follow at all |
 //! | [`rig_loop`] | a rig with its effects under a linear law: the whole loop, its poles and margins |
 //! | [`rehearsal`] | whether a control system holds the nonlinear rig, encoders and delay included |
+//! | [`relay`] | the PID pair tuned by a relay experiment |
 //! | [`estimation`] | how well estimators know speeds, all watching the same run |
 //! | [`limit_cycle`] | how far a balanced rig wanders, its effects compensated or not |
 //! | [`polytope`] | the linear models of a rig whose parameters are known only within a range, enclosed by vertices |
@@ -37,10 +39,12 @@ pub mod ramos_velasco;
 pub mod reach;
 pub mod region;
 pub mod rehearsal;
+pub mod relay;
 pub mod rig_loop;
 pub mod robust;
 pub mod robust_rig;
 pub mod shahzad2022;
+pub mod steady_motion;
 pub mod supervised;
 pub mod swing_up;
 pub mod upright;

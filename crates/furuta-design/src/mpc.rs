@@ -5,7 +5,8 @@ use clarabel::solver::{
     DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT,
     SolverStatus,
 };
-use furuta_ctrl::controllers::{Controller, Mpc, StateFeedback};
+use furuta_ctrl::controllers::{Controller, Mpc, MpcState, StateFeedback};
+use furuta_ctrl::reference::Ahead;
 use furuta_model::State;
 
 /// The problem of [`Mpc`], solved by Clarabel: what the active-set method is judged by. Allocates; for a host.
@@ -23,7 +24,8 @@ use furuta_model::State;
 /// let mpc = Mpc::design(&settings, &Site::of(&rig, 0.002))?;
 /// let far = State::new(1.5, 0.0, 0.0, 0.0);
 /// let u = mpc.update(&mut mpc.start(), &far, &State::upright(), 0.002);
-/// let exact = InteriorPoint(mpc).update(&mut (), &far, &State::upright(), 0.002);
+/// let exact = InteriorPoint(mpc);
+/// let exact = exact.update(&mut exact.start(), &far, &State::upright(), 0.002);
 /// assert!((u - exact).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -33,8 +35,13 @@ pub struct InteriorPoint<const M: usize>(pub Mpc<f64, M>);
 impl<const M: usize> InteriorPoint<M> {
     /// The scaled moves, or `None` where there are none: a state that is not finite, numbers beyond reason.
     #[must_use]
-    pub fn moves(&self, x: &State<f64>, reference: &State<f64>) -> Option<[f64; M]> {
-        let problem = self.0.problem(x, reference);
+    pub fn moves(
+        &self,
+        memory: &MpcState<f64, M>,
+        x: &State<f64>,
+        reference: &impl Ahead<f64>,
+    ) -> Option<[f64; M]> {
+        let problem = self.0.problem(memory, x, reference);
         let mut build = Triplets::default();
         let mut cost = vec![0.0; M];
         for (k, [free, lowest, highest]) in problem.iter().enumerate() {
@@ -114,20 +121,31 @@ impl Triplets {
 }
 
 impl<const M: usize> Controller<f64> for InteriorPoint<M> {
-    type State = ();
+    type State = MpcState<f64, M>;
 
-    fn start(&self) {}
+    fn start(&self) -> Self::State {
+        self.0.start()
+    }
 
-    fn update(&self, _: &mut (), x: &State<f64>, reference: &State<f64>, _: f64) -> f64 {
-        let moves = self.moves(x, reference);
+    fn take_over(&self, x: &State<f64>, reference: &State<f64>, u: f64) -> Self::State {
+        self.0.take_over(x, reference, u)
+    }
+
+    fn update(&self, memory: &mut Self::State, x: &State<f64>, r: &State<f64>, h: f64) -> f64 {
+        self.update_ahead(memory, x, r, h)
+    }
+
+    fn update_ahead(
+        &self,
+        memory: &mut Self::State,
+        x: &State<f64>,
+        reference: &impl Ahead<f64>,
+        _: f64,
+    ) -> f64 {
+        let moves = self.moves(memory, x, reference);
         let first = moves.map_or(0.0, |moves| self.0.first * moves[0]);
-        let limit = self.0.command_limit;
-        let u = self.0.feedback().unlimited(x, reference) + first;
-        if u.is_nan() {
-            0.0
-        } else {
-            u.clamp(-limit, limit)
-        }
+        let u = self.0.unlimited(memory, x, reference) + first;
+        self.0.limited(memory, u)
     }
 
     fn surrogate(&self) -> Option<StateFeedback<f64>> {

@@ -4,13 +4,30 @@ use crate::scalar::Scalar;
 use core::array;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// Highest total degree that is kept.
+/// The degree up to which a [`Series`] goes that says nothing else: what controllers on a microcontroller have.
 pub const DEGREE: usize = 7;
 
-/// Monomials `w1^i w2^j` with `i + j <= DEGREE`.
-pub const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2;
+/// Monomials `w1^i w2^j` with `i + j <= DEGREE`: the terms of a [`Series`] that says nothing else.
+pub const TERMS: usize = terms(DEGREE);
 
-/// A polynomial in `(w1, w2)` of total degree up to [`DEGREE`]; what a product adds beyond that is dropped.
+/// How many monomials `w1^i w2^j` have `i + j <= degree`: the second parameter of a [`Series`] of that degree.
+///
+/// ```
+/// use furuta_model::series::{Series, terms};
+/// let w1 = Series::<f64, { terms(11) }>::variable(0.0, 0);
+/// assert_eq!(Series::<f64, { terms(11) }>::DEGREE, 11);
+/// let product = w1 * w1 * w1 * w1 * w1 * w1 * w1 * w1 * w1;
+/// assert_eq!(product.coefficient(9, 0), 1.0);
+/// ```
+#[must_use]
+pub const fn terms(degree: usize) -> usize {
+    (degree + 1) * (degree + 2) / 2
+}
+
+/// A polynomial in `(w1, w2)` of total degree up to [`Series::DEGREE`]; what a product adds beyond that is dropped.
+///
+/// The degree is a capacity that is chosen when the program is compiled, as the number of [`terms`]: nothing is
+/// allocated. 7 ([`DEGREE`]) if none is given.
 ///
 /// As a [`Scalar`] it turns any function of the model into its Taylor series about a point: [`Series::variable`] is
 /// that point plus `w1` or `w2`. At a kink ([`Scalar::if_less`]) the series is that of the branch which the constant
@@ -25,16 +42,26 @@ pub const TERMS: usize = (DEGREE + 1) * (DEGREE + 2) / 2;
 /// assert_eq!(tan.coefficient(0, 2), 0.0);
 /// ```
 #[derive(Copy, Clone, Debug, PartialEq)]
-pub struct Series<T> {
+pub struct Series<T, const N: usize = TERMS> {
     /// Of `w1^i w2^j` at [`Series::index`].
-    terms: [T; TERMS],
+    terms: [T; N],
 }
 
-impl<T: Scalar<Real = T>> Series<T> {
+impl<T: Scalar<Real = T>, const N: usize> Series<T, N> {
+    /// Highest total degree that is kept.
+    pub const DEGREE: usize = {
+        let mut degree = 0;
+        while terms(degree) < N {
+            degree += 1;
+        }
+        assert!(terms(degree) == N, "a series has terms(degree) terms");
+        degree
+    };
+
     /// The constant `v`.
     #[must_use]
     pub fn constant(v: T) -> Self {
-        let mut terms = [T::ZERO; TERMS];
+        let mut terms = [T::ZERO; N];
         terms[0] = v;
         Self { terms }
     }
@@ -51,7 +78,7 @@ impl<T: Scalar<Real = T>> Series<T> {
     #[must_use]
     pub fn from_fn(mut coefficient: impl FnMut(usize, usize) -> T) -> Self {
         let mut x = Self::constant(T::ZERO);
-        for degree in 0..=DEGREE {
+        for degree in 0..=Self::DEGREE {
             for j in 0..=degree {
                 x.terms[Self::index(degree - j, j)] = coefficient(degree - j, j);
             }
@@ -65,10 +92,10 @@ impl<T: Scalar<Real = T>> Series<T> {
         degree * (degree + 1) / 2 + j
     }
 
-    /// The coefficient of `w1^i w2^j`; 0 beyond [`DEGREE`].
+    /// The coefficient of `w1^i w2^j`; 0 beyond [`Series::DEGREE`].
     #[must_use]
     pub fn coefficient(&self, i: usize, j: usize) -> T {
-        if i.saturating_add(j) > DEGREE {
+        if i.saturating_add(j) > Self::DEGREE {
             T::ZERO
         } else {
             self.terms[Self::index(i, j)]
@@ -77,7 +104,7 @@ impl<T: Scalar<Real = T>> Series<T> {
 
     /// Every coefficient through `f`, which hears the exponents.
     #[must_use]
-    pub fn map<U: Scalar<Real = U>>(&self, f: impl Fn(usize, usize, T) -> U) -> Series<U> {
+    pub fn map<U: Scalar<Real = U>>(&self, f: impl Fn(usize, usize, T) -> U) -> Series<U, N> {
         Series::from_fn(|i, j| f(i, j, self.coefficient(i, j)))
     }
 
@@ -98,9 +125,9 @@ impl<T: Scalar<Real = T>> Series<T> {
     pub fn at(&self, w1: T, w2: T) -> T {
         // Horner's scheme in w1 for each power of w2, and over these in w2.
         let mut sum = T::ZERO;
-        for j in (0..=DEGREE).rev() {
+        for j in (0..=Self::DEGREE).rev() {
             let mut row = T::ZERO;
-            for i in (0..=DEGREE - j).rev() {
+            for i in (0..=Self::DEGREE - j).rev() {
                 row = row * w1 + self.terms[Self::index(i, j)];
             }
             sum = sum * w2 + row;
@@ -138,17 +165,17 @@ impl<T: Scalar<Real = T>> Series<T> {
         self
     }
 
-    /// `sum of taylor[k] h^k` for a series `h` without constant term, by Horner's scheme.
-    fn compose(h: &Self, taylor: [T; DEGREE + 1]) -> Self {
-        let mut sum = Self::constant(taylor[DEGREE]);
-        for c in taylor.into_iter().rev().skip(1) {
-            sum = sum * *h + Self::constant(c);
+    /// `sum of taylor(k) h^k` for a series `h` without constant term, by Horner's scheme.
+    fn compose(h: &Self, taylor: impl Fn(usize) -> T) -> Self {
+        let mut sum = Self::constant(taylor(Self::DEGREE));
+        for k in (0..Self::DEGREE).rev() {
+            sum = sum * *h + Self::constant(taylor(k));
         }
         sum
     }
 }
 
-impl<T: Scalar<Real = T>> Add for Series<T> {
+impl<T: Scalar<Real = T>, const N: usize> Add for Series<T, N> {
     type Output = Self;
     fn add(self, o: Self) -> Self {
         Self {
@@ -157,7 +184,7 @@ impl<T: Scalar<Real = T>> Add for Series<T> {
     }
 }
 
-impl<T: Scalar<Real = T>> Sub for Series<T> {
+impl<T: Scalar<Real = T>, const N: usize> Sub for Series<T, N> {
     type Output = Self;
     fn sub(self, o: Self) -> Self {
         Self {
@@ -166,19 +193,19 @@ impl<T: Scalar<Real = T>> Sub for Series<T> {
     }
 }
 
-impl<T: Scalar<Real = T>> Mul for Series<T> {
+impl<T: Scalar<Real = T>, const N: usize> Mul for Series<T, N> {
     type Output = Self;
     #[allow(clippy::suspicious_arithmetic_impl)] // a product of sums
     fn mul(self, o: Self) -> Self {
-        let mut terms = [T::ZERO; TERMS];
-        for p in 0..=DEGREE {
+        let mut terms = [T::ZERO; N];
+        for p in 0..=Self::DEGREE {
             for j in 0..=p {
                 let left = self.terms[Self::index(p - j, j)];
                 // Half of the model's series are odd, half even: most products vanish.
                 if left == T::ZERO {
                     continue;
                 }
-                for q in 0..=DEGREE - p {
+                for q in 0..=Self::DEGREE - p {
                     let (from, to) = (Self::index(q, 0), Self::index(p + q - j, j));
                     for l in 0..=q {
                         terms[to + l] += left * o.terms[from + l];
@@ -190,19 +217,19 @@ impl<T: Scalar<Real = T>> Mul for Series<T> {
     }
 }
 
-impl<T: Scalar<Real = T>> Div for Series<T> {
+impl<T: Scalar<Real = T>, const N: usize> Div for Series<T, N> {
     type Output = Self;
     #[allow(clippy::suspicious_arithmetic_impl)] // a geometric series
     fn div(self, o: Self) -> Self {
         let inverse = T::ONE / o.terms[0];
         // 1 / (a + h) = 1/a (1 - x + x² - ...) with x = h/a.
         let x = o.without_constant() * Self::constant(inverse);
-        let alternating = array::from_fn(|k| if k % 2 == 0 { inverse } else { -inverse });
+        let alternating = |k: usize| if k % 2 == 0 { inverse } else { -inverse };
         self * Self::compose(&x, alternating)
     }
 }
 
-impl<T: Scalar<Real = T>> Neg for Series<T> {
+impl<T: Scalar<Real = T>, const N: usize> Neg for Series<T, N> {
     type Output = Self;
     fn neg(self) -> Self {
         Self {
@@ -211,49 +238,47 @@ impl<T: Scalar<Real = T>> Neg for Series<T> {
     }
 }
 
-impl<T: Scalar<Real = T>> AddAssign for Series<T> {
+impl<T: Scalar<Real = T>, const N: usize> AddAssign for Series<T, N> {
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
 }
 
-impl<T: Scalar<Real = T>> SubAssign for Series<T> {
+impl<T: Scalar<Real = T>, const N: usize> SubAssign for Series<T, N> {
     fn sub_assign(&mut self, o: Self) {
         *self = *self - o;
     }
 }
 
-/// `1/k!`.
-const INVERSE_FACTORIAL: [f64; DEGREE + 1] = [
-    1.0,
-    1.0,
-    1.0 / 2.0,
-    1.0 / 6.0,
-    1.0 / 24.0,
-    1.0 / 120.0,
-    1.0 / 720.0,
-    1.0 / 5040.0,
-];
+/// `1/k!`: exact products to 22!, rounded ones beyond.
+fn inverse_factorial(k: usize) -> f64 {
+    let mut product = 1.0;
+    for i in 2..=k {
+        #[allow(clippy::cast_precision_loss)]
+        let factor = i as f64;
+        product *= factor;
+    }
+    1.0 / product
+}
 
-/// Binomial coefficients of `(1 + x)^(1/2)`.
-const SQUARE_ROOT: [f64; DEGREE + 1] = [
-    1.0,
-    1.0 / 2.0,
-    -1.0 / 8.0,
-    1.0 / 16.0,
-    -5.0 / 128.0,
-    7.0 / 256.0,
-    -21.0 / 1024.0,
-    33.0 / 2048.0,
-];
+/// The binomial coefficient of `x^k` in `(1 + x)^(1/2)`.
+fn square_root(k: usize) -> f64 {
+    let mut coefficient = 1.0;
+    for i in 1..=k {
+        #[allow(clippy::cast_precision_loss)]
+        let i = i as f64;
+        coefficient = coefficient * (1.5 - i) / i;
+    }
+    coefficient
+}
 
-impl<T: Scalar<Real = T> + PartialOrd> Scalar for Series<T> {
+impl<T: Scalar<Real = T> + PartialOrd, const N: usize> Scalar for Series<T, N> {
     type Real = T;
     const ZERO: Self = Self {
-        terms: [T::ZERO; TERMS],
+        terms: [T::ZERO; N],
     };
     const ONE: Self = {
-        let mut terms = [T::ZERO; TERMS];
+        let mut terms = [T::ZERO; N];
         terms[0] = T::ONE;
         Self { terms }
     };
@@ -279,7 +304,7 @@ impl<T: Scalar<Real = T> + PartialOrd> Scalar for Series<T> {
         // The derivatives of the sine go round: s, c, -s, -c.
         let round = [s, c, -s, -c];
         let taylor = |first: usize| {
-            array::from_fn(|k| round[(first + k) % 4] * T::from_f64(INVERSE_FACTORIAL[k]))
+            move |k: usize| round[(first + k) % 4] * T::from_f64(inverse_factorial(k))
         };
         let h = self.without_constant();
         (Self::compose(&h, taylor(0)), Self::compose(&h, taylor(1)))
@@ -287,12 +312,12 @@ impl<T: Scalar<Real = T> + PartialOrd> Scalar for Series<T> {
     fn sqrt(self) -> Self {
         let root = self.terms[0].sqrt();
         let x = self.without_constant().scale(T::ONE / self.terms[0]);
-        Self::compose(&x, SQUARE_ROOT.map(|c| root * T::from_f64(c)))
+        Self::compose(&x, |k| root * T::from_f64(square_root(k)))
     }
     fn exp(self) -> Self {
         let e = self.terms[0].exp();
         let h = self.without_constant();
-        Self::compose(&h, INVERSE_FACTORIAL.map(|c| e * T::from_f64(c)))
+        Self::compose(&h, |k| e * T::from_f64(inverse_factorial(k)))
     }
     fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self {
         if self.terms[0] < other.terms[0] {
@@ -319,7 +344,7 @@ mod tests {
         /// The first-order terms are the derivatives that dual numbers give.
         #[test]
         fn first_order_is_the_jets(a in 0.1_f64..2.0, b in -2.0_f64..0.0) {
-            let series = f(Series::variable(a, 0), Series::variable(b, 1));
+            let series = f(Series::<f64>::variable(a, 0), Series::variable(b, 1));
             let jet = f(Jet::<f64, 2>::variable(a, 0), Jet::variable(b, 1));
             prop_assert!((series.at(0.0, 0.0) - jet.v).abs() < 1e-13);
             prop_assert!((series.coefficient(1, 0) - jet.d[0]).abs() < 1e-12);
@@ -329,7 +354,7 @@ mod tests {
         /// What is dropped is of eighth order: half the distance, 1/256 of the error.
         #[test]
         fn the_error_is_of_eighth_order(a in 0.5_f64..2.0, b in -2.0_f64..-0.5, turn in 0.0_f64..6.2) {
-            let series = f(Series::variable(a, 0), Series::variable(b, 1));
+            let series = f(Series::<f64>::variable(a, 0), Series::variable(b, 1));
             let error = |r: f64| {
                 let (s, c) = turn.sin_cos();
                 (series.at(r * c, r * s) - f(a + r * c, b + r * s)).abs()

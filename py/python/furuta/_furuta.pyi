@@ -63,6 +63,7 @@ __all__ = [
     "ramos_velasco_draws",
     "region_of_attraction",
     "rehearse",
+    "relay",
     "replay",
     "robust_lqr",
     "shahzad2022",
@@ -200,7 +201,14 @@ class Controller:
     @property
     def command_limit(self) -> float: ...
     def start(self) -> None: ...
-    def update(self, x: ArrayLike, reference: ArrayLike | None = None, h: float | None = None) -> float: ...
+    def update(
+        self,
+        x: ArrayLike,
+        reference: ArrayLike | None = None,
+        h: float | None = None,
+        *,
+        ahead: ArrayLike | None = None,
+    ) -> float: ...
 
 @final
 class Supervisor:
@@ -489,6 +497,30 @@ def closed_loop(
     omega: ArrayLike | None = None,
 ) -> _Loop: ...
 def rehearse(rig: _RigLike, K: ArrayLike, *, rate: float = 500.0) -> _Rehearsal: ...
+
+class _Relay(TypedDict):
+    ultimate_gain: float
+    ultimate_period: float
+    described_gain: float
+    phase: float
+    amplitude: float
+    hysteresis: float
+    lean: float
+    arm: float
+    time: float
+    model: tuple[float, float] | None
+    pendulum_gains: NDArray[np.float64]
+    arm_gains: NDArray[np.float64]
+    margins: _Margins
+
+def relay(
+    rig: _RigLike,
+    *,
+    rate: float = 500.0,
+    amplitude: float | None = None,
+    hysteresis: float | None = None,
+    time_limit: float = 10.0,
+) -> _Relay: ...
 
 _Design: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128]]
 _Solution: TypeAlias = tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64]]

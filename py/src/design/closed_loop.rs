@@ -199,7 +199,7 @@ fn observed(rig: &Rig, closed: &RigLoop) -> Option<ObservedLoop> {
     closed.observed(estimator.linear()?)
 }
 
-fn margins<'py>(py: Python<'py>, found: &Margins) -> PyResult<Bound<'py, PyDict>> {
+pub(super) fn margins<'py>(py: Python<'py>, found: &Margins) -> PyResult<Bound<'py, PyDict>> {
     let margins = PyDict::new(py);
     margins.set_item("stable", found.stable)?;
     margins.set_item("gain", (found.gain[0], found.gain[1]))?;
@@ -230,7 +230,7 @@ fn law(k: &Vector<'_>) -> PyResult<Law> {
     }
 }
 
-fn period(rate: f64) -> PyResult<f64> {
+pub(super) fn period(rate: f64) -> PyResult<f64> {
     if rate >= 1.0 && rate.is_finite() {
         Ok(1.0 / rate)
     } else {

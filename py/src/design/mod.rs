@@ -5,6 +5,7 @@ mod controllability;
 mod estimate;
 mod place;
 mod regulate;
+mod relay;
 mod riccati;
 mod robust;
 mod system;
@@ -42,5 +43,6 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(robust::robust_lqr, m)?)?;
     m.add_function(wrap_pyfunction!(closed_loop::closed_loop, m)?)?;
     m.add_function(wrap_pyfunction!(closed_loop::rehearse, m)?)?;
+    m.add_function(wrap_pyfunction!(relay::relay, m)?)?;
     m.add_function(wrap_pyfunction!(controllability::controllability, m)?)
 }

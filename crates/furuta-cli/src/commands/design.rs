@@ -2,6 +2,7 @@
 
 mod closed;
 mod lqi;
+mod pid;
 mod place;
 mod robust;
 mod steady_motion;
@@ -36,6 +37,7 @@ pub(crate) struct Args {
 enum Method {
     Lqr(LqrArgs),
     Lqi(lqi::Args),
+    Pid(pid::Args),
     Place(place::Args),
     Robust(robust::Args),
     SteadyMotion(steady_motion::Args),
@@ -103,6 +105,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     match &args.method {
         Method::Lqr(args) => run_lqr(args),
         Method::Lqi(args) => lqi::run(args),
+        Method::Pid(args) => pid::run(args),
         Method::Place(args) => place::run(args),
         Method::Robust(args) => robust::run(args),
         Method::SteadyMotion(args) => steady_motion::run(args),

@@ -9,7 +9,8 @@ mod weights;
 
 pub use lqi::LqiState;
 pub use lqr_sliding::{LqrSlidingState, Reaching};
-pub use mpc::{Bounds, LIMITED, MOVES, MpcState, Outcome, Report, Rows};
+pub(crate) use mpc::counts_delay_once;
+pub use mpc::{Bounds, LIMITED, MOVES, MpcState, Outcome, PAST, Report, Rows};
 pub use normal_form_sliding::{NormalFormSlidingState, Switching};
 pub use pid::PidState;
 pub use scheduled_lqr::SPEEDS;
@@ -20,6 +21,7 @@ pub use crate::from_settings::Design;
 use crate::error::ConfigError;
 use crate::numbers::Number;
 use crate::real::Real;
+use crate::reference::Ahead;
 use crate::section::{Settings, Spec};
 use crate::site::Site;
 use furuta_model::State;
@@ -44,6 +46,18 @@ pub trait Controller<T: Real> {
     /// The command (V) for the estimated state `x`, to be held for the sample period `h` (s). `reference` is where to
     /// go: of the pendulum, 0 is upright.
     fn update(&self, state: &mut Self::State, x: &State<T>, reference: &State<T>, h: T) -> T;
+
+    /// The same with a reference that is known for samples to come. A controller that does not look ahead goes by the
+    /// present one.
+    fn update_ahead(
+        &self,
+        state: &mut Self::State,
+        x: &State<T>,
+        reference: &impl Ahead<T>,
+        h: T,
+    ) -> T {
+        self.update(state, x, &reference.at(0), h)
+    }
 
     /// A state feedback that succeeds about where this controller does, for the supervisor's prediction of a catch,
     /// which must be quick: the surrogate. If `None`, the rig's standard one.
@@ -121,14 +135,24 @@ macro_rules! controllers {
             }
 
             fn update(&self, state: &mut Self::State, x: &State<T>, reference: &State<T>, h: T) -> T {
+                self.update_ahead(state, x, reference, h)
+            }
+
+            fn update_ahead(
+                &self,
+                state: &mut Self::State,
+                x: &State<T>,
+                reference: &impl Ahead<T>,
+                h: T,
+            ) -> T {
                 match self {
                     $(Self::$name(c) => {
                         if let AnyControllerState::$name(s) = &mut *state {
-                            return c.update(s, x, reference, h);
+                            return c.update_ahead(s, x, reference, h);
                         }
                         // The memory belongs to the controller chosen before: begin anew.
                         let mut s = c.start();
-                        let u = c.update(&mut s, x, reference, h);
+                        let u = c.update_ahead(&mut s, x, reference, h);
                         *state = AnyControllerState::$name(s);
                         u
                     })+

@@ -21,18 +21,22 @@
 use crate::real::{Real, c};
 use furuta_model::State;
 use furuta_model::params::Coefficients;
-use furuta_model::series::{DEGREE, Series};
+use furuta_model::series::{Series, TERMS};
 use furuta_model::zero_dynamics;
 
 /// Why the regulator equation has no series to give.
 #[derive(Copy, Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RegulatorError {
-    /// An order that is not built.
-    #[error("order = {order} is not possible; 1 to {DEGREE} are (even terms are zero)")]
+    /// An order beyond what the series has terms for.
+    #[error(
+        "order = {order} is not possible; 1 to {capacity} are, the capacity of the series in use (even terms are zero)"
+    )]
     Order {
         /// What was asked for.
         order: usize,
+        /// The highest degree that the series has terms for.
+        capacity: usize,
     },
     /// The oscillator's frequency is not a positive number.
     #[error("lambda = {value} rad/s is not possible; a finite frequency above 0 is needed")]
@@ -78,16 +82,19 @@ pub enum RegulatorError {
 ///
 /// The amplitude of the reference is the length of `w`; one solution serves all amplitudes for which the series is good
 /// enough ([`SteadyMotion::residual`]).
+///
+/// `N` is the capacity of its series: [`furuta_model::series::terms`] of the highest order. That of a controller is
+/// order 7; a host may take more (`furuta_design::steady_motion` chooses it by the order that is asked for).
 #[derive(Copy, Clone, Debug, PartialEq)]
-pub struct SteadyMotion<T> {
+pub struct SteadyMotion<T, const N: usize = TERMS> {
     /// Frequency of the oscillator, rad/s.
     pub lambda: T,
     /// The arm's angle `pi_theta(w)`, rad.
-    pub angle: Series<T>,
+    pub angle: Series<T, N>,
     /// The arm's speed, the rate of `angle` along the oscillator, rad/s.
-    pub speed: Series<T>,
+    pub speed: Series<T, N>,
     /// The command `c(w)`, V.
-    pub command: Series<T>,
+    pub command: Series<T, N>,
 }
 
 impl<T: Real> SteadyMotion<T> {
@@ -112,7 +119,34 @@ impl<T: Real> SteadyMotion<T> {
         lambda: T,
         order: usize,
     ) -> Result<Self, RegulatorError> {
-        let model = coefficients.cast::<Series<T>>();
+        Self::to_order(coefficients, lambda, order)
+    }
+}
+
+impl<T: Real, const N: usize> SteadyMotion<T, N> {
+    /// The same with series of another capacity: `N` is [`furuta_model::series::terms`] of the highest order.
+    ///
+    /// # Errors
+    /// As [`SteadyMotion::solve`]; an order beyond the capacity says it.
+    ///
+    /// ```
+    /// use furuta_ctrl::design::{RegulatorError, SteadyMotion};
+    /// use furuta_model::Rig;
+    /// use furuta_model::series::terms;
+    /// let c = Rig::builtin("qube-servo-2").ok_or("no such rig")?.params.coefficients();
+    /// let seventh = SteadyMotion::solve(&c, 4.0, 7)?;
+    /// let eleventh = SteadyMotion::<f64, { terms(11) }>::to_order(&c, 4.0, 11)?;
+    /// assert!(eleventh.residual(&c, 0.03) < 0.2 * seventh.residual(&c, 0.03));
+    /// let beyond = SteadyMotion::solve(&c, 4.0, 9);
+    /// assert_eq!(beyond, Err(RegulatorError::Order { order: 9, capacity: 7 }));
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    pub fn to_order(
+        coefficients: &Coefficients<T>,
+        lambda: T,
+        order: usize,
+    ) -> Result<Self, RegulatorError> {
+        let model = coefficients.cast::<Series<T, N>>();
         let angle = arm_angle(lambda, order, |x, alpha_ddot| {
             zero_dynamics::arm_acceleration(&model, x, alpha_ddot)
         })?;
@@ -130,7 +164,7 @@ impl<T: Real> SteadyMotion<T> {
     }
 
     /// The state as a series, and the pendulum's acceleration.
-    fn series(&self) -> (State<Series<T>>, Series<T>) {
+    fn series(&self) -> (State<Series<T, N>>, Series<T, N>) {
         along(self.lambda, &self.angle)
     }
 
@@ -159,8 +193,8 @@ impl<T: Real> SteadyMotion<T> {
     }
 
     /// The same in another precision.
-    pub fn cast<U: Real>(&self) -> SteadyMotion<U> {
-        let series = |s: &Series<T>| s.map(|_, _, c| U::from_f64(c.value()));
+    pub fn cast<U: Real>(&self) -> SteadyMotion<U, N> {
+        let series = |s: &Series<T, N>| s.map(|_, _, c| U::from_f64(c.value()));
         SteadyMotion {
             lambda: U::from_f64(self.lambda.value()),
             angle: series(&self.angle),
@@ -200,7 +234,10 @@ impl<T: Real> SteadyMotion<T> {
 }
 
 /// `pi(w)` as a series for this angle of the arm, and `alpha''`.
-fn along<T: Real>(lambda: T, angle: &Series<T>) -> (State<Series<T>>, Series<T>) {
+fn along<T: Real, const N: usize>(
+    lambda: T,
+    angle: &Series<T, N>,
+) -> (State<Series<T, N>>, Series<T, N>) {
     let alpha = Series::variable(T::ZERO, 1);
     let alpha_dot = alpha.rate(lambda);
     let x = State::new(*angle, alpha, angle.rate(lambda), alpha_dot);
@@ -214,20 +251,21 @@ fn along<T: Real>(lambda: T, angle: &Series<T>) -> (State<Series<T>>, Series<T>)
 ///
 /// # Errors
 /// See [`RegulatorError`].
-pub fn arm_angle<T: Real>(
+pub fn arm_angle<T: Real, const N: usize>(
     lambda: T,
     order: usize,
-    arm_acceleration: impl Fn(&State<Series<T>>, Series<T>) -> Series<T>,
-) -> Result<Series<T>, RegulatorError> {
-    if order == 0 || order > DEGREE {
-        return Err(RegulatorError::Order { order });
+    arm_acceleration: impl Fn(&State<Series<T, N>>, Series<T, N>) -> Series<T, N>,
+) -> Result<Series<T, N>, RegulatorError> {
+    let capacity = Series::<T, N>::DEGREE;
+    if order == 0 || order > capacity {
+        return Err(RegulatorError::Order { order, capacity });
     }
     if !(lambda > T::ZERO) || !lambda.value().is_finite() {
         return Err(RegulatorError::Frequency {
             value: lambda.value(),
         });
     }
-    let demanded = |angle: &Series<T>| {
+    let demanded = |angle: &Series<T, N>| {
         let (x, alpha_ddot) = along(lambda, angle);
         arm_acceleration(&x, alpha_ddot)
     };
@@ -267,7 +305,10 @@ pub fn arm_angle<T: Real>(
 }
 
 /// Everything up to `degree` is finite, and nothing of it even.
-fn check<T: Real>(wanted: &Series<T>, degree: usize) -> Result<(), RegulatorError> {
+fn check<T: Real, const N: usize>(
+    wanted: &Series<T, N>,
+    degree: usize,
+) -> Result<(), RegulatorError> {
     for d in 0..=degree {
         for j in 0..=d {
             let (i, value) = (d - j, wanted.coefficient(d - j, j).value());
@@ -286,11 +327,16 @@ fn check<T: Real>(wanted: &Series<T>, degree: usize) -> Result<(), RegulatorErro
 ///
 /// With `a_j` the coefficient of `w1^(d-j) w2^j`, the rate has `lambda ((d-j+1) a_(j-1) - (j+1) a_(j+1))`: the odd
 /// `a_j` follow from below, the even ones from above.
-fn integral<T: Real>(rate: &Series<T>, degree: usize, lambda: T) -> Series<T> {
+fn integral<T: Real, const N: usize>(
+    rate: &Series<T, N>,
+    degree: usize,
+    lambda: T,
+) -> Series<T, N> {
     #[allow(clippy::cast_precision_loss)]
     let number = |n: usize| c::<T>(n as f64);
     let r = |j: usize| rate.coefficient(degree - j, j) / lambda;
-    let mut a = [T::ZERO; DEGREE + 1];
+    // One for each monomial of the degree; no degree has as many as the whole series.
+    let mut a = [T::ZERO; N];
     for j in (0..degree).step_by(2) {
         let before = if j > 0 {
             number(degree - j + 1) * a[j - 1]

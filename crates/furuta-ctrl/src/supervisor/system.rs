@@ -9,6 +9,7 @@ use crate::compensation::Compensation;
 use crate::config::Config;
 use crate::controllers::{
     AnyController, AnyControllerState, Controller, Design, StateFeedback, SwingUp, SwingUpState,
+    counts_delay_once,
 };
 use crate::design;
 use crate::error::ConfigError;
@@ -17,8 +18,8 @@ use crate::numbers::{Number, listed};
 use crate::real::{Real, c};
 use crate::site::Site;
 use crate::thresholds::{SPEC, Thresholds, within};
+use furuta_model::Plant;
 use furuta_model::linear_plant::smooth;
-use furuta_model::{Plant, State};
 
 /// Swing-up, catch and balance of one rig at one sample period. Configuration only: see [`SupervisorState`].
 #[derive(Clone, Debug)]
@@ -91,6 +92,7 @@ impl<T: Real> Supervisor<T> {
         }
         let site = &within(&config.limits, site);
         let swing_up = SwingUp::design(&config.swing_up, site)?;
+        counts_delay_once(&config.controller, &config.estimator)?;
         let balance = AnyController::design(&config.controller, site)?;
         let surrogate = match balance.surrogate() {
             Some(feedback) => feedback,
@@ -171,11 +173,6 @@ impl<T: Real> Supervisor<T> {
             braking: Brake::none().begin(T::ZERO),
         }
     }
-}
-
-/// The reference of an arm at rest at `theta` (rad), the pendulum upright.
-pub(super) fn arm_at<T: Real>(theta: T) -> State<T> {
-    State::new(theta, T::ZERO, T::ZERO, T::ZERO)
 }
 
 impl<T: Real> SupervisorState<T> {

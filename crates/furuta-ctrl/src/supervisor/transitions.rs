@@ -2,9 +2,10 @@
 
 use super::fault::Fault;
 use super::mode::{Mode, Request};
-use super::system::{Supervisor, SupervisorState, arm_at};
+use super::system::{Supervisor, SupervisorState};
 use crate::controllers::Controller;
 use crate::real::{Real, c, wrap};
+use crate::reference::arm_at;
 use furuta_model::State;
 
 /// A jump of the command at the catch that is small enough, of the command limit.

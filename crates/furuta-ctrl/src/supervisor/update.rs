@@ -1,11 +1,12 @@
 //! One sample: from a measurement to a command.
 
 use super::mode::Mode;
-use super::system::{Supervisor, SupervisorState, arm_at};
+use super::system::{Supervisor, SupervisorState};
 use crate::compensation::Situation;
 use crate::controllers::Controller;
 use crate::estimators::{Estimate, Estimator, Measurement};
 use crate::real::{Real, command, is_finite};
+use crate::reference::{Approach, arm_at};
 use furuta_model::State;
 
 /// One sample's answer.
@@ -54,10 +55,14 @@ impl<T: Real> Supervisor<T> {
             Mode::Balance => {
                 let step = self.thresholds.reference_speed * self.h * periods;
                 state.arm_reference += (target - state.arm_reference).clamp(-step, step);
-                let reference = arm_at(state.arm_reference);
+                let reference = Approach {
+                    from: state.arm_reference,
+                    to: target,
+                    step: self.thresholds.reference_speed * self.h,
+                };
                 let u = self
                     .balance
-                    .update(&mut state.balance, &ahead, &reference, self.h);
+                    .update_ahead(&mut state.balance, &ahead, &reference, self.h);
                 // What the last command was above this one dies out, instead of vanishing at once.
                 let bump = self.thresholds.blend * state.bump.unwrap_or(state.u - u);
                 state.bump = Some(bump);

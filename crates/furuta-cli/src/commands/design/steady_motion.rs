@@ -2,11 +2,10 @@
 
 use std::io::Write;
 
-use furuta_ctrl::design::SteadyMotion;
 use furuta_design::largest_sine;
+use furuta_design::steady_motion::Motion;
 use furuta_model::Rig;
 use furuta_model::params::Coefficients;
-use furuta_model::series::{DEGREE, Series};
 use serde_json::{Value, json};
 
 use crate::commands::emulate::positive;
@@ -27,7 +26,7 @@ pub(crate) struct Args {
     /// Amplitude at which the series is judged.
     #[arg(long, value_name = "RAD", default_value_t = 0.05, value_parser = positive)]
     amplitude: f64,
-    /// Order of the series, 1 to 7.
+    /// Order of the series, 1 to 31; a controller file takes at most 7.
     #[arg(long, value_name = "N", default_value_t = 5)]
     order: usize,
     /// Without the sin^2(alpha) inertia, as in the planar model of Ramos-Velasco et al. (whose beta is -alpha).
@@ -46,14 +45,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         swing: if args.planar { 0.0 } else { full.swing },
         ..full
     };
-    let steady = SteadyMotion::solve(&c, args.lambda, args.order)?;
+    let steady = Motion::solve(&c, args.lambda, args.order)?;
     let residual = steady.residual(&c, args.amplitude);
     let largest = largest_sine::amplitude(&c, args.lambda);
     let mut out = streams::output();
     if args.json {
         let line = json!({
             "rig": rig.name, "planar": args.planar, "lambda": args.lambda, "order": args.order,
-            "theta": terms(&steady.angle), "theta_dot": terms(&steady.speed), "u": terms(&steady.command),
+            "theta": terms(&steady, 0), "theta_dot": terms(&steady, 1), "u": terms(&steady, 2),
             "amplitude": args.amplitude, "residual": residual, "largest_amplitude": largest,
         });
         return Ok(writeln!(out, "{line}")?);
@@ -71,8 +70,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         format!("u [{}]", rig.params.motor.actuation.unit())
     )?;
     for (i, j) in exponents(args.order) {
-        let [a, s, u] = [&steady.angle, &steady.speed, &steady.command]
-            .map(|p| significant(p.coefficient(i, j)));
+        let [a, s, u] = steady.coefficients(i, j).map(significant);
         writeln!(out, "  {i:2} {j:2}   {a:>16}{s:>16}{u:>15}")?;
     }
     writeln!(
@@ -94,15 +92,15 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
 /// Exponents of `w1`, `w2` of the terms that are not zero for any model.
 fn exponents(order: usize) -> impl Iterator<Item = (usize, usize)> {
-    (1..=order.min(DEGREE))
+    (1..=order)
         .step_by(2)
         .flat_map(|degree| (0..=degree).map(move |j| (degree - j, j)))
 }
 
-/// `[[i, j, coefficient], ...]`.
-fn terms(series: &Series<f64>) -> Value {
-    exponents(DEGREE)
-        .map(|(i, j)| json!([i, j, series.coefficient(i, j)]))
+/// `[[i, j, coefficient], ...]` of the arm's angle (`which` 0), its speed (1) or the command (2).
+fn terms(motion: &Motion, which: usize) -> Value {
+    exponents(motion.order())
+        .map(|(i, j)| json!([i, j, motion.coefficients(i, j)[which]]))
         .filter(|term| term[2] != json!(0.0))
         .collect()
 }

@@ -14,9 +14,9 @@ pub struct Rows<T, const M: usize> {
     pub by_move: [[T; M]; M],
     /// What the number itself is multiplied by in each row.
     pub scale: [T; M],
-    /// Largest value either way, V or rad; infinite where there is no limit.
+    /// Largest value either way, V or rad; infinite where there is no limit. Of the command's changes: in one sample.
     pub limit: T,
-    /// The same in each row: `limit * scale`.
+    /// The same in each row: `limit * scale`; of changes, times the samples in which they take place.
     pub reach: [T; M],
     /// Largest multiplier: the price of a unit beyond the limit in the row's units; infinite for a limit that is kept
     /// at all cost.
@@ -25,6 +25,33 @@ pub struct Rows<T, const M: usize> {
 
 impl<const M: usize> Rows<f64, M> {
     pub(super) fn new(predicted: &Predicted<4, M>, limit: f64, price: f64) -> Self {
+        Self::each(predicted, limit, [1.0; M], price)
+    }
+
+    /// Of the changes of `command` from each time to the next, which follow after so many samples; the first from the
+    /// last command that was given. By at most `step` in a sample, at all cost.
+    pub(super) fn changes(
+        command: &Predicted<4, M>,
+        step: f64,
+        samples: impl Fn(usize) -> usize,
+    ) -> Self {
+        let mut changes = *command;
+        for i in (1..M).rev() {
+            for (x, before) in changes.free[i].iter_mut().zip(&command.free[i - 1]) {
+                *x -= before;
+            }
+            for (x, before) in changes.forced[i].iter_mut().zip(&command.forced[i - 1]) {
+                *x -= before;
+            }
+        }
+        #[allow(clippy::cast_precision_loss)] // some hundred samples
+        let counts =
+            core::array::from_fn(|i| if i == 0 { 1.0 } else { samples(i - 1) as f64 });
+        Self::each(&changes, step, counts, f64::INFINITY)
+    }
+
+    /// `times` as large a limit in each row.
+    fn each(predicted: &Predicted<4, M>, limit: f64, times: [f64; M], price: f64) -> Self {
         if !limit.is_finite() {
             return Self {
                 free: [[0.0; M]; 4],
@@ -53,7 +80,7 @@ impl<const M: usize> Rows<f64, M> {
             forced,
             scale,
             limit,
-            reach: scale.map(|s| limit * s),
+            reach: core::array::from_fn(|i| limit * times[i] * scale[i]),
             price: scale.map(|s| price / s),
         }
     }

@@ -1,6 +1,9 @@
 //! Model predictive control: its fixed number of steps against an interior-point method, its problem against the
 //! textbook's, its limits on the nonlinear plant.
 
+mod ahead;
+mod rates;
+
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT,
@@ -60,7 +63,7 @@ fn tasks(rig: &Rig, iterations: f64) -> [Mpc<f64>; 2] {
 ///
 /// `w = -C'y`; `y` above 0 only at or beyond an upper limit, below 0 only at or beyond a lower one, `|y|` within the
 /// price; a row inside its price is within its limits.
-fn misses(mpc: &Mpc<f64>, asked: &[[[f64; 12]; 3]; 3], w: &[f64; 12], y: &[[f64; 12]; 3]) -> f64 {
+fn misses(mpc: &Mpc<f64>, asked: &[[[f64; 12]; 3]; 4], w: &[f64; 12], y: &[[f64; 12]; 4]) -> f64 {
     let mut stationary = *w;
     let mut worst: f64 = 0.0;
     for (k, rows) in mpc.rows.iter().enumerate() {
@@ -122,11 +125,11 @@ fn the_solution_is_exact() {
                 compared += 1;
                 let limit = mpc.command_limit;
                 assert_eq!(memory.report().outcome, Outcome::Solved, "{name}: {x:?}");
-                let asked = mpc.problem(&x, &upright);
+                let asked = mpc.problem(&mpc.start(), &x, &upright);
                 let missed = misses(&mpc, &asked, &memory.moves(), &memory.multipliers(&mpc));
                 assert!(missed < 1e-10 * limit, "{name}: {x:?}: {missed}");
                 // An interior-point method ends near the solution: at a corner of three prices 1e-6 away.
-                let other = exact.update(&mut (), &x, &upright, PERIOD);
+                let other = exact.update(&mut exact.start(), &x, &upright, PERIOD);
                 assert!(
                     (u - other).abs() < 1e-5 * limit,
                     "{name}: {x:?}: {u} V, not {other} V"
@@ -164,6 +167,7 @@ fn random_problems_are_solved_without_cycling() {
                 command: u,
                 pendulum: Some(0.05 * ten(0.5)),
                 arm: Some(0.5 * ten(0.5)),
+                rate: None,
             };
             let horizon = 10.0 * ten(0.5) / frequency;
             let mpc =
@@ -179,7 +183,12 @@ fn random_problems_are_solved_without_cycling() {
                     "{name}: {x:?}: {report:?}"
                 );
                 let y = memory.multipliers(&mpc);
-                let missed = misses(&mpc, &mpc.problem(&x, &upright), &memory.moves(), &y);
+                let missed = misses(
+                    &mpc,
+                    &mpc.problem(&memory, &x, &upright),
+                    &memory.moves(),
+                    &y,
+                );
                 assert!(missed < 1e-10 * u, "{name}: {x:?}: {missed} V, {report:?}");
                 assert!(command.abs() <= u);
                 active += usize::from(report.outcome == Outcome::Solved);
@@ -208,18 +217,19 @@ fn dependent_limits_do_not_cycle() {
         let rig = Rig::builtin(name).expect("built in");
         let frequency = Site::of(&rig, PERIOD).frequency();
         for mpc in tasks(&rig, 200.0) {
-            let [command, pendulum, _] = mpc.rows;
+            let [command, pendulum, _, changes] = mpc.rows;
             let soft = furuta_ctrl::controllers::Rows {
                 price: pendulum.price,
                 ..command
             };
             for rows in [
-                [command, pendulum, pendulum],
-                [command, command, command],
-                [command, soft, soft],
-                [soft, soft, pendulum],
+                [command, pendulum, pendulum, changes],
+                [command, command, command, changes],
+                [command, soft, soft, changes],
+                [soft, soft, pendulum, changes],
             ] {
-                let mpc = Mpc { rows, ..mpc };
+                let mut mpc = mpc;
+                mpc.rows = rows;
                 let mut memory = mpc.start();
                 for _ in 0..100 {
                     let (x, upright) = (draws.state(frequency), State::upright());
@@ -232,7 +242,12 @@ fn dependent_limits_do_not_cycle() {
                     );
                     active += usize::from(report.outcome == Outcome::Solved);
                     let y = memory.multipliers(&mpc);
-                    let missed = misses(&mpc, &mpc.problem(&x, &upright), &memory.moves(), &y);
+                    let missed = misses(
+                        &mpc,
+                        &mpc.problem(&memory, &x, &upright),
+                        &memory.moves(),
+                        &y,
+                    );
                     assert!(
                         missed < 1e-10 * mpc.command_limit,
                         "{name}: {x:?}: {missed}"
@@ -275,12 +290,14 @@ fn a_bound_of_changes_is_kept_and_counted() {
 }
 
 /// The textbook's problem with every state and command of every sample a variable, their costs as the LQR has them and
-/// its cost matrix at the end: nothing of [`Prediction`] but which samples move together.
+/// its cost matrix at the end: nothing of [`Prediction`] but which samples move together. `change`: the command's
+/// largest change in a sample, and the last command.
 fn textbook(
     rig: &Rig,
     weights: &Weights<f64, 4, 1>,
     samples: usize,
     lean: f64,
+    change: Option<(f64, f64)>,
     x0: &State<f64>,
 ) -> f64 {
     const M: usize = controllers::MOVES;
@@ -353,6 +370,14 @@ fn textbook(
         for k in ends {
             row(vec![(4 * k + 1, sign)], lean);
         }
+        if let Some((step, last)) = change {
+            row(vec![(first_u, sign)], step + sign * last);
+            for pair in starts.windows(2) {
+                let between = (pair[1] - pair[0]) as f64;
+                let entries = vec![(first_u + pair[1], sign), (first_u + pair[0], -sign)];
+                row(entries, step * between);
+            }
+        }
     }
     let m = bounds.len();
     let square = CscMatrix::new_from_triplets(n, n, cost.0, cost.1, cost.2);
@@ -388,13 +413,14 @@ fn the_problem_is_the_textbooks() {
             command: limit,
             pendulum: Some(lean),
             arm: None,
+            rate: None,
         };
         let mpc = Mpc::<f64>::new(&linear, PERIOD, &weights, 0.3, &bounds, 1000).expect("a gain");
         let exact = InteriorPoint(mpc);
         for theta in [-0.9, -0.7, 0.6, 0.8] {
             let x = State::new(theta, 0.01, 0.1, 0.0);
-            let expected = textbook(&rig, &weights, samples, lean, &x);
-            let u = exact.update(&mut (), &x, &State::upright(), PERIOD);
+            let expected = textbook(&rig, &weights, samples, lean, None, &x);
+            let u = exact.update(&mut exact.start(), &x, &State::upright(), PERIOD);
             // Two interior-point solutions of unlike problems.
             assert!(
                 (u - expected).abs() < 1e-5 * limit,
@@ -424,7 +450,7 @@ fn without_limits_it_is_the_regulator() {
                 let near = x.map(|v| 1e-3 * v);
                 let u = mpc.update(&mut memory, &near, &State::upright(), PERIOD);
                 assert_eq!(u, mpc.feedback().unlimited(&near, &State::upright()));
-                assert_eq!(memory.multipliers(&mpc), [[0.0; 12]; 3]);
+                assert_eq!(memory.multipliers(&mpc), [[0.0; 12]; 4]);
                 assert_eq!(memory.moves(), [0.0; 12]);
             }
         }
@@ -515,7 +541,7 @@ fn anything_is_answered() {
             for (at, reference) in [(x, upright), (sound, x), (x, x)] {
                 for u in [
                     mpc.update(&mut memory, &at, &reference, PERIOD),
-                    exact.update(&mut (), &at, &reference, PERIOD),
+                    exact.update(&mut exact.start(), &at, &reference, PERIOD),
                 ] {
                     assert!(u.abs() <= mpc.command_limit, "{at:?} {reference:?}: {u} V");
                 }

@@ -1,0 +1,97 @@
+//! The PID pair, tuned by a relay.
+
+use super::closed_loop::{margins, period};
+use crate::arguments::RigLike;
+use crate::error;
+use furuta_design::relay::{Relay, ultimate};
+use furuta_design::rig_loop::RigLoop;
+use furuta_model::linear_plant::Amplitudes;
+use numpy::IntoPyArray;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Tunes the pair of PID controllers (`kind = "pid"`) by a relay on the simulated rig, upright, in place of the
+/// pendulum's controller (K. J. Astrom, T. Hagglund, 1984).
+///
+/// The rig has its effects, encoders and command limit; a command acts from the sample after the one it is decided at.
+///
+/// Parameters
+/// ----------
+/// rig : Rig
+/// rate : float, optional
+///     Samples per second.
+/// amplitude : float, optional
+///     What the relay commands either way, V; a tenth of the command limit if not given.
+/// hysteresis : float, optional
+///     Angle beyond which it switches, rad; the encoder's step if not given.
+/// time_limit : float, optional
+///     The experiment ends after this time at the latest, s.
+///
+/// Returns
+/// -------
+/// dict
+///     ultimate_gain (V/rad), ultimate_period (s): of the loop from command to the pendulum's angle; described_gain: the
+///     gain by the relay's describing function; phase: of the command against the angle, rad; amplitude (V),
+///     hysteresis (rad), lean, arm (furthest angles, rad), time (s); model: the same gain and period by the linear model
+///     and an ideal relay, or None; pendulum_gains, arm_gains:
+///     [kp, ki, kd] for a controller file; margins: as closed_loop has
+///     them, of the pair without its low pass, one sample of delay not counted.
+///
+/// Raises
+/// ------
+/// DesignError
+///     Numbers outside their ranges; a pendulum that falls, or does not oscillate steadily.
+///
+/// Examples
+/// --------
+/// >>> import furuta
+/// >>> found = furuta.relay(furuta.Rig.load("shahzad2022-srv02"))
+/// >>> found["margins"]["stable"], bool(abs(found["ultimate_gain"] / found["model"][0] - 1) < 0.15)
+/// (True, True)
+#[pyfunction]
+#[pyo3(signature = (rig, *, rate = 500.0, amplitude = None, hysteresis = None, time_limit = 10.0))]
+pub(crate) fn relay<'py>(
+    py: Python<'py>,
+    rig: RigLike,
+    rate: f64,
+    amplitude: Option<f64>,
+    hysteresis: Option<f64>,
+    time_limit: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let experiment = Relay {
+        amplitude,
+        hysteresis,
+        period: period(rate)?,
+        time_limit,
+    };
+    let rig = rig.rig.clone();
+    let found = py.detach(|| experiment.run(&rig)).map_err(error::design)?;
+    let model = ultimate(&rig, experiment.period, 0.0).map_err(error::design)?;
+    let gains = found.gains(&rig);
+    let closed = RigLoop::new(
+        &rig,
+        gains.law(),
+        Some(experiment.period),
+        &Amplitudes::NONE,
+    )
+    .map_err(error::design)?;
+    let out = PyDict::new(py);
+    for (name, value) in [
+        ("ultimate_gain", found.gain),
+        ("ultimate_period", found.period),
+        ("described_gain", found.described),
+        ("phase", found.phase),
+        ("amplitude", found.amplitude),
+        ("hysteresis", found.hysteresis),
+        ("lean", found.lean),
+        ("arm", found.arm),
+        ("time", found.time),
+    ] {
+        out.set_item(name, value)?;
+    }
+    out.set_item("model", model)?;
+    out.set_item("pendulum_gains", gains.pendulum.to_vec().into_pyarray(py))?;
+    out.set_item("arm_gains", gains.arm.to_vec().into_pyarray(py))?;
+    out.set_item("margins", margins(py, &closed.margins())?)?;
+    Ok(out)
+}
