@@ -32,6 +32,8 @@ pub mod largest_sine;
 pub mod limit_cycle;
 mod lmi;
 pub mod mpc;
+#[doc(hidden)]
+pub mod optimal;
 pub mod polytope;
 pub mod ramos_velasco;
 pub mod reach;
