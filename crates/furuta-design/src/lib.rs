@@ -14,6 +14,7 @@
 //! | [`arm_step`] | a step of the arm under LQR, sliding mode and model predictive control |
 //! | [`mpc`] | model predictive control by an interior-point method |
 //! | [`largest_sine`] | the largest sine that a pendulum can follow at all |
+//! | [`optimal`] | the fastest swing-up within a rig's limits, by optimisation |
 //! | [`rig_loop`] | a rig with its effects under a linear law: the whole loop, its poles and margins |
 //! | [`rehearsal`] | whether a control system holds the nonlinear rig, encoders and delay included |
 //! | [`estimation`] | how well estimators know speeds, all watching the same run |
@@ -32,7 +33,6 @@ pub mod largest_sine;
 pub mod limit_cycle;
 mod lmi;
 pub mod mpc;
-#[doc(hidden)]
 pub mod optimal;
 pub mod polytope;
 pub mod ramos_velasco;

@@ -10,7 +10,7 @@ const RADIUS: [f64; 3] = [0.5, 2.0, 1e-7];
 /// A course whose scaled defects are all smaller than this is a motion of the rig.
 pub(super) const CLOSED: f64 = 1e-8;
 /// A step that promises less than this has arrived.
-const ARRIVED: f64 = 1e-8;
+const ARRIVED: f64 = 1e-7;
 /// Scaled difference by which exact first derivatives are differenced to second ones.
 const DIFFERENCE: f64 = 1e-5;
 

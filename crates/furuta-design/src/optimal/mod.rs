@@ -92,7 +92,7 @@ pub struct SwingUp {
     pub gap: f64,
     /// What was minimised.
     pub cost: f64,
-    /// Whether the last quadratic program promised to lower that by less than 1e-8: a local optimum.
+    /// Whether the last quadratic program promised to lower that by less than 1e-7: a local optimum.
     pub optimal: bool,
     /// Effects of the rig file that the model leaves out.
     pub left_out: Vec<&'static str>,
@@ -146,8 +146,8 @@ pub enum SwingUpError {
 }
 
 impl SwingUpProblem {
-    /// Three twentieths of the voltage left to the feedback, a little weight on effort, nine tenths of the arm angle (of
-    /// the rig file, else a turn) and of the speeds at which a run is stopped, 100 intervals.
+    /// A twentieth of the voltage left to the feedback, a little weight on effort, eight tenths of the arm angle (of the
+    /// rig file, else a turn), nine tenths of the speeds at which a run is stopped, 100 intervals.
     #[must_use]
     pub fn new(rig: Rig) -> Self {
         let k = rig.params.coefficients();
@@ -155,8 +155,8 @@ impl SwingUpProblem {
         let frequency = Site::of(&rig, 0.002).frequency();
         let limits = rig.limits;
         Self {
-            reserve: 0.15,
-            effort: 0.1,
+            reserve: 0.05,
+            effort: 0.03,
             arm_angle: 0.8 * limits.arm_angle.unwrap_or(std::f64::consts::TAU),
             arm_speed: 0.9 * limits.arm_speed.unwrap_or(1.3 * free),
             pendulum_speed: 0.9 * limits.pendulum_speed.unwrap_or(10.0 * frequency),
