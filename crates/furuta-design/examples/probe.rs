@@ -1,3 +1,4 @@
+//! Designs and draws, for the times and shares while the optimiser is being worked on.
 use furuta_ctrl::Config;
 use furuta_ctrl::trajectory::WhenLost;
 use furuta_design::optimal::SwingUpProblem;
