@@ -3,6 +3,7 @@
 pub use crate::error::ConfigError;
 
 use crate::section::{Settings, Spec};
+use crate::trajectory::Trajectory;
 use crate::{compensation, controllers, estimators, thresholds};
 
 /// What a controller file says: one [`Settings`] for each of its sections. Sections that it leaves out are standard
@@ -34,6 +35,8 @@ pub struct Config {
     pub limits: Settings,
     /// `[compensate]`: what is added to the command for effects that the rig file names.
     pub compensate: Settings,
+    /// `[trajectory]`: a swing-up to follow, where one is given; else, and where it is lost, by energy.
+    pub trajectory: Option<Trajectory>,
 }
 
 /// The sections of a controller file: name, and the kinds it can be of, the standard one first. A section of one kind
@@ -75,6 +78,7 @@ impl Default for Config {
             supervisor,
             limits,
             compensate,
+            trajectory: None,
         }
     }
 }

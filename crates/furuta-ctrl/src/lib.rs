@@ -13,6 +13,7 @@
 //! | [`estimators`] | states from encoder angles |
 //! | [`compensation`] | what is added to the command for effects that the rig file names |
 //! | [`supervisor`] | modes, the catch, limits, faults: what stands between a controller and a motor |
+//! | [`trajectory`] | a swing-up computed beforehand, and what follows it |
 //! | [`settings`], [`config`], [`plan`] | a controller file's contents, checked, in fixed size, as sent to a microcontroller |
 //! | [`numbers`] | the numbers that a control system runs on, by name, for other languages |
 //! | `file` (feature `std`) | controller files (TOML) |
@@ -40,6 +41,7 @@ pub mod settings;
 mod site;
 pub mod supervisor;
 mod thresholds;
+pub mod trajectory;
 
 pub use config::Config;
 pub use error::ConfigError;

@@ -15,6 +15,7 @@
 //! | [`mpc`] | model predictive control by an interior-point method |
 //! | [`steady_motion`] | the motion of the arm under which the pendulum follows a sine, to any order |
 //! | [`largest_sine`] | the largest sine that a pendulum can follow at all |
+//! | [`optimal`] | the fastest swing-up within a rig's limits, by optimisation |
 //! | [`rig_loop`] | a rig with its effects under a linear law: the whole loop, its poles and margins |
 //! | [`rehearsal`] | whether a control system holds the nonlinear rig, encoders and delay included |
 //! | [`relay`] | the PID pair tuned by a relay experiment |
@@ -34,6 +35,7 @@ pub mod largest_sine;
 pub mod limit_cycle;
 mod lmi;
 pub mod mpc;
+pub mod optimal;
 pub mod polytope;
 pub mod ramos_velasco;
 pub mod reach;

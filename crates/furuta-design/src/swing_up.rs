@@ -45,6 +45,9 @@ pub const PUSH: f64 = 1.0;
 pub struct Attempt {
     /// When balancing began that lasted, s.
     pub up: Option<f64>,
+    /// From when on the pendulum stayed within [`UPRIGHT`] of upright, s; what balancing, which begins well before, is
+    /// not: comparable with an optimum's.
+    pub arrived: Option<f64>,
     /// How long it then took until it was up again after a push, s; 0 where it was not let fall.
     pub up_again: Option<f64>,
     /// Catches that did not hold, before the first that did.
@@ -164,6 +167,7 @@ impl Study {
         let mut run = bench.start(start);
         let mut attempt = Attempt {
             up: None,
+            arrived: None,
             up_again: None,
             dropped: 0,
             arm: 0.0,
@@ -172,11 +176,13 @@ impl Study {
         };
         attempt.up = self.until_up(&bench, &mut run, &mut attempt);
         if attempt.up.is_some() {
+            let arrived = attempt.arrived;
             let push = PUSH * Site::of(&self.rig, self.period).frequency();
             run.plant.x.alpha_dot += if i.is_multiple_of(2) { push } else { -push };
             let dropped = attempt.dropped;
             attempt.up_again = self.until_up(&bench, &mut run, &mut attempt);
             attempt.dropped = dropped;
+            attempt.arrived = arrived;
         }
         Ok(attempt)
     }
@@ -184,11 +190,13 @@ impl Study {
     /// Time from now until balancing began that lasted.
     fn until_up(&self, bench: &Supervised<'_>, run: &mut Run, a: &mut Attempt) -> Option<f64> {
         let mut since = (run.memory.mode() == Mode::Balance).then_some(0.0);
+        let mut near: Option<f64> = None;
         let samples = (self.patience / self.period) as usize;
         for k in 0..samples {
             let t = k as f64 * self.period;
             let s = bench.sample(run, 0.0);
             a.arm = a.arm.max(s.x.theta.abs());
+            near = near.or(Some(t)).filter(|_| wrap(s.x.alpha).abs() < UPRIGHT);
             if s.fault.is_some() {
                 a.fault = s.fault;
                 return None;
@@ -207,6 +215,7 @@ impl Study {
             }
             let upright = wrap(s.x.alpha).abs() < UPRIGHT;
             if let Some(from) = since.filter(|from| t - from >= SETTLED && upright) {
+                a.arrived = near;
                 return Some(from);
             }
         }
@@ -225,6 +234,10 @@ pub struct Outcome {
     pub up_again: usize,
     /// Time until up, of those that came up: median, 95th of a hundred, longest; s.
     pub time: [f64; 3],
+    /// Time until within [`UPRIGHT`] of upright for good, of the same: median, 95th of a hundred, longest; s.
+    pub arrival: [f64; 3],
+    /// Largest arm angle of an attempt, median, rad.
+    pub median_arm: f64,
     /// The same after the push.
     pub time_again: [f64; 3],
     /// Catches that did not hold, per attempt.
@@ -254,6 +267,9 @@ impl Outcome {
             (t.len(), [at(0.5), at(0.95), at(1.0)])
         };
         let (up, time) = times(|a| a.up);
+        let (_, arrival) = times(|a| a.arrived);
+        let mut arms: Vec<f64> = attempts.iter().map(|a| a.arm).collect();
+        arms.sort_by(f64::total_cmp);
         let (up_again, time_again) = times(|a| a.up_again);
         let mut jumps: Vec<f64> = attempts.iter().map(|a| a.jump).collect();
         jumps.sort_by(f64::total_cmp);
@@ -264,6 +280,8 @@ impl Outcome {
             up,
             up_again,
             time,
+            arrival,
+            median_arm: arms.get(arms.len() / 2).copied().unwrap_or(0.0),
             time_again,
             dropped: dropped / attempts.len().max(1) as f64,
             jump: [middle, jumps.last().copied().unwrap_or(0.0)],

@@ -6,6 +6,7 @@ mod pid;
 mod place;
 mod robust;
 mod steady_motion;
+mod swing_up;
 
 use std::io::Write;
 
@@ -41,6 +42,7 @@ enum Method {
     Place(place::Args),
     Robust(robust::Args),
     SteadyMotion(steady_motion::Args),
+    SwingUp(swing_up::Args),
 }
 
 /// The rig of a design, its rate, and where the answer goes.
@@ -109,6 +111,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Method::Place(args) => place::run(args),
         Method::Robust(args) => robust::run(args),
         Method::SteadyMotion(args) => steady_motion::run(args),
+        Method::SwingUp(args) => swing_up::run(args),
     }
 }
 

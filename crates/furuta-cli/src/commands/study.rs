@@ -77,7 +77,7 @@ fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> 
 }
 
 /// A progress bar over `count` runs, where there is a terminal.
-fn bar(count: u64) -> ProgressBar {
+pub(crate) fn bar(count: u64) -> ProgressBar {
     let bar = ProgressBar::new(count);
     if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {prefix} {eta} left") {
         bar.set_style(style);

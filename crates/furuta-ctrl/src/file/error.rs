@@ -1,6 +1,7 @@
 //! What is wrong with a controller file.
 
 use crate::section::SettingsError;
+use crate::trajectory::TrajectoryError;
 use furuta_input::{InputError, foreign, quoted};
 
 /// What is wrong with a controller file.
@@ -78,6 +79,14 @@ pub enum FileError {
         line: usize,
         /// What is wrong with it.
         error: SettingsError,
+    },
+    /// A trajectory that is not possible.
+    #[error("controller file, line {line}: trajectory: {error}")]
+    Trajectory {
+        /// Where, from 1.
+        line: usize,
+        /// What is wrong with it.
+        error: TrajectoryError,
     },
     /// Any of these in a file with a name.
     #[error("{}: {error}", quoted(path))]

@@ -16,6 +16,8 @@
 //! arm_angle = 2.5            # rad
 //! ```
 //!
+//! A table `[trajectory]` holds a swing-up to follow; `furuta design swing-up` writes it.
+//!
 //! Every section, and every key in it, may be left out: the standard value, or what the rig's model says, takes its
 //! place. The sections and what they take: [`crate::config::SECTIONS`].
 
@@ -23,6 +25,7 @@ mod error;
 mod places;
 #[cfg(test)]
 mod tests;
+mod trajectory;
 mod value;
 
 pub use error::FileError;
@@ -103,12 +106,20 @@ impl ControllerFile {
                 file.made_for = made_for(table(name)?, &at)?;
                 continue;
             }
+            if name == "trajectory" {
+                file.config.trajectory = Some(trajectory::read(table(name)?, &at)?);
+                continue;
+            }
             let Some(place) = SECTIONS.iter().position(|(section, _)| section == name) else {
                 let known = SECTIONS.iter().map(|(name, _)| *name);
                 return Err(FileError::UnknownSection {
                     line: at.section(name),
                     name: name.clone(),
-                    known: listed(std::iter::once("made_for").chain(known)),
+                    known: listed(
+                        std::iter::once("made_for")
+                            .chain(known)
+                            .chain(["trajectory"]),
+                    ),
                 });
             };
             let (section, kinds) = SECTIONS[place];
@@ -151,6 +162,11 @@ impl ControllerFile {
                 };
                 let _ = writeln!(out, "{} = {}{unit}", p.name, written(p, values));
             }
+        }
+        if let Some(trajectory) = &self.config.trajectory {
+            let between = if out.is_empty() { "" } else { "\n" };
+            out.push_str(between);
+            out.push_str(&trajectory::written(trajectory));
         }
         out
     }

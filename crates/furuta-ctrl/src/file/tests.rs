@@ -12,7 +12,7 @@ fn mistakes_are_named() {
         (
             "[controler]\n",
             "line 1: no section `controler`; there are made_for, controller, estimator, swing_up, \
-             supervisor, limits, compensate",
+             supervisor, limits, compensate, trajectory",
         ),
         (
             "[controller]\nkind = \"bang_bang\"\n",
@@ -49,6 +49,32 @@ fn mistakes_are_named() {
             "rate must be a number of samples per second",
         ),
         ("[controller\n", "line 1: "),
+        (
+            "[trajectory]\nversion = 7\n",
+            "line 2: version must be 1, the version that this program reads; make the file again with furuta design \
+             swing-up",
+        ),
+        (
+            "[trajectory]\nversion = 1\ninterval = 0.1\nwhen_lost = \"panic\"\n",
+            "line 4: when_lost must be \"energy\" or \"stop\"",
+        ),
+        (
+            "[trajectory]\nversion = 1\ninterval = 0.1\npoints = [[1, 2], [3, 4]]\n",
+            "line 4: points must be a list of points, each [theta, alpha,",
+        ),
+        (
+            "[trajectory]\nversion = 1\ninterval = 0.1\npoints = [[0, 3, 0, 0, 1, 0, 0, 0, 0]]\n",
+            "line 4: trajectory: 1 points: a trajectory has 2 to 128; design it again",
+        ),
+        (
+            "[trajectory]\nversion = 1\ninterval = 0.1\npoints = [[0, 3, 0, 0, 1, 0, 0, 0, 0],\n[0, nan, 0, 0, 1, 0, 0, 0, \
+             0]]\n",
+            "trajectory: point 1: alpha = NaN is outside the allowed range [-1000, 1000]",
+        ),
+        (
+            "[trajectory]\nversion = 1\nspeed = 2\n",
+            "line 3: [trajectory] has no key `speed`; it has version, interval, when_lost, points",
+        ),
     ] {
         let message = message(text);
         assert!(message.contains(expected), "{message}\nlacks\n{expected}");
@@ -78,7 +104,8 @@ fn what_is_quoted_is_short_and_printable() {
 fn what_is_written_reads_back() {
     let text = "[made_for]\nrig = \"my \\\"rig\\\"\"\nrate = 500\n[controller]\nq = [1, 2, 3, 4.5]\nr = \
         0.1\n[estimator]\nkind = \"derivative\"\n[limits]\ncommand = 5\n[compensate]\nhold = \
-        false\n[supervisor]\ncatch_every = 4\n";
+        false\n[supervisor]\ncatch_every = 4\n[trajectory]\nversion = 1\ninterval = 0.0125\nwhen_lost = \
+        \"stop\"\npoints = [[0.1, 3.1415927, 0, 0, -1.5, 1e-3, 2, 3, 4], [0, 0, 0, 0, 0, 0, 0, 0, 0]]\n";
     let file = ControllerFile::from_toml(text).expect("valid");
     let again = ControllerFile::from_toml(&file.to_toml()).expect("readable");
     assert_eq!(again, file, "{}", file.to_toml());

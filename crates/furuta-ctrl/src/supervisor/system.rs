@@ -19,6 +19,7 @@ use crate::real::{Real, c};
 use crate::site::Site;
 use crate::thresholds::{SPEC, Thresholds, within};
 use furuta_model::Plant;
+use crate::trajectory::{Follower, FollowerState};
 use furuta_model::linear_plant::smooth;
 
 /// Swing-up, catch and balance of one rig at one sample period. Configuration only: see [`SupervisorState`].
@@ -28,6 +29,8 @@ pub struct Supervisor<T: Real> {
     pub estimator: AnyEstimator<T>,
     /// Brings the pendulum up.
     pub swing_up: SwingUp<T>,
+    /// Does so along a trajectory from hanging at rest, where the controller file has one.
+    pub follower: Option<Follower<T>>,
     /// Keeps it there.
     pub balance: AnyController<T>,
     /// Decides when the second takes over from the first.
@@ -49,6 +52,7 @@ pub struct SupervisorState<T: Real> {
     pub(super) fault: Option<Fault>,
     pub(super) estimator: AnyEstimatorState<T>,
     pub(super) swing_up: SwingUpState<T>,
+    pub(super) following: FollowerState<T>,
     pub(super) balance: AnyControllerState<T>,
     /// Where the balance controller is asked to hold the arm just now, rad.
     pub(super) arm_reference: T,
@@ -114,6 +118,10 @@ impl<T: Real> Supervisor<T> {
         Ok(Self {
             estimator: AnyEstimator::design(&config.estimator, site)?,
             swing_up: swing_up.aiming_at(catch.fastest()),
+            follower: config
+                .trajectory
+                .clone()
+                .map(|trajectory| Follower::new(trajectory, site)),
             balance,
             catch,
             compensation,
@@ -153,7 +161,7 @@ impl<T: Real> Supervisor<T> {
         self.brake.numbers(put);
         self.compensation.numbers(put);
         let estimator = self.estimator.numbers(put);
-        self.balance.numbers(put) && estimator
+        self.balance.numbers(put) && estimator && self.follower.is_none()
     }
 
     /// Idle, before the first sample.
@@ -163,6 +171,7 @@ impl<T: Real> Supervisor<T> {
             fault: None,
             estimator: self.estimator.start(),
             swing_up: self.swing_up.start(),
+            following: FollowerState::new(),
             balance: self.balance.start(),
             arm_reference: T::ZERO,
             u: T::ZERO,
@@ -179,6 +188,11 @@ impl<T: Real> SupervisorState<T> {
     /// What the swing-up remembers.
     pub fn swing_up_state(&self) -> &SwingUpState<T> {
         &self.swing_up
+    }
+
+    /// How far the trajectory of the controller file has been followed.
+    pub fn following(&self) -> &FollowerState<T> {
+        &self.following
     }
 
     /// The present mode.

@@ -6,6 +6,7 @@ use super::system::{Supervisor, SupervisorState};
 use crate::controllers::Controller;
 use crate::real::{Real, c, wrap};
 use crate::reference::arm_at;
+use crate::trajectory::FollowerState;
 use furuta_model::State;
 
 /// A jump of the command at the catch that is small enough, of the command limit.
@@ -26,6 +27,7 @@ impl<T: Real> Supervisor<T> {
         periods: T,
     ) -> Mode {
         match state.mode {
+            Mode::SwingUp if self.gives_up(state) => Mode::Stopping,
             Mode::SwingUp => {
                 state.since_test = state.since_test.saturating_add(1);
                 if state.since_test < self.thresholds.catch_every {
@@ -69,6 +71,12 @@ impl<T: Real> Supervisor<T> {
             }
             mode => mode,
         }
+    }
+
+    /// Whether the trajectory is not followed any more, and nothing else shall be done.
+    pub(super) fn gives_up(&self, state: &SupervisorState<T>) -> bool {
+        let follower = self.follower.as_ref();
+        follower.is_some_and(|follower| follower.gives_up(&state.following))
     }
 
     /// Whether the arm, going outwards, would stop beyond this share of its limit under full braking.
@@ -131,6 +139,7 @@ impl<T: Real> Supervisor<T> {
             Mode::SwingUp => {
                 state.catch_jump = None;
                 state.swing_up = self.swing_up.again(&state.swing_up);
+                state.following = FollowerState::new();
             }
             Mode::Idle | Mode::Stopping | Mode::Braking | Mode::Fault => {}
         }
@@ -147,6 +156,7 @@ impl<T: Real> SupervisorState<T> {
             _ => return false,
         };
         self.mode = next;
+        self.following = FollowerState::new();
         self.fault = None;
         self.since_test = u32::MAX;
         self.resting = T::ZERO;

@@ -49,8 +49,16 @@ impl<T: Real> Supervisor<T> {
         }
         let u = match mode {
             Mode::SwingUp => {
-                self.swing_up
-                    .update(&mut state.swing_up, &ahead, &arm_at(T::ZERO), self.h)
+                let elapsed = self.h * periods;
+                let follower = self.follower.as_ref();
+                match follower.and_then(|f| f.update(&mut state.following, &ahead, elapsed)) {
+                    Some(u) => u,
+                    None if self.gives_up(state) => T::ZERO,
+                    None => {
+                        self.swing_up
+                            .update(&mut state.swing_up, &ahead, &arm_at(T::ZERO), self.h)
+                    }
+                }
             }
             Mode::Balance => {
                 let step = self.thresholds.reference_speed * self.h * periods;

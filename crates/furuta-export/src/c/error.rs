@@ -9,6 +9,11 @@ pub enum ExportError {
     /// The rig cannot have it, in Rust either.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// A trajectory to follow.
+    #[error(
+        "[trajectory] cannot be exported to C: take it out of the controller file, and the swing-up is by energy"
+    )]
+    Trajectory,
     /// A controller without C code.
     #[error(
         "[controller] kind = \"{kind}\" cannot be exported to C; it can be one of {}: give one of these in the \

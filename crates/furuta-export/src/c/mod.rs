@@ -86,6 +86,9 @@ fn written<T: Real + Literal>(
     rig: &Rig,
     period: f64,
 ) -> Result<String, ExportError> {
+    if config.trajectory.is_some() {
+        return Err(ExportError::Trajectory);
+    }
     let supervisor = Supervisor::<T>::design(config, &Site::of(rig, period))?;
     let (controller, estimator) = (supervisor.balance.spec().id, supervisor.estimator.spec().id);
     let balance = balance(&supervisor.balance).ok_or(ExportError::Controller {

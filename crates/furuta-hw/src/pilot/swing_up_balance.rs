@@ -56,7 +56,11 @@ impl SwingUpBalance {
             k if spec.id == "lqr" => format!("LQR u = -K x, K = {k:.3?}"),
             _ => spec.id.to_owned(),
         };
-        format!("energy swing-up; {gain}; {}", self.reference)
+        let swing_up = match &self.supervisor.follower {
+            Some(_) => "swing-up along a trajectory, else by energy",
+            None => "energy swing-up",
+        };
+        format!("{swing_up}; {gain}; {}", self.reference)
     }
 }
 

@@ -4,8 +4,11 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use furuta_chart::{Chart, Line, Panel};
+use furuta_ctrl::Config;
+use furuta_ctrl::trajectory::WhenLost;
+use furuta_design::optimal::{SwingUp, SwingUpError, SwingUpProblem};
 use furuta_design::reach::{Reach, Search};
-use furuta_design::swing_up::{Attempt, Outcome, PUSH, SETTLED, Study};
+use furuta_design::swing_up::{Attempt, Outcome, PUSH, SETTLED, Study, UPRIGHT as NEAR};
 use furuta_model::Rig;
 use serde_json::json;
 
@@ -53,6 +56,10 @@ pub(crate) struct Args {
     /// An attempt ends after this time.
     #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = positive)]
     patience: f64,
+    /// Beside energy swing-up, follow one that is optimised for the rig file (`furuta design swing-up`) on the same
+    /// draws.
+    #[arg(long)]
+    optimise: bool,
     /// Draw the share that is up over time, from hanging and after the push (SVG).
     #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
     plot: Option<Output>,
@@ -77,6 +84,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let config = load_controller(args.controller.as_deref())?.config;
     let mut drawn = Vec::new();
+    let mut followed = Vec::new();
     for name in names {
         let mut rig = rig_with(name, &args.set)?;
         if args.arm_limit.is_some() {
@@ -99,15 +107,113 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         } else {
             None
         };
+        let optimised = if args.optimise {
+            Some(optimised(&study)?)
+        } else {
+            None
+        };
         if args.json {
-            print_json(args, &rig.name, &outcome, limit.as_ref())?;
+            print_json(
+                args,
+                &rig.name,
+                &outcome,
+                limit.as_ref(),
+                optimised.as_ref(),
+            )?;
         } else {
             print_text(&rig, &outcome, limit.as_ref())?;
+            if let Some(optimised) = &optimised {
+                print_optimised(&outcome, optimised)?;
+            }
+        }
+        if let Some(Ok(found)) = optimised {
+            followed.push((format!("{}, optimised", rig.name), found.attempts));
         }
         drawn.push((rig.name, attempts));
     }
     if let Some(path) = &args.plot {
+        drawn.extend(followed);
         path.write(chart(&drawn, args.draws).svg());
+    }
+    Ok(())
+}
+
+/// A swing-up that is optimised for the rig of the file, and what came of it on the drawn ones.
+struct Optimised {
+    /// The fastest that the search finds, with all of the voltage.
+    fastest: SwingUp,
+    /// What is followed: some voltage is left to the feedback.
+    design: SwingUp,
+    attempts: Vec<Attempt>,
+    outcome: Outcome,
+}
+
+/// Designs for the rig of the file and follows on the drawn ones; the reason where there is none.
+fn optimised(study: &Study) -> Result<Result<Optimised, SwingUpError>, Failure> {
+    let find = |problem: &SwingUpProblem| {
+        let progress = bar(problem.programs());
+        let found = problem.solve(&|done| progress.set_position(done));
+        progress.finish_and_clear();
+        found
+    };
+    let fastest = match find(&SwingUpProblem::fastest(study.rig.clone())) {
+        Ok(found) => found,
+        Err(error @ SwingUpError::NotFound { .. }) => return Ok(Err(error)),
+        Err(error) => return Err(Failure::new(error.to_string())),
+    };
+    let design = match find(&SwingUpProblem::new(study.rig.clone())) {
+        Ok(found) => found,
+        Err(error @ SwingUpError::NotFound { .. }) => return Ok(Err(error)),
+        Err(error) => return Err(Failure::new(error.to_string())),
+    };
+    let study = Study {
+        config: Config {
+            trajectory: Some(design.trajectory(WhenLost::Energy)?),
+            ..study.config.clone()
+        },
+        ..study.clone()
+    };
+    let progress = bar(study.draws as u64);
+    let attempts = study.run(&|done| progress.set_position(done as u64))?;
+    progress.finish_and_clear();
+    Ok(Ok(Optimised {
+        fastest,
+        design,
+        outcome: Outcome::of(&attempts),
+        attempts,
+    }))
+}
+
+fn print_optimised(
+    energy: &Outcome,
+    optimised: &Result<Optimised, SwingUpError>,
+) -> Result<(), Failure> {
+    let mut out = streams::output();
+    let found = match optimised {
+        Ok(found) => found,
+        Err(error) => return Ok(writeln!(out, "  optimised: {error}")?),
+    };
+    let best = found.fastest.arrival(NEAR);
+    writeln!(
+        out,
+        "  optimised: the rig of the file is within {NEAR} rad of upright from {:.2} s on (fastest: {best:.2} s)",
+        found.design.arrival(NEAR)
+    )?;
+    writeln!(
+        out,
+        "             {:>9}{:>16}{:>16}{:>14}{:>15}",
+        "up", "there, median", "95 of 100", "of fastest", "arm, median"
+    )?;
+    for (name, o) in [("energy", energy), ("optimised", &found.outcome)] {
+        writeln!(
+            out,
+            "  {name:10} {:>8.1} %{:>14.2} s{:>14.2} s{:>14.2}{:>11.2} rad",
+            100.0 * o.up as f64 / o.attempts.max(1) as f64,
+            o.arrival[0],
+            o.arrival[1],
+            o.arrival[0] / best,
+            o.median_arm
+        )?;
     }
     Ok(())
 }
@@ -175,7 +281,13 @@ fn print_text(rig: &Rig, o: &Outcome, limit: Option<&Reach>) -> Result<(), Failu
     Ok(())
 }
 
-fn print_json(args: &Args, name: &str, o: &Outcome, limit: Option<&Reach>) -> Result<(), Failure> {
+fn print_json(
+    args: &Args,
+    name: &str,
+    o: &Outcome,
+    limit: Option<&Reach>,
+    optimised: Option<&Result<Optimised, SwingUpError>>,
+) -> Result<(), Failure> {
     let times = |t: [f64; 3]| {
         json!({"median": finite(t[0]), "p95": finite(t[1]), "longest": finite(t[2]),
             "unit": "s"})
@@ -186,11 +298,22 @@ fn print_json(args: &Args, name: &str, o: &Outcome, limit: Option<&Reach>) -> Re
             "energy_unit": "J",
         })
     });
+    let optimised = optimised.map(|found| match found {
+        Err(error) => json!({"error": error.to_string()}),
+        Ok(found) => json!({
+            "seconds": found.design.seconds(), "arrival_of_design": found.design.arrival(NEAR),
+            "fastest": found.fastest.seconds(), "arrival_of_fastest": found.fastest.arrival(NEAR), "unit": "s",
+            "up": found.outcome.up, "time": times(found.outcome.time), "arrival": times(found.outcome.arrival),
+            "arm": {"median": found.outcome.median_arm, "largest": found.outcome.arm, "unit": "rad"},
+            "faults": found.outcome.faults,
+        }),
+    });
     let line = json!({
         "rig": name, "set": args.set, "draws": o.attempts, "seed": args.seed, "spread": args.spread, "rate": args.rate,
         "up": o.up, "time": times(o.time), "pushed": o.up, "up_again": o.up_again, "time_again": times(o.time_again),
         "dropped_per_draw": o.dropped, "jump_of_range": {"median": o.jump[0], "largest": o.jump[1]},
         "arm": {"largest": o.arm, "unit": "rad"}, "faults": o.faults, "limit": limit,
+        "arrival": times(o.arrival), "median_arm": o.median_arm, "optimised": optimised,
     });
     writeln!(streams::output(), "{line}")?;
     Ok(())
