@@ -23,6 +23,15 @@ pub enum Insufficient {
         /// Seconds that are needed.
         needed: f64,
     },
+    /// The samples of a recording are not evenly spaced.
+    #[error(
+        "{run}: its time stamps scatter too much for a diagnosis, which needs a fixed rate: record at one, or use \
+         `furuta identify calibrate`, which takes time stamps as they are"
+    )]
+    UnevenTime {
+        /// The recording.
+        run: String,
+    },
     /// The rig's arm follows a commanded acceleration.
     #[error(
         "a diagnosis refits the arm's inertia, gain and damping, which a rig whose motor.kind is \"acceleration\" does \

@@ -18,6 +18,8 @@ pub const MIN_SEGMENT: usize = 20;
 
 /// Two intervals at least, or there is no rate to speak of.
 const MIN_ROWS: usize = 3;
+/// Where the intervals scatter, one this many times as long as their mean is a gap.
+pub const UNEVEN_GAP: f64 = 3.0;
 /// Jitter below this fraction of the period is rounding and not told.
 const JITTER_MENTIONED: f64 = 0.02;
 /// Up to this number, gaps are described one by one; more of them together.
@@ -208,14 +210,30 @@ impl Timing {
         };
         let row = |k: usize| table.rows.get(k + 1).copied().unwrap_or(0);
 
-        let breaks: Vec<usize> = intervals
-            .iter()
-            .enumerate()
-            .filter_map(|(k, &interval)| deviates(interval).then_some(k))
-            .collect();
+        let where_ = |wanted: &dyn Fn(f64) -> bool| -> Vec<usize> {
+            let all = intervals.iter().enumerate();
+            all.filter_map(|(k, &interval)| wanted(interval).then_some(k))
+                .collect()
+        };
+        let too_many = |breaks: &[usize]| {
+            (breaks.len() > 2 || !period.is_finite())
+                && breaks.len() as f64 > IRREGULAR_SHARE * intervals.len() as f64
+        };
+        let mut breaks = where_(&deviates);
+        if too_many(&breaks) && period.is_finite() {
+            // A clock that jitters: its time stamps are used as they are, cut at gaps alone.
+            let gaps = where_(&|interval| interval > UNEVEN_GAP * period);
+            if !too_many(&gaps) {
+                notices.push(NoticeKind::UnevenTime {
+                    irregular: breaks.len(),
+                    intervals: intervals.len(),
+                    period: rounded(period),
+                });
+                breaks = gaps;
+            }
+        }
         if let Some(&first) = breaks.first()
-            && (breaks.len() > 2 || !period.is_finite())
-            && breaks.len() as f64 > IRREGULAR_SHARE * intervals.len() as f64
+            && too_many(&breaks)
         {
             return Err(RecordingError::IrregularTime {
                 file: table.file.clone(),
@@ -258,7 +276,8 @@ impl Timing {
             .filter(|&&interval| !deviates(interval))
             .map(|interval| (interval / period - 1.0).abs())
             .fold(0.0, f64::max);
-        if largest > JITTER_MENTIONED {
+        let told = |notice: &NoticeKind| matches!(notice, NoticeKind::UnevenTime { .. });
+        if !notices.iter().any(told) && largest > JITTER_MENTIONED {
             notices.push(NoticeKind::Jitter {
                 largest,
                 period: rounded(period),

@@ -33,7 +33,7 @@ use std::path::Path;
 use furuta_input::{Input, InputError, shown};
 
 pub use against_rig::{against_rig, each_against_rig};
-pub use checks::{GAP_FACTOR, IRREGULAR_SHARE, JITTER_TOLERATED, MIN_SEGMENT};
+pub use checks::{GAP_FACTOR, IRREGULAR_SHARE, JITTER_TOLERATED, MIN_SEGMENT, UNEVEN_GAP};
 pub use error::RecordingError;
 pub use furuta_input::Limits;
 pub use notice::{Notice, NoticeKind};
@@ -43,7 +43,8 @@ pub use transcode::{Format, Transcoded, transcode};
 /// What is read here, for messages.
 const WANTED: &str = "a recording";
 
-/// One run of a rig, evenly sampled but for the gaps between its segments.
+/// One run of a rig, evenly sampled but for the gaps between its segments; or, where its clock jitters
+/// ([`Recording::is_uneven`]), with time stamps that are used as they are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// The file's name without its folder.
@@ -115,6 +116,29 @@ impl Recording {
     #[must_use]
     pub fn hangs(&self) -> bool {
         hangs(self.alpha.iter().copied())
+    }
+
+    /// Whether its time stamps scatter too much to be taken as evenly spaced within its segments.
+    ///
+    /// ```
+    /// use furuta_recording::Recording;
+    /// let sway = |t: f64| [t, 0.0, 0.1 * (3.0 * t).sin(), 3.1];
+    /// let jitter = |k: u32| 0.02 * (f64::from(k) + if k % 2 == 0 { 0.0 } else { 0.7 });
+    /// let (even, _) = Recording::from_samples("even", (0..200).map(|k| sway(0.02 * f64::from(k))))?;
+    /// let (uneven, _) = Recording::from_samples("uneven", (0..200).map(|k| sway(jitter(k))))?;
+    /// assert!(!even.is_uneven() && uneven.is_uneven());
+    /// # Ok::<(), furuta_recording::RecordingError>(())
+    /// ```
+    #[must_use]
+    pub fn is_uneven(&self) -> bool {
+        let far = |pair: &[f64]| match pair {
+            [before, after] => {
+                (after - before - self.sample_period).abs() > JITTER_TOLERATED * self.sample_period
+            }
+            _ => false,
+        };
+        let stretches = self.segments.iter().filter_map(|s| self.t.get(s.clone()));
+        stretches.flat_map(|t| t.windows(2)).any(far)
     }
 
     /// Reads a recording; CSV or MCAP is told by the file's first bytes and its extension. Notices are dropped: see

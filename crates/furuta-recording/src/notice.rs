@@ -73,6 +73,15 @@ pub enum NoticeKind {
         /// The sample period, s.
         period: f64,
     },
+    /// Time stamps scatter so much that there is no sample period: they are used as they are.
+    UnevenTime {
+        /// Intervals that differ from the mean.
+        irregular: usize,
+        /// All intervals.
+        intervals: usize,
+        /// The mean interval, s.
+        period: f64,
+    },
     /// Time stamps scatter; the samples are taken as evenly spaced.
     Jitter {
         /// The largest deviation of an interval from the sample period, as a fraction of it.
@@ -319,6 +328,17 @@ impl fmt::Display for NoticeKind {
                 f,
                 "the interval before {} does not fit the sample period of {} s; predictions stop there and start anew",
                 Rows(rows),
+                number(*period)
+            ),
+            Self::UnevenTime {
+                irregular,
+                intervals,
+                period,
+            } => write!(
+                f,
+                "{irregular} of {intervals} intervals between time stamps differ much from their mean of {} s: the time \
+                 stamps are used as they are (calibrate and validate can; diagnose and frequency responses need a \
+                 fixed rate)",
                 number(*period)
             ),
             Self::Jitter { largest, period } => write!(

@@ -30,9 +30,7 @@ pub(super) fn curves(problem: &CalibrationProblem<'_>, as_given: &Fit, fitted: &
             };
             Curve {
                 run: run.name.clone(),
-                t: (0..run.y.len())
-                    .map(|k| run.t0 + k as f64 * run.h)
-                    .collect(),
+                t: (0..run.y.len()).map(|k| run.time(k)).collect(),
                 u: run.u.clone(),
                 nominal: joined(&predicted[0]),
                 calibrated: joined(&predicted[1]),

@@ -51,9 +51,10 @@ struct Row {
 }
 
 /// The start: values of all parameters, those of `free` moved to what the convex program says. `None` for an arm that
-/// follows a commanded acceleration, whose equation says nothing.
+/// follows a commanded acceleration, whose equation says nothing, and for samples that are not evenly spaced.
 pub(super) fn start(space: &Space, data: &Data, free: &[usize]) -> Option<Vec<f64>> {
-    if space.rig.params.motor.actuation == Actuation::Acceleration {
+    let uneven = data.runs.iter().any(Run::is_uneven);
+    if uneven || space.rig.params.motor.actuation == Actuation::Acceleration {
         return None;
     }
     let sheet = space

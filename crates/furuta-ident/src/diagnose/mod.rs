@@ -210,6 +210,12 @@ fn search(
     if request.rig.params.motor.actuation == Actuation::Acceleration {
         return Err(Insufficient::CommandedAcceleration);
     }
+    let all = request.recordings.iter().chain(request.verify);
+    if let Some(uneven) = all.into_iter().find(|r| r.is_uneven()) {
+        return Err(Insufficient::UnevenTime {
+            run: uneven.name.clone(),
+        });
+    }
     let data = Data::new(request.recordings, request.rig);
     insufficient::check(request.recordings, request.rig, &data)?;
     let sheet = Arc::new(Sheet::new(request.rig, &data, !options.same_zero));

@@ -75,6 +75,14 @@ pub enum FrequencyError {
         /// Unit.
         unit: &'static str,
     },
+    /// The samples of a recording are not evenly spaced.
+    #[error(
+        "{file}: its time stamps scatter too much for a frequency response, which needs a fixed rate: record at one"
+    )]
+    Uneven {
+        /// The recording.
+        file: String,
+    },
     /// Recordings at different rates cannot be averaged.
     #[error(
         "{second} has a sample every {given} s and {first} every {expected} s: give recordings of one sampling rate"

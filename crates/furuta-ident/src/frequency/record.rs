@@ -33,7 +33,7 @@ impl<'a> Taken<'a> {
     /// The columns of these recordings, stretch by stretch.
     ///
     /// # Errors
-    /// No recording, a column that one does not have, different sampling rates.
+    /// No recording, a column that one does not have, different sampling rates, time stamps that scatter.
     pub fn from_recordings(
         recordings: &'a [Recording],
         columns: Columns<'_>,
@@ -45,6 +45,11 @@ impl<'a> Taken<'a> {
             notices: Vec::new(),
         };
         for recording in recordings {
+            if recording.is_uneven() {
+                return Err(FrequencyError::Uneven {
+                    file: recording.name.clone(),
+                });
+            }
             let (given, expected) = (recording.sample_period, first.sample_period);
             if (given / expected - 1.0).abs() > SAME_RATE {
                 return Err(FrequencyError::Rates {

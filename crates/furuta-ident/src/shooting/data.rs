@@ -6,17 +6,20 @@ use nalgebra::{SMatrix, SVector};
 use super::reversals::Reversals;
 use crate::recording::{Recording, hangs};
 
-/// An evenly sampled stretch of a recording.
+/// A stretch of a recording without a gap.
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
     /// Name of the recording.
     pub(crate) name: String,
     /// Index of the recording it comes from.
     pub(crate) recording: usize,
-    /// Sample period, s.
+    /// Sample period, s; of samples that are not evenly spaced the mean interval.
     pub(crate) h: f64,
     /// Time of the first sample, s.
     pub(crate) t0: f64,
+    /// Times of the samples as recorded, s, where they are not evenly spaced; then `h` is the mean interval. Empty
+    /// where they are.
+    times: Vec<f64>,
     /// Command from each sample to the next, V.
     pub(crate) u: Vec<f64>,
     /// Command before the first sample: zero for a rig at rest, otherwise the first one, V.
@@ -79,7 +82,12 @@ impl Data {
                 }
                 let y: Vec<[f64; 2]> = segment.clone().map(|k| [r.theta[k], r.alpha[k]]).collect();
                 let h = r.sample_period;
-                let (smoothed, speed) = smoothed(&y, h);
+                let times = if r.is_uneven() {
+                    segment.clone().map(|k| r.t[k] - r.t[0]).collect()
+                } else {
+                    Vec::new()
+                };
+                let (smoothed, speed) = smoothed(&y, &times, h);
                 let weight = speed
                     .iter()
                     .map(|v| {
@@ -99,6 +107,7 @@ impl Data {
                     recording: i,
                     h,
                     t0: r.t[segment.start] - r.t[0],
+                    times,
                     u_before: if at_rest { 0.0 } else { r.u[segment.start] },
                     u: segment.clone().map(|k| r.u[k]).collect(),
                     y,
@@ -139,12 +148,44 @@ impl Data {
     /// A first guess of the state at a window's start, from a polynomial over `half` samples either side.
     pub(crate) fn guess(&self, w: &Window, half: usize) -> State<f64> {
         let run = &self.runs[w.run];
-        let (y, v) = local_fit(&run.y, w.start, half, run.h);
+        let (y, v) = local_fit(&run.y, &run.times, w.start, half, run.h);
         State::new(y[0], y[1], v[0], v[1])
     }
 }
 
 impl Run {
+    /// Whether the samples are not evenly spaced.
+    #[inline]
+    pub(crate) fn is_uneven(&self) -> bool {
+        !self.times.is_empty()
+    }
+
+    /// Time of sample `k`, s.
+    #[inline]
+    pub(crate) fn time(&self, k: usize) -> f64 {
+        match self.times.get(k) {
+            Some(t) => *t,
+            None => self.t0 + k as f64 * self.h,
+        }
+    }
+
+    /// From sample `k` to the next, s.
+    #[inline]
+    pub(crate) fn interval(&self, k: usize) -> f64 {
+        match self.times.get(k..k + 2) {
+            Some([t, next]) => next - t,
+            _ => self.h,
+        }
+    }
+
+    /// The last sample at or before the time `t` (s), of samples that are not evenly spaced; the first where all are
+    /// later.
+    pub(crate) fn sample_at(&self, t: f64) -> usize {
+        self.times
+            .partition_point(|time| *time <= t)
+            .saturating_sub(1)
+    }
+
     /// This many samples at the start are only led in: what the rig's memory (a lag, backlash in the drive) held before
     /// is not known, unless it was at rest, hanging. Upright, a hand held it.
     fn unknown_before(&self) -> usize {
@@ -186,14 +227,18 @@ impl Run {
     }
 }
 
-/// Value and slope of a least-squares cubic at sample `k`, over up to `half` samples either side.
-fn local_fit(y: &[[f64; 2]], k: usize, half: usize, h: f64) -> ([f64; 2], [f64; 2]) {
+/// Value and slope of a least-squares cubic at sample `k`, over up to `half` samples either side; `times` is empty
+/// where they are `h` apart.
+fn local_fit(y: &[[f64; 2]], times: &[f64], k: usize, half: usize, h: f64) -> ([f64; 2], [f64; 2]) {
     let (low, high) = (k.saturating_sub(half), (k + half).min(y.len() - 1));
     let scale = half as f64;
     let mut normal = SMatrix::<f64, 4, 4>::zeros();
     let mut right = SMatrix::<f64, 4, 2>::zeros();
     for (i, y) in y.iter().enumerate().take(high + 1).skip(low) {
-        let s = (i as f64 - k as f64) / scale;
+        let s = match times.get(i) {
+            Some(t) => (t - times[k]) / (scale * h),
+            None => (i as f64 - k as f64) / scale,
+        };
         let row = SVector::<f64, 4>::new(1.0, s, s * s, s * s * s);
         normal += row * row.transpose();
         right += row * SMatrix::<f64, 1, 2>::new(y[0], y[1]);
@@ -212,8 +257,10 @@ fn local_fit(y: &[[f64; 2]], k: usize, half: usize, h: f64) -> ([f64; 2], [f64; 
 }
 
 /// Angles and speeds.
-fn smoothed(y: &[[f64; 2]], h: f64) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
-    (0..y.len()).map(|k| local_fit(y, k, HALF, h)).unzip()
+fn smoothed(y: &[[f64; 2]], times: &[f64], h: f64) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+    (0..y.len())
+        .map(|k| local_fit(y, times, k, HALF, h))
+        .unzip()
 }
 
 /// Standard deviation of one encoder's noise: residuals of local quintics over stretches in which the encoder moves at
@@ -226,14 +273,30 @@ fn noise_floor(runs: &[Run], channel: usize, resolution: f64) -> f64 {
     let basis = SMatrix::<f64, SPAN, ORDER>::from_fn(|r, c| {
         ((r as f64 - HALF as f64) / HALF as f64).powi(c as i32)
     });
-    let Some(inverse) = (basis.transpose() * basis).try_inverse() else {
+    let projection = |basis: SMatrix<f64, SPAN, ORDER>| {
+        let inverse = (basis.transpose() * basis).try_inverse()?;
+        Some(basis * inverse * basis.transpose())
+    };
+    let Some(even) = projection(basis) else {
         return rounding;
     };
-    let hat = basis * inverse * basis.transpose();
     let freedom = (SPAN - ORDER) as f64;
     let mut variances = Vec::new();
     for run in runs {
-        for chunk in run.y.chunks_exact(SPAN) {
+        for (n, chunk) in run.y.chunks_exact(SPAN).enumerate() {
+            let hat = match run.times.get(n * SPAN..(n + 1) * SPAN) {
+                Some(t) => {
+                    let span = HALF as f64 * run.h;
+                    let uneven = SMatrix::<f64, SPAN, ORDER>::from_fn(|r, c| {
+                        ((t[r] - t[HALF]) / span).powi(c as i32)
+                    });
+                    match projection(uneven) {
+                        Some(hat) => hat,
+                        None => continue,
+                    }
+                }
+                None => even,
+            };
             let path: f64 = chunk
                 .windows(2)
                 .map(|p| (p[1][channel] - p[0][channel]).abs())

@@ -53,6 +53,10 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
     (x0, before): (State<S>, Option<&Before>),
     mut each: impl FnMut(Predicted<S>),
 ) {
+    if run.is_uneven() {
+        predict_uneven(seen, s, run, w, (x0, before), each);
+        return;
+    }
     let (plant, late, h) = (&seen.plant, seen.late, run.h);
     let zero = seen.zero(run.recording);
     // Whole samples; what is left lies between -0.1 and 0.9 of a sample.
@@ -90,6 +94,65 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
     }
 }
 
+/// [`predict`] for samples that are not evenly spaced: the plant is driven by the commands at the times of the samples,
+/// from the last sample before the window's start as the delay sees it, and read off where each sample falls, the delay
+/// before it.
+fn predict_uneven<S: Scalar<Real = f64>>(
+    seen: &Observed<S>,
+    s: &mut PlantState<S>,
+    run: &Run,
+    w: &Window,
+    (x0, before): (State<S>, Option<&Before>),
+    mut each: impl FnMut(Predicted<S>),
+) {
+    let (plant, late) = (&seen.plant, seen.late);
+    let zero = seen.zero(run.recording);
+    let (mut next, last) = (w.start + 1, w.start + w.len);
+    let mut k = first_sample(run, w.start, late.value());
+    enter(seen, s, run, k, 0, (x0, before));
+    while next <= last && k < last {
+        let h = run.interval(k);
+        let (t, start, before) = (s.t.value(), s.x, plant.seen(s));
+        step(plant, s, S::from_f64(run.u[k]), h);
+        let now = plant.seen(s);
+        k += 1;
+        while next <= last && (k == last || run.time(next) - late.value() <= run.time(k)) {
+            let back = (S::from_f64(run.time(k) - run.time(next)) + late).scale(1.0 / h);
+            let [theta, alpha] = [
+                (before.theta, before.theta_dot, now.theta, now.theta_dot),
+                (before.alpha, before.alpha_dot, now.alpha, now.alpha_dot),
+            ]
+            .map(|(y0, v0, y1, v1)| earlier(y0, v0, y1, v1, back, h));
+            each(Predicted {
+                sample: next,
+                y: plant.reading([theta - zero[0], alpha - zero[1]]),
+                t,
+                before: start,
+                volts: s.voltage.value(),
+            });
+            next += 1;
+        }
+    }
+}
+
+/// The longest step of the integrator where the samples' intervals differ, s: they may be longer than a rate that suits
+/// the rig.
+const LONGEST: f64 = 0.01;
+
+/// One interval between samples under a held command.
+fn step<S: Scalar<Real = f64>>(plant: &Plant<S>, s: &mut PlantState<S>, u: S, h: f64) {
+    let parts = (h / LONGEST).ceil().max(1.0);
+    for _ in 0..parts as usize {
+        plant.step(s, u, h / parts);
+    }
+}
+
+/// Where a window that starts at sample `start` is entered, of samples that are not evenly spaced: what is read there
+/// has happened `late` (s) before.
+fn first_sample(run: &Run, start: usize, late: f64) -> usize {
+    run.sample_at(run.time(start) - late).min(start)
+}
+
 /// The plant at sample `at`, from the start of a window.
 fn run_to(
     seen: &Observed<f64>,
@@ -98,8 +161,16 @@ fn run_to(
     (x0, before): (State<f64>, Option<&Before>),
     at: usize,
 ) -> Box<PlantState<f64>> {
-    let late = (seen.late / run.h + 0.1).floor().max(0.0) as usize;
     let mut s = some(&seen.plant);
+    if run.is_uneven() {
+        let [first, end] = [w.start, at].map(|k| first_sample(run, k, seen.late));
+        enter(seen, &mut s, run, first, 0, (x0, before));
+        for k in first..end {
+            step(&seen.plant, &mut s, run.u[k], run.interval(k));
+        }
+        return s;
+    }
+    let late = (seen.late / run.h + 0.1).floor().max(0.0) as usize;
     enter(seen, &mut s, run, w.start, late, (x0, before));
     for k in w.start..at {
         seen.plant.step(&mut s, run.command(k, late), run.h);
@@ -166,7 +237,7 @@ fn enter<S: Scalar<Real = f64>>(
         let x = before.map_or_else(|| run.seen(first), |b| b.x);
         shifted(x.map(S::from_f64), zero)
     };
-    plant.enter(s, at, run.t0 + first as f64 * run.h, &past, run.h);
+    plant.enter(s, at, run.time(first), &past, run.h);
     s.run = run.recording;
     if let Some(before) = before {
         plant.set_twist(s, before.twist);

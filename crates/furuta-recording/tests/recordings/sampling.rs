@@ -104,10 +104,27 @@ fn jitter_is_tolerated_up_to_the_stated_fraction() {
     );
     assert_eq!(recording.segments, [0..100, 101..SAMPLES]);
 
-    // No rate at all.
+    // A clock that jitters by half a period: its time stamps are used as they are.
     let mut rows = swing();
     for (k, row) in rows.iter_mut().enumerate() {
         row[0] += 0.45 * PERIOD * (k as f64 * 2.0).sin();
+    }
+    let (recording, notices) = read(&csv(&rows)).unwrap();
+    let uneven = |n: &NoticeKind| matches!(n, NoticeKind::UnevenTime { .. });
+    assert!(notices.iter().any(uneven), "{notices:?}");
+    assert!(recording.is_uneven() && recording.segments == [0..SAMPLES]);
+    assert!(
+        recording
+            .t
+            .iter()
+            .zip(&rows)
+            .all(|(t, row)| (t - row[0]).abs() < 1e-6)
+    );
+
+    // No rate at all.
+    let mut rows = swing();
+    for (k, row) in rows.iter_mut().enumerate() {
+        row[0] += (k / 10) as f64 * 20.0 * PERIOD;
     }
     let (error, message) = refused(&csv(&rows));
     assert!(
