@@ -55,7 +55,7 @@ DIFFERENCES = {
     "arm.coulomb": 5e-4,
     "arm.stribeck": 1.5e-3,  # twice the friction at the stop, and less of it the faster the arm
     "pendulum.coulomb": 5e-4,
-    "arm.load_friction": 5e-4,
+    "arm.load_friction": 1e-3,
     "arm.angle_friction": 1e-3,
     "arm.stop": 5e-4,  # its damper acts from the step after the contact on
     "drive.backlash": 1e-3,

@@ -71,7 +71,7 @@ pub(super) const SPEC: Spec = Spec {
             max: 100.0,
             off: 0.0,
             typical: Typical::Of(|_| 1.0),
-            starts: &[0.0, 1.57, 3.14, -1.57],
+            starts: &[0.0, 1.6, 3.1, -1.6],
         },
     ],
     strengths: 1,
