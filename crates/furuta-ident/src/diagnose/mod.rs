@@ -198,10 +198,9 @@ fn search(
     let data = Data::new(request.recordings, request.rig);
     insufficient::check(request.recordings, request.rig, &data)?;
     let asked = options.candidates.iter().copied();
-    let sheet = Arc::new(Sheet {
-        asked: asked.filter(|s| !s.offered.is_always()).collect(),
-        ..Sheet::new(request.rig, &data, !options.same_zero)
-    });
+    let mut sheet = Sheet::new(request.rig, &data, !options.same_zero);
+    sheet.asked = asked.filter(|s| !s.offered.is_always()).collect();
+    let sheet = Arc::new(sheet);
     let teller = Teller::new(progress);
     let stage = |stage| teller.stage(stage);
 
