@@ -49,6 +49,11 @@ TURNS = Experiment("The pendulum hangs and is thrown at 30 rad/s, without a comm
 SLOW, LARGE = sine(2, 0.5), sine(6, 1)
 SHOWN = {
     "arm.spring": STEPS,
+    "arm.relaxation": STEPS,
+    "arm.stop": STEPS,
+    "motor.inductance": EDGE,
+    "motor.current_limit": LARGE,
+    "sensor.theta.eccentricity": SLOW,
     "arm.cable": STEPS,
     "arm.quadratic": LARGE,
     "arm.tilt": REST,
@@ -115,6 +120,13 @@ def size(id: str) -> str:
     return "of `" + ", ".join(f"{name}={value}" for name, value in shown.items()) + "`" if shown else "of typical size"
 
 
+def asked_for(id: str, entry: dict) -> str:
+    """How to have it looked for, where it is not always."""
+    if entry["offered"] == "always":
+        return ""
+    return f" A diagnosis looks for it on request: `furuta diagnose --candidate {id}`."
+
+
 def section(id: str, entry: dict) -> str:
     """One effect as Markdown."""
     typical = RIG.with_effect(id).effects[id]
@@ -125,7 +137,7 @@ def section(id: str, entry: dict) -> str:
     alike = ", ".join(f"[`{other}`]({other.split('.')[0]}.md#{other})" for other in entry["look_alikes"])
     return f"""## {entry["name"]} {{ #{id} }}
 
-`{id}`: {entry["sentence"]}
+`{id}`: {entry["sentence"]}{asked_for(id, entry)}
 
 ```text
 {entry["law"]}

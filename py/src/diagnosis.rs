@@ -392,6 +392,8 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// thorough : bool, optional
 ///     Follow every candidate from every start to the end, however little it promises: several times as slow, and to
 ///     the same names where what saves time is sound.
+/// candidates : list of str, optional
+///     Ids of effects to be looked for beside those that always are (`catalogue()[id]["offered"]`).
 /// every : int, optional
 ///     Use every `every`-th sample of each recording. The command of a sample becomes the mean of those until the
 ///     next one used: right where `every` sample periods are short against the motion.
@@ -434,11 +436,11 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 #[pyfunction]
 #[pyo3(
     signature = (
-        recordings, rig, *, verify=None, plan=false, same_zero=false, time_limit=60.0, thorough=false, every=1,
-        span=None, accept_suspicious=false, progress=None
+        recordings, rig, *, verify=None, plan=false, same_zero=false, time_limit=60.0, thorough=false,
+        candidates=None, every=1, span=None, accept_suspicious=false, progress=None
     ),
     text_signature = "(recordings, rig, *, verify=None, plan=False, same_zero=False, time_limit=60.0, \
-        thorough=False, every=1, span=None, accept_suspicious=False, progress=None)"
+        thorough=False, candidates=None, every=1, span=None, accept_suspicious=False, progress=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn diagnose(
@@ -450,6 +452,7 @@ pub(crate) fn diagnose(
     same_zero: bool,
     time_limit: Option<f64>,
     thorough: bool,
+    candidates: Option<Vec<String>>,
     every: usize,
     span: Option<(f64, f64)>,
     accept_suspicious: bool,
@@ -457,6 +460,7 @@ pub(crate) fn diagnose(
 ) -> PyResult<PyDiagnosis> {
     let selection = selection(every, span);
     let time_limit = time_limit.map(seconds).transpose()?;
+    let candidates = crate::rig::entries(&candidates.unwrap_or_default())?;
     let rig = rig.rig.clone();
     let Chosen {
         recordings,
@@ -479,6 +483,7 @@ pub(crate) fn diagnose(
             same_zero,
             time_limit,
             thorough,
+            candidates: &candidates,
         };
         let report = |p| drop(send.send(p));
         furuta_ident::diagnose::diagnose_with(&request, options, &report)

@@ -4,7 +4,7 @@ use crate::error;
 use furuta_hw::emulate::hidden_effect;
 use furuta_model::effects::{Kind, ParameterSpec};
 use furuta_model::params::{ParamRange, RANGES};
-use furuta_model::{CATALOGUE, Effect, Params, Rig, Spec, effects};
+use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Params, Rig, Spec, effects};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -509,10 +509,15 @@ pub(crate) fn parameter(key: &str) -> PyResult<usize> {
     })
 }
 
+/// The catalogue's entries of these ids.
+pub(crate) fn entries(ids: &[String]) -> PyResult<Vec<&'static Spec>> {
+    ids.iter().map(|id| known(id)).collect()
+}
+
 /// The catalogue's entry.
 pub(crate) fn known(id: &str) -> PyResult<&'static Spec> {
     effects::spec(id).ok_or_else(|| {
-        let known: Vec<_> = CATALOGUE.iter().map(|s| s.id).collect();
+        let known: Vec<_> = CATALOGUE.iter().chain(ON_REQUEST).map(|s| s.id).collect();
         error::rig(format!(
             "effect `{id}` is not in the catalogue; known are {}",
             known.join(", ")
@@ -542,9 +547,10 @@ pub(crate) fn place(spec: &Spec, name: &str) -> PyResult<usize> {
 /// dict
 ///     By id, in the catalogue's order: `name`, `law` (formula), `sentence` (what it is), `shows` (how it looks in
 ///     data), `experiment` (what shows it apart from its look-alikes), `look_alikes` (ids),
-///     `follows_state` (whether it is a function of the present state and motor voltage alone), `parameters` (SI unit
-///     by name) and `details` (by name: `unit`, `kind`, which is "real", "whole" or "choice", `choices`, `min`, `max`,
-///     `off`, the value at which it does nothing, and `default`; None where there is none).
+///     `follows_state` (whether it is a function of the present state and motor voltage alone), `offered` ("always"
+///     if `diagnose` looks for it unasked, else "on request": `candidates=[id]`), `parameters` (SI unit by name) and
+///     `details` (by name: `unit`, `kind`, which is "real", "whole" or "choice", `choices`, `min`, `max`, `off`, the
+///     value at which it does nothing, and `default`; None where there is none).
 ///
 /// Examples
 /// --------
@@ -558,7 +564,7 @@ pub(crate) fn place(spec: &Spec, name: &str) -> PyResult<usize> {
 #[pyo3(text_signature = "()")]
 pub(crate) fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let all = PyDict::new(py);
-    for spec in CATALOGUE {
+    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
         let entry = PyDict::new(py);
         entry.set_item("name", spec.name)?;
         entry.set_item("law", spec.law)?;
@@ -567,6 +573,8 @@ pub(crate) fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         entry.set_item("experiment", spec.experiment)?;
         entry.set_item("look_alikes", spec.look_alikes.to_vec())?;
         entry.set_item("follows_state", spec.follows_state())?;
+        let always = spec.offered.is_always();
+        entry.set_item("offered", if always { "always" } else { "on request" })?;
         let (parameters, details) = (PyDict::new(py), PyDict::new(py));
         for p in spec.parameters {
             parameters.set_item(p.name, p.unit)?;

@@ -6,18 +6,23 @@ use std::collections::BTreeSet;
 use furuta_hw::emulate::hidden_effect;
 use furuta_ident::diagnose::candidates;
 use furuta_model::simulate::trajectory;
-use furuta_model::{CATALOGUE, Plant, Rig, Spec, State, effects};
+use furuta_model::{CATALOGUE, ON_REQUEST, Plant, Rig, Spec, State, effects};
 
 /// The public names: rig files, recordings' metadata and reports out there hold them.
-const IDS: [&str; 30] = [
+const IDS: [&str; 39] = [
     "arm.coulomb",
     "arm.stribeck",
     "arm.quadratic",
+    "arm.load_friction",
+    "arm.angle_friction",
     "arm.spring",
     "arm.cable",
+    "arm.relaxation",
     "arm.presliding",
     "arm.cogging",
     "arm.tilt",
+    "arm.stop",
+    "motor.resolution",
     "motor.deadzone",
     "motor.bias",
     "motor.saturation",
@@ -25,6 +30,8 @@ const IDS: [&str; 30] = [
     "motor.delay",
     "motor.asymmetry",
     "motor.drift",
+    "motor.inductance",
+    "motor.current_limit",
     "motor.ripple",
     "drive.backlash",
     "drive.compliance",
@@ -33,6 +40,8 @@ const IDS: [&str; 30] = [
     "pendulum.spring",
     "pendulum.bias",
     "pendulum.inertia_transverse",
+    "sensor.theta.eccentricity",
+    "sensor.alpha.eccentricity",
     "sensor.alpha.offset",
     "sensor.alpha.scale",
     "sensor.theta.scale",
@@ -51,8 +60,9 @@ fn no_name_is_lost_and_none_is_double() {
     for id in IDS {
         spec(id);
     }
-    let ids: BTreeSet<_> = CATALOGUE.iter().map(|s| s.id).collect();
-    assert_eq!(ids.len(), CATALOGUE.len());
+    let all = CATALOGUE.iter().chain(ON_REQUEST);
+    let ids: BTreeSet<_> = all.map(|s| s.id).collect();
+    assert_eq!(ids.len(), CATALOGUE.len() + ON_REQUEST.len());
 }
 
 /// Readings of two seconds under a command that swings to either side, as the encoders' angles before they are rounded.
@@ -86,7 +96,7 @@ fn each_is_simulated() {
         let rig = Rig::builtin(name).expect("built in");
         let plain = readings(&rig);
         let counts = rig.sensors.resolution();
-        for spec in CATALOGUE {
+        for spec in CATALOGUE.iter().chain(ON_REQUEST) {
             let gap = readings(&with(&rig, spec))
                 .iter()
                 .zip(&plain)
@@ -101,7 +111,7 @@ fn each_is_simulated() {
 #[test]
 fn each_has_trajectories() {
     let rig = Rig::builtin("qube-servo-2").expect("built in");
-    for spec in CATALOGUE {
+    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
         let plant = with(&rig, spec).plant();
         let start = plant.rest(State::hanging());
         let states = trajectory(&plant, start, &[1.0; 100], 2e-3, 1, |_| true).expect(spec.id);
@@ -113,7 +123,7 @@ fn each_has_trajectories() {
 fn each_is_serialised() {
     for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
-        for spec in CATALOGUE {
+        for spec in CATALOGUE.iter().chain(ON_REQUEST) {
             let rig = with(&rig, spec);
             let text = rig.to_toml();
             assert!(text.contains(&format!("[effects.\"{}\"]", spec.id)));
@@ -125,7 +135,7 @@ fn each_is_serialised() {
 /// `furuta effects` and Python's `catalogue` show these texts as they are; their own tests see to that.
 #[test]
 fn each_is_documented() {
-    for spec in CATALOGUE {
+    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
         for text in [
             spec.name,
             spec.law,
@@ -165,15 +175,18 @@ fn each_is_documented() {
     }
 }
 
-/// Late encoders look on recorded input and output as a late command does, which stands for both.
+/// Late encoders look on recorded input and output as a late command does, which stands for both. Others are looked for
+/// on request, and say why.
 #[test]
 fn each_is_offered_to_diagnose() {
     let offered: BTreeSet<_> = candidates().map(|s| s.id).collect();
-    for spec in CATALOGUE {
+    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
         let id = match spec.id {
             "sensor.delay" => "motor.delay",
             id => id,
         };
-        assert!(offered.contains(id), "{id}");
+        let always = spec.offered.is_always();
+        assert_eq!(offered.contains(id), always, "{id}");
+        assert_eq!(spec.offered.why().is_empty(), always, "{id}");
     }
 }

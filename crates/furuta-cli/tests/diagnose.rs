@@ -436,3 +436,26 @@ fn mistakes_that_only_the_rig_shows_are_refused() {
         "{said}"
     );
 }
+
+/// What is looked for on request is an entry of the catalogue.
+#[test]
+fn candidates_that_are_refused() {
+    let folder = Folder::new("diagnose-candidates");
+    let data = folder.file("run.csv", swing());
+    let output = furuta(&[
+        "diagnose",
+        "--rig",
+        "qube-servo-2",
+        "--candidate",
+        "arm.sprong",
+    ])
+    .arg(&data)
+    .output()
+    .expect("the binary runs");
+    let line = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success(), "{line}");
+    assert!(
+        line.contains("arm.sprong") && line.contains("arm.stop"),
+        "{line}"
+    );
+}

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{failure, furuta};
-use furuta_model::{CATALOGUE, Effect, Rig};
+use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Rig};
 use serde_json::Value;
 
 fn text(args: &[&str]) -> String {
@@ -27,7 +27,7 @@ fn all_are_listed() {
         .lines()
         .filter_map(|l| l.split_whitespace().next())
         .collect();
-    let known: Vec<_> = CATALOGUE.iter().map(|s| s.id).collect();
+    let known: Vec<_> = CATALOGUE.iter().chain(ON_REQUEST).map(|s| s.id).collect();
     assert_eq!(ids, known);
     assert!(lines.contains("stiffness [N m/rad], rest [rad]"), "{lines}");
     assert!(
@@ -35,15 +35,25 @@ fn all_are_listed() {
         "{lines}"
     );
     let all = json(&["effects", "--json"]);
-    for (entry, spec) in all.as_array().expect("a list").iter().zip(CATALOGUE) {
+    for (entry, spec) in all
+        .as_array()
+        .expect("a list")
+        .iter()
+        .zip(CATALOGUE.iter().chain(ON_REQUEST))
+    {
         assert_eq!(entry["id"], spec.id);
         assert_eq!(entry["parameters"][0]["unit"], spec.parameters[0].unit);
+        let always = spec.offered.is_always();
+        assert_eq!(
+            entry["offered"],
+            if always { "always" } else { "on request" }
+        );
     }
 }
 
 #[test]
 fn each_is_explained() {
-    for spec in CATALOGUE {
+    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
         let page = text(&["effects", spec.id]);
         for part in [
             spec.name,
@@ -84,7 +94,7 @@ fn parameters_that_are_no_quantities() {
 #[test]
 fn sizes_are_those_of_the_rig() {
     for name in Rig::VOLTAGE {
-        for spec in CATALOGUE {
+        for spec in CATALOGUE.iter().chain(ON_REQUEST) {
             let page = json(&["effects", spec.id, "--rig", name, "--json"]);
             assert_eq!(page["rig"], *name);
             let values: Vec<f64> = spec
@@ -114,7 +124,7 @@ fn sizes_are_those_of_the_rig() {
 /// The command line that a page ends with is one.
 #[test]
 fn what_a_page_proposes_runs() {
-    for spec in CATALOGUE {
+    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
         let page = text(&["effects", spec.id]);
         let line = page.lines().last().expect("a last line");
         let mut words: Vec<_> = line.split_whitespace().collect();

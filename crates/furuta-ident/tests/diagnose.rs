@@ -5,9 +5,11 @@ use std::fmt::Write as _;
 
 use furuta_ident::Insufficient;
 use furuta_ident::diagnose::result::{Shape, TorqueInTime};
-use furuta_ident::diagnose::{Channel, Diagnosis, Outcome, Request, Verdict, diagnose};
+use furuta_ident::diagnose::{
+    Channel, Diagnosis, Options, Outcome, Request, Verdict, diagnose, diagnose_with,
+};
 use furuta_ident::recording::Recording;
-use furuta_model::{Effect, Plant, Rig, Spec, State};
+use furuta_model::{Effect, ON_REQUEST, Plant, Rig, Spec, State};
 
 const H: f64 = 0.004;
 
@@ -48,6 +50,11 @@ fn sheet(rig: &Rig) -> Rig {
 }
 
 fn run(rig: &Rig, effects: &[Effect<f64>]) -> Outcome {
+    run_with(rig, effects, &[])
+}
+
+/// With entries of the catalogue that are looked for on request.
+fn run_with(rig: &Rig, effects: &[Effect<f64>], candidates: &[&'static Spec]) -> Outcome {
     let plant: Plant<f64> = Plant::new(&rig.params, effects).expect("few effects");
     let recordings = [
         record(rig, &plant, "a.csv", 8.0, 0.0),
@@ -59,7 +66,11 @@ fn run(rig: &Rig, effects: &[Effect<f64>]) -> Outcome {
         rig: &sheet(rig),
         verify: &unseen,
     };
-    diagnose(&request, &|_| ()).expect("good recordings")
+    let options = Options {
+        candidates,
+        ..Options::default()
+    };
+    diagnose_with(&request, options, &|_| ()).expect("good recordings")
 }
 
 fn qube() -> Rig {
@@ -123,6 +134,44 @@ fn named_wrongly(spec: &Spec, rig: &Rig) -> Option<String> {
     // radian
     let far = diagnosis.verification.iter().find(|r| r.repaired >= 0.03);
     far.map(|row| format!("{}: {row:?}", spec.id))
+}
+
+/// Effects that are looked for on request are named where they are asked for, alone and beside Coulomb friction.
+#[test]
+fn effects_on_request_are_named_where_they_are_asked_for() {
+    let rig = qube();
+    let hidden: &[(&str, &[f64])] = &[
+        ("arm.stop", &[0.3, 0.5, 2e-3, 0.1]),
+        ("arm.relaxation", &[5e-3, 0.6]),
+        ("sensor.theta.eccentricity", &[0.06, 0.8]),
+    ];
+    for (id, values) in hidden {
+        let effect = Effect::new(id, values).expect("valid");
+        let found = |effects: &[Effect<f64>]| {
+            let found = run_with(&rig, effects, &[effect.spec()]).diagnosis;
+            let mut ids: Vec<String> = found.effects.iter().map(|e| e.id.clone()).collect();
+            ids.sort();
+            (ids, found.verdict)
+        };
+        let alone = (vec![(*id).to_owned()], Verdict::MissingEffects);
+        assert_eq!(found(&[effect]), alone);
+        let friction = Effect::new("arm.coulomb", &[1e-3]).expect("valid");
+        let mut both = vec!["arm.coulomb".to_owned(), (*id).to_owned()];
+        both.sort();
+        assert_eq!(found(&[effect, friction]), (both, Verdict::MissingEffects));
+    }
+}
+
+/// All of them at once do not accuse a sound rig, nor take the place of an effect that is there.
+#[test]
+fn effects_on_request_do_not_accuse() {
+    let clean = run_with(&qube(), &[], ON_REQUEST).diagnosis;
+    assert!(clean.effects.is_empty(), "{:?}", clean.effects);
+    assert_eq!(clean.verdict, Verdict::ParametersOnly);
+    let spring = Effect::new("arm.spring", &[2e-3, 0.2]).expect("valid");
+    let found = run_with(&qube(), &[spring], ON_REQUEST).diagnosis;
+    let ids: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+    assert_eq!(ids, ["arm.spring"]);
 }
 
 #[test]

@@ -741,6 +741,7 @@ def diagnose(
     same_zero: bool = False,
     time_limit: float | None = 60.0,
     thorough: bool = False,
+    candidates: Sequence[str] | None = None,
     every: int = 1,
     span: tuple[float, float] | None = None,
     accept_suspicious: bool = False,

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use furuta_ident::diagnose::{Options, Outcome, Request, diagnose_with};
 use furuta_ident::{Task, report};
-use furuta_model::Rig;
+use furuta_model::{CATALOGUE, ON_REQUEST, Rig, Spec};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::recorded::RecordedArgs;
@@ -47,6 +47,19 @@ pub(crate) struct Args {
     /// the same names where what saves time is sound.
     #[arg(long)]
     thorough: bool,
+    /// Look for this effect as well, one of those that are looked for on request alone (furuta effects ID says why); may
+    /// be repeated.
+    #[arg(long = "candidate", value_name = "ID", value_parser = on_request)]
+    candidates: Vec<&'static Spec>,
+}
+
+/// An entry of the catalogue.
+fn on_request(id: &str) -> Result<&'static Spec, String> {
+    let mut all = CATALOGUE.iter().chain(ON_REQUEST).copied();
+    all.find(|s| s.id == id).ok_or_else(|| {
+        let ids: Vec<&str> = ON_REQUEST.iter().map(|s| s.id).collect();
+        format!("no such effect: give one of {}", ids.join(", "))
+    })
 }
 
 /// A time that is more than none, s.
@@ -80,6 +93,7 @@ pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
             same_zero: args.same_zero,
             time_limit: Some(Duration::from_secs_f64(args.time_limit)),
             thorough: args.thorough,
+            candidates: &args.candidates,
             ..Options::default()
         },
     )?;

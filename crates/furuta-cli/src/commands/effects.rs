@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use furuta_model::effects::{self, Kind, ParameterSpec};
-use furuta_model::{CATALOGUE, Rig, Spec};
+use furuta_model::{CATALOGUE, ON_REQUEST, Rig, Spec};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -37,7 +37,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return list(&mut out, args.json);
     };
     let spec = effects::spec(id).ok_or_else(|| {
-        let known: Vec<_> = CATALOGUE.iter().map(|s| s.id).collect();
+        let known: Vec<_> = CATALOGUE.iter().chain(ON_REQUEST).map(|s| s.id).collect();
         Failure::new(format!(
             "unknown effect {id:?}: give one of {}",
             known.join(", ")
@@ -55,19 +55,20 @@ fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
     if as_json {
         let all: Value = CATALOGUE
             .iter()
+            .chain(ON_REQUEST)
             .map(|s| {
                 let parameters: Value = s
                     .parameters
                     .iter()
                     .map(|p| json!({"name": p.name, "unit": p.unit}))
                     .collect();
-                json!({"id": s.id, "name": s.name, "parameters": parameters})
+                json!({"id": s.id, "name": s.name, "parameters": parameters, "offered": offered(s)})
             })
             .collect();
         writeln!(out, "{all}")?;
         return Ok(());
     }
-    for s in CATALOGUE {
+    for s in CATALOGUE.iter().chain(ON_REQUEST) {
         let parameters: Vec<_> = s
             .parameters
             .iter()
@@ -88,7 +89,15 @@ fn explain(out: &mut impl Write, spec: &Spec, rig: &Rig, given: &str) -> Result<
     writeln!(out, "law           {}", spec.law)?;
     writeln!(out, "shows         {}", spec.shows)?;
     writeln!(out, "looks like    {}", spec.look_alikes.join(", "))?;
-    writeln!(out, "to tell       {}\n", spec.experiment)?;
+    writeln!(out, "to tell       {}", spec.experiment)?;
+    if !spec.offered.is_always() {
+        let (id, why) = (spec.id, spec.offered.why());
+        writeln!(
+            out,
+            "looked for    with furuta diagnose --candidate {id}: {why}"
+        )?;
+    }
+    writeln!(out)?;
     for p in spec.parameters {
         writeln!(out, "  {:14}{}", p.name, described(p, rig))?;
     }
@@ -106,6 +115,15 @@ fn explain(out: &mut impl Write, spec: &Spec, rig: &Rig, given: &str) -> Result<
         hide.join(",")
     )?;
     Ok(())
+}
+
+/// Whether a diagnosis looks for it unasked, in a word.
+fn offered(spec: &Spec) -> &'static str {
+    if spec.offered.is_always() {
+        "always"
+    } else {
+        "on request"
+    }
 }
 
 /// Unit, range, default and typical size in a line.
@@ -162,6 +180,7 @@ fn explained_json(spec: &Spec, rig: &Rig) -> Value {
     json!({
         "id": spec.id, "name": spec.name, "law": spec.law, "sentence": spec.sentence, "shows": spec.shows,
         "look_alikes": spec.look_alikes,
+        "offered": offered(spec),
         "experiment": spec.experiment, "rig": rig.name, "parameters": parameters,
     })
 }

@@ -1,7 +1,7 @@
 //! Effects to hide, as written on a command line.
 
 use furuta_model::effects::{Kind, ParameterSpec};
-use furuta_model::{CATALOGUE, Effect, EffectError, Params, effects};
+use furuta_model::{CATALOGUE, Effect, EffectError, ON_REQUEST, Params, effects};
 
 /// A text does not say which effect to hide.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -131,6 +131,7 @@ pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, Hi
 fn known() -> String {
     CATALOGUE
         .iter()
+        .chain(ON_REQUEST)
         .map(|s| s.id)
         .collect::<Vec<_>>()
         .join(", ")
@@ -196,7 +197,7 @@ mod tests {
     fn every_effect_can_be_hidden_at_its_typical_size() {
         for name in Rig::VOLTAGE {
             let params = Rig::builtin(name).expect("built in").params;
-            for spec in CATALOGUE {
+            for spec in CATALOGUE.iter().chain(ON_REQUEST) {
                 let effect = hidden_effect(spec.id, &params).expect(spec.id);
                 assert!(!effect.is_off(), "{name}: {}", spec.id);
             }

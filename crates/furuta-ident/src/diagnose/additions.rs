@@ -28,8 +28,8 @@ pub(super) struct Trial {
     pub(super) evidence: Evidence,
 }
 
-/// The catalogue's entries that are looked for. Late encoders are the same as a late command on recorded input and
-/// output, which stands for both.
+/// The catalogue's entries that are looked for unasked. Late encoders are the same as a late command on recorded input
+/// and output, which stands for both; others are looked for on request ([`super::Options::candidates`]).
 pub fn candidates() -> impl Iterator<Item = &'static Spec> {
     CATALOGUE
         .iter()
@@ -121,9 +121,11 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// The candidates that are neither in `from` nor in the rig file, and whose parameters a fit can still hold.
+    /// The candidates, those asked for last, that are neither in `from` nor in the rig file, and whose parameters a fit
+    /// can still hold.
     pub(super) fn addable(&self, from: &Fit) -> impl Iterator<Item = &'static Spec> {
         candidates()
+            .chain(from.model.sheet.asked.iter().copied())
             .filter(|s| {
                 let numbers = from.model.layout().local() + s.parameters.len();
                 !from.model.has(s.id) && numbers <= MAX_FREE

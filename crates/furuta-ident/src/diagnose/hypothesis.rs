@@ -48,6 +48,8 @@ pub(super) struct Sheet {
     pub(super) reference: Option<usize>,
     /// Effects that the rig file already has: part of every hypothesis, their values fixed.
     pub(super) present: Vec<Effect<f64>>,
+    /// Entries of the catalogue that are looked for on request, and that were asked for.
+    pub(super) asked: Vec<&'static Spec>,
 }
 
 impl Sheet {
@@ -75,6 +77,7 @@ impl Sheet {
             own_zeros,
             reference: Some(0),
             present: rig.effects.clone(),
+            asked: Vec::new(),
         }
     }
 
@@ -232,9 +235,9 @@ impl Hypothesis {
     }
 
     /// Whether a window's start holds what is only computed from the motion before: which flanks touch, how far
-    /// bristles are bent.
+    /// bristles are bent, what a cable or a winding remembers.
     pub(super) fn infers(&self) -> bool {
-        let inferred = Acts::BLOWS.and(Acts::MEMORY);
+        let inferred = Acts::BLOWS.and(Acts::MEMORY).and(Acts::INNER);
         self.effects.iter().any(|e| e.acts.touches(inferred))
     }
 

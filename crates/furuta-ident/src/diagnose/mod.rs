@@ -38,7 +38,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use furuta_model::{Actuation, Rig};
+use furuta_model::{Actuation, Rig, Spec};
 
 pub use additions::candidates;
 pub use parts::Parts;
@@ -100,6 +100,9 @@ pub struct Options<'a> {
     /// Follow every candidate from every start to the end, however small its score statistic: several times as slow,
     /// and to the same names where what saves time is sound.
     pub thorough: bool,
+    /// Entries of the catalogue that are looked for on request ([`furuta_model::effects::Offered`]), to be looked for
+    /// here: fitted, compared and judged as any other. Those that are always looked for change nothing.
+    pub candidates: &'a [&'static Spec],
 }
 
 /// Everything a diagnosis gives.
@@ -218,7 +221,10 @@ fn search(
     }
     let data = Data::new(request.recordings, request.rig);
     insufficient::check(request.recordings, request.rig, &data)?;
-    let sheet = Arc::new(Sheet::new(request.rig, &data, !options.same_zero));
+    let asked = options.candidates.iter().copied();
+    let mut sheet = Sheet::new(request.rig, &data, !options.same_zero);
+    sheet.asked = asked.filter(|s| !s.offered.is_always()).collect();
+    let sheet = Arc::new(sheet);
     let teller = Teller::new(progress);
     let stage = |stage| teller.stage(stage);
 

@@ -16,6 +16,9 @@ const PAST: usize = 256;
 /// that it stood, or from what is measured there.
 const LEAD: f64 = 0.15;
 
+/// After this many time constants nothing is left of what a cable or a winding remembered.
+const FORGOTTEN: f64 = 8.0;
+
 /// How a rig with a drive stood some time before a window's start, as the window before says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Before {
@@ -86,7 +89,7 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
         );
         each(Predicted {
             sample: k + 1,
-            y: plant.reading([theta - zero[0], alpha - zero[1]]),
+            y: plant.reading_from([theta, alpha], zero),
             t,
             before: start,
             volts: s.voltage.value(),
@@ -238,6 +241,7 @@ fn enter<S: Scalar<Real = f64>>(
         shifted(x.map(S::from_f64), zero)
     };
     plant.enter(s, at, run.time(first), &past, run.h);
+    remember(plant, s, run, first, late);
     s.run = run.recording;
     if let Some(before) = before {
         plant.set_twist(s, before.twist);
@@ -251,6 +255,26 @@ fn enter<S: Scalar<Real = f64>>(
         plant.place(s, x0);
     }
     plant.recall(s, run.reversals.to(start));
+}
+
+/// Lets what a cable or a winding remembers follow the motion before a sample, as it was measured.
+fn remember<S: Scalar<Real = f64>>(
+    plant: &Plant<S>,
+    s: &mut PlantState<S>,
+    run: &Run,
+    to: usize,
+    late: usize,
+) {
+    let time = plant.memory_time();
+    if time <= 0.0 {
+        return;
+    }
+    let from = to.saturating_sub((FORGOTTEN * time / run.h).ceil() as usize);
+    let past = (from..to).map(|k| {
+        let speed = 0.5 * (run.speed[k][0] + run.speed[k + 1][0]);
+        (speed, run.command(k, late))
+    });
+    plant.remember(s, past, run.h);
 }
 
 /// Some state of the plant, to be used again and again. It is large (what the plant remembers, with its derivatives)

@@ -3,8 +3,8 @@
 /// Whether a diagnosis looks for an effect unasked.
 ///
 /// Each effect that is looked for costs time, and is one more that a sound rig can be accused of. Those that few rigs
-/// have, or that recordings of angles and volts seldom tell from others, are simulated, hidden and written in rig files
-/// as all others, and not looked for ([`super::ON_REQUEST`]).
+/// have, or that recordings of angles and volts seldom tell from others, are looked for where the user suspects
+/// them: `furuta diagnose --candidate ID` ([`super::ON_REQUEST`]).
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Offered {
     /// Always.

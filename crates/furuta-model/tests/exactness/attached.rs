@@ -1,6 +1,6 @@
 //! End stops, cables that relax, windings, discs and friction under load, against closed forms.
 
-use furuta_model::{Effect, Params, Plant, Rig, State};
+use furuta_model::{Effect, Jet, Params, Plant, Rig, State};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
@@ -198,5 +198,51 @@ fn an_eccentric_disc_errs_once_a_turn() {
         let counted = theta.reading_from(angles, zeros);
         assert!((counted[0] - (expected[0] - zeros[0])).abs() < 1e-12);
         assert_eq!(counted[1], angles[1] - zeros[1]);
+    }
+}
+
+/// How the arm's way out of a stop depends on where the stop is, on its spring and on its damper: dual numbers against
+/// differences.
+#[test]
+fn a_stop_has_exact_derivatives() {
+    type Number = Jet<f64, 3>;
+    let p = bare_arm(true);
+    let inertia = p.coefficients().arm;
+    let values = [inertia * 900.0, 0.3, 0.4 * inertia * 30.0, 0.0];
+    let end = |values: &[f64; 4]| {
+        let plant = plant(&p, "arm.stop", values);
+        after(&plant, [0.0, 2.0], 0.5, 0.5, 2e-3)
+    };
+    let jets: Vec<Number> = values
+        .iter()
+        .enumerate()
+        .map(|(i, v)| {
+            if i < 3 {
+                Number::variable(*v, i)
+            } else {
+                Number::constant(*v)
+            }
+        })
+        .collect();
+    let c = p.cast::<Number>().coefficients();
+    let stop = Effect::checked(
+        furuta_model::effects::spec("arm.stop").expect("known"),
+        &jets,
+    )
+    .expect("valid");
+    let plant = Plant::from_coefficients(c, &[stop]).expect("one");
+    let x = State::new(0.0, PI, 2.0, 0.0);
+    let mut s = plant.rest(State::from(x.to_array().map(Number::constant)));
+    for _ in 0..250 {
+        plant.step(&mut s, Number::constant(0.5), 2e-3);
+    }
+    for i in 0..3 {
+        let step = 1e-5 * values[i];
+        let (mut low, mut high) = (values, values);
+        low[i] -= step;
+        high[i] += step;
+        let slope = (end(&high)[0] - end(&low)[0]) / (2.0 * step);
+        let found = s.x.theta.d[i];
+        assert!((found / slope - 1.0).abs() < 1e-4, "{i}: {found} {slope}");
     }
 }
