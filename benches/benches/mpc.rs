@@ -39,10 +39,11 @@ fn mpc(c: &mut Criterion) {
     updates(c, "f64", &design);
     updates(c, "f32", &design.cast::<f32>());
     let exact = InteriorPoint(Mpc::design(&settings, &site).expect("suits it"));
+    let mut memory = exact.start();
     c.bench_function("mpc, Clarabel", |bench| {
         bench.iter(|| {
             exact.update(
-                &mut (),
+                &mut memory,
                 black_box(&State::from(FAR)),
                 &State::upright(),
                 0.002,

@@ -9,7 +9,7 @@ mod conventions;
 use std::path::{Path, PathBuf};
 
 use furuta_ident::diagnose::{Diagnosis, Request, Verdict, diagnose};
-use furuta_ident::recording::{Recording, RecordingError};
+use furuta_ident::recording::Recording;
 use furuta_model::{CATALOGUE, Rig, effects};
 
 fn shared(what: &str) -> Option<PathBuf> {

@@ -18,8 +18,8 @@ use crate::numbers::{Number, listed};
 use crate::real::{Real, c};
 use crate::site::Site;
 use crate::thresholds::{SPEC, Thresholds, within};
-use furuta_model::Plant;
 use crate::trajectory::{Follower, FollowerState};
+use furuta_model::Plant;
 use furuta_model::linear_plant::smooth;
 
 /// Swing-up, catch and balance of one rig at one sample period. Configuration only: see [`SupervisorState`].

@@ -214,7 +214,7 @@ fn augmented<const N: usize>(linear: &Linear, delay: f64) {
     let (n, part) = (whole as usize, delay - whole * PERIOD);
     let held = |time: f64| zero_order_hold(&linear.a, &linear.b, time);
     // Over a period, the older command acts for `part`, then the newer one (Åström and Wittenmark 1997, 2.3).
-    let ((late_a, late_b), (_, early_b)) = (held(PERIOD - part), held(PERIOD - part));
+    let ((late_a, _), (_, early_b)) = (held(PERIOD - part), held(PERIOD - part));
     let (part_a, part_b) = held(part);
     let a = late_a * part_a;
     let older = late_a * part_b;
