@@ -152,9 +152,11 @@ impl Study {
             ("arm.coulomb", self.arm_friction * stall * next()),
             ("pendulum.coulomb", self.hinge_friction * k.weight * next()),
         ];
-        let possible = |id: &str| actuation.allows(id).is_ok();
-        for (id, torque) in torques.into_iter().filter(|(id, _)| possible(id)) {
-            rig.effects.push(Effect::new(id, &[torque])?);
+        for (id, torque) in torques {
+            let friction = Effect::new(id, &[torque])?;
+            if friction.validate_for(actuation).is_ok() {
+                rig.effects.push(friction);
+            }
         }
         let mut start = State::hanging();
         start.theta = 0.4 * next() - 0.2;

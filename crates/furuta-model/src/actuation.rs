@@ -164,35 +164,6 @@ impl Actuation {
             ),
         }
     }
-
-    /// Whether an effect can act on a rig of this kind; else why not.
-    ///
-    /// # Errors
-    /// The reason, for a message: `a stepper's arm goes where it is told, whatever torque acts on it`.
-    ///
-    /// ```
-    /// use furuta_model::Actuation;
-    /// assert!(Actuation::Acceleration.allows("motor.delay").is_ok());
-    /// assert!(Actuation::Acceleration.allows("arm.coulomb").is_err());
-    /// assert!(Actuation::Voltage.allows("motor.speed_limit").is_err());
-    /// ```
-    pub fn allows(self, effect: &str) -> Result<(), &'static str> {
-        const STIFF: &str = "the arm follows the commanded acceleration whatever torque acts on it";
-        const OWN: &str = "only a motor whose command is an acceleration keeps to a speed";
-        let on_arm = effect.starts_with("arm.") && effect != "arm.tilt"
-            || effect.starts_with("drive.")
-            || matches!(
-                effect,
-                "motor.ripple" | "disturbance.vibration" | "disturbance.arm_kick"
-            );
-        match self {
-            Self::Acceleration if on_arm => Err(STIFF),
-            Self::Voltage | Self::Current | Self::Torque if effect == "motor.speed_limit" => {
-                Err(OWN)
-            }
-            _ => Ok(()),
-        }
-    }
 }
 
 impl core::fmt::Display for Actuation {

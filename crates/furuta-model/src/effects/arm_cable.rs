@@ -75,7 +75,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 3,
     footprint: Footprint::Like("arm.spring", "about its rest a cable is a spring"),
-    acts: Acts::TORQUE.and(Acts::ANGLE),
+    acts: Acts::TORQUE.and(Acts::ANGLE).and(Acts::ARM),
     at_rest: AtRest::Slope,
     own: None,
     offered: Offered::Always,

@@ -197,7 +197,7 @@ macro_rules! specs {
             acts: Acts::TORQUE.and(Acts::ANGLE),
             at_rest: AtRest::Slope,
             own: None,
-            offered: Offered::Always,
+            offered: Offered::OnRequest("it is fitted to what remains where no law of physics explains it"),
         }),+];
     };
 }

@@ -7,22 +7,28 @@
 //!
 //! Parameters that are all "off" (zero strength) leave the plant exactly as it was.
 
+mod acts;
 mod at_rest;
 mod attached;
 mod custom;
+mod error;
 mod footprint;
+mod law;
 mod offered;
 pub mod own;
 mod pulse;
 mod spec;
 
+pub use acts::Acts;
 pub use at_rest::AtRest;
 pub use attached::{EndStop, Relaxation, Winding};
 pub use custom::{Custom, EMPIRICAL, TERMS, Term};
+pub use error::EffectError;
 pub use footprint::{BaseParameter, Footprint};
+pub use law::{Clock, Drive, Instant, Law};
 pub use offered::Offered;
 pub use own::{Own, OwnLaws};
-pub use spec::{Acts, Clock, Drive, EffectError, Instant, Kind, Law, ParameterSpec, Spec, Typical};
+pub use spec::{Kind, ParameterSpec, Spec, Typical};
 
 use crate::actuation::Actuation;
 use crate::params::{Coefficients, Params};
@@ -56,31 +62,13 @@ macro_rules! parameters {
     };
 }
 
-/// The catalogue, the entries on request, those of some kinds of rigs, and the enum over all of them.
+/// The list of all effects, and the enum over them.
 macro_rules! catalogue {
-    (
-        always { $($module:ident :: $name:ident),+ $(,)? }
-        on_request { $($asked:ident :: $asked_name:ident),+ $(,)? }
-        of_acceleration { $($own:ident :: $own_name:ident),+ $(,)? }
-    ) => {
-        /// Every effect that a diagnosis looks for unasked, in the catalogue's order.
-        pub static CATALOGUE: &[&Spec] = &[$(&$module::SPEC),+];
-
-        /// Effects that are simulated, hidden and written in rig files as all others, and that no diagnosis looks for
-        /// unasked ([`Spec::offered`] says why).
-        pub static ON_REQUEST: &[&Spec] = &[$(&$asked::SPEC),+];
-
-        /// Effects of rigs alone whose command is an acceleration ([`crate::Actuation::Acceleration`]).
-        pub static OF_ACCELERATION: &[&Spec] = &[$(&$own::SPEC),+];
-
-        effects! { $($module::$name,)+ $($asked::$asked_name,)+ $($own::$own_name,)+ }
-    };
-}
-
-/// Makes the enum over all effects.
-macro_rules! effects {
     ($($module:ident :: $name:ident),+ $(,)?) => {
         $(mod $module; pub use $module::$name;)+
+
+        /// Every effect, in the order in which they act.
+        const ALL: &[Spec] = &[$($module::SPEC),+];
 
         /// One effect with its parameters' values.
         #[derive(Copy, Clone, Debug, PartialEq)]
@@ -119,15 +107,14 @@ macro_rules! effects {
                 }
             }
 
-            /// The order in which effects act: those on request, the catalogue, empirical terms behind it.
+            /// The order in which effects act: that of the one list, empirical terms behind it.
             #[must_use]
             pub fn rank(&self) -> usize {
                 match self {
                     Self::Custom(e) => e.rank(),
                     Self::Own(e) => e.rank(),
-                    _ => ON_REQUEST
+                    _ => ALL
                         .iter()
-                        .chain(CATALOGUE)
                         .position(|s| s.id == self.spec().id)
                         .unwrap_or(usize::MAX),
                 }
@@ -277,54 +264,102 @@ macro_rules! effects {
     };
 }
 
+// In the order in which they act: what a recording seldom shows stands before what it shows.
 catalogue! {
-    always {
-        arm_coulomb::ArmCoulomb,
-        arm_stribeck::ArmStribeck,
-        arm_quadratic::ArmQuadratic,
-        arm_spring::ArmSpring,
-        arm_cable::ArmCable,
-        arm_presliding::ArmPresliding,
-        arm_cogging::ArmCogging,
-        arm_tilt::ArmTilt,
-        motor_deadzone::MotorDeadzone,
-        motor_bias::MotorBias,
-        motor_saturation::MotorSaturation,
-        motor_lag::MotorLag,
-        motor_delay::MotorDelay,
-        motor_asymmetry::MotorAsymmetry,
-        motor_drift::MotorDrift,
-        motor_ripple::MotorRipple,
-        drive_backlash::DriveBacklash,
-        drive_compliance::DriveCompliance,
-        pendulum_coulomb::PendulumCoulomb,
-        pendulum_quadratic::PendulumQuadratic,
-        pendulum_spring::PendulumSpring,
-        pendulum_bias::PendulumBias,
-        pendulum_inertia_transverse::PendulumInertiaTransverse,
-        sensor_alpha_offset::SensorAlphaOffset,
-        sensor_alpha_scale::SensorAlphaScale,
-        sensor_theta_scale::SensorThetaScale,
-        sensor_delay::SensorDelay,
-        disturbance_vibration::DisturbanceVibration,
-        disturbance_kick::DisturbanceKick,
-        disturbance_arm_kick::DisturbanceArmKick,
+    arm_load_friction::ArmLoadFriction,
+    arm_angle_friction::ArmAngleFriction,
+    arm_relaxation::ArmRelaxation,
+    arm_stop::ArmStop,
+    motor_resolution::MotorResolution,
+    motor_inductance::MotorInductance,
+    motor_current_limit::MotorCurrentLimit,
+    sensor_theta_eccentricity::SensorThetaEccentricity,
+    sensor_alpha_eccentricity::SensorAlphaEccentricity,
+    arm_coulomb::ArmCoulomb,
+    arm_stribeck::ArmStribeck,
+    arm_quadratic::ArmQuadratic,
+    arm_spring::ArmSpring,
+    arm_cable::ArmCable,
+    arm_presliding::ArmPresliding,
+    arm_cogging::ArmCogging,
+    arm_tilt::ArmTilt,
+    motor_deadzone::MotorDeadzone,
+    motor_bias::MotorBias,
+    motor_saturation::MotorSaturation,
+    motor_lag::MotorLag,
+    motor_delay::MotorDelay,
+    motor_asymmetry::MotorAsymmetry,
+    motor_drift::MotorDrift,
+    motor_ripple::MotorRipple,
+    drive_backlash::DriveBacklash,
+    drive_compliance::DriveCompliance,
+    pendulum_coulomb::PendulumCoulomb,
+    pendulum_quadratic::PendulumQuadratic,
+    pendulum_spring::PendulumSpring,
+    pendulum_bias::PendulumBias,
+    pendulum_inertia_transverse::PendulumInertiaTransverse,
+    sensor_alpha_offset::SensorAlphaOffset,
+    sensor_alpha_scale::SensorAlphaScale,
+    sensor_theta_scale::SensorThetaScale,
+    sensor_delay::SensorDelay,
+    disturbance_vibration::DisturbanceVibration,
+    disturbance_kick::DisturbanceKick,
+    disturbance_arm_kick::DisturbanceArmKick,
+    motor_speed_limit::MotorSpeedLimit,
+}
+
+/// One of the three lists that [`ALL`] falls into.
+#[derive(Copy, Clone)]
+enum List {
+    Always,
+    OnRequest,
+    OfAcceleration,
+}
+
+impl List {
+    const fn of(spec: &Spec) -> Self {
+        if spec.acts.not_on(Actuation::Voltage).is_some() {
+            Self::OfAcceleration
+        } else if spec.offered.is_always() {
+            Self::Always
+        } else {
+            Self::OnRequest
+        }
     }
-    on_request {
-        arm_load_friction::ArmLoadFriction,
-        arm_angle_friction::ArmAngleFriction,
-        arm_relaxation::ArmRelaxation,
-        arm_stop::ArmStop,
-        motor_resolution::MotorResolution,
-        motor_inductance::MotorInductance,
-        motor_current_limit::MotorCurrentLimit,
-        sensor_theta_eccentricity::SensorThetaEccentricity,
-        sensor_alpha_eccentricity::SensorAlphaEccentricity,
+
+    const fn len(self) -> usize {
+        let (mut n, mut i) = (0, 0);
+        while i < ALL.len() {
+            n += (Self::of(&ALL[i]) as u8 == self as u8) as usize;
+            i += 1;
+        }
+        n
     }
-    of_acceleration {
-        motor_speed_limit::MotorSpeedLimit,
+
+    const fn entries<const N: usize>(self) -> [&'static Spec; N] {
+        let mut entries = [&ALL[0]; N];
+        let (mut n, mut i) = (0, 0);
+        while i < ALL.len() {
+            if Self::of(&ALL[i]) as u8 == self as u8 {
+                entries[n] = &ALL[i];
+                n += 1;
+            }
+            i += 1;
+        }
+        entries
     }
 }
+
+/// Every effect that a diagnosis looks for unasked, in the catalogue's order.
+pub static CATALOGUE: &[&Spec] = &List::Always.entries::<{ List::Always.len() }>();
+
+/// Effects that are simulated, hidden and written in rig files as all others, and that no diagnosis looks for unasked
+/// ([`Spec::offered`] says why).
+pub static ON_REQUEST: &[&Spec] = &List::OnRequest.entries::<{ List::OnRequest.len() }>();
+
+/// Effects of rigs alone whose command is an acceleration ([`crate::Actuation::Acceleration`]).
+pub static OF_ACCELERATION: &[&Spec] =
+    &List::OfAcceleration.entries::<{ List::OfAcceleration.len() }>();
 
 /// The entry with this id, of the catalogue or of [`EMPIRICAL`]; or a user's own hypothesis ([`own`]) that this process
 /// has read, of several with one id the last.
@@ -339,7 +374,7 @@ pub fn spec(id: &str) -> Option<&'static Spec> {
 }
 
 /// How many entries the three lists have.
-const NAMED: usize = CATALOGUE.len() + ON_REQUEST.len() + OF_ACCELERATION.len();
+const NAMED: usize = ALL.len();
 
 /// Everything that a rig file can name: the catalogue, the entries on request, the effects of some kinds of rigs, and
 /// then the empirical terms.
@@ -420,14 +455,15 @@ impl<S: Scalar> Effect<S> {
     /// # Ok::<(), furuta_model::EffectError>(())
     /// ```
     pub fn validate_for(&self, actuation: Actuation) -> Result<(), EffectError> {
-        let effect = self.spec().id;
-        actuation
-            .allows(effect)
-            .map_err(|why| EffectError::OtherActuation {
-                effect,
+        let spec = self.spec();
+        match spec.acts.not_on(actuation) {
+            None => Ok(()),
+            Some(why) => Err(EffectError::OtherActuation {
+                effect: spec.id,
                 actuation,
                 why,
-            })
+            }),
+        }
     }
 
     /// Whether all its strengths (values and derivatives) are exactly zero, or exactly where they do nothing.

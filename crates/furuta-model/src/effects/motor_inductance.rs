@@ -53,7 +53,7 @@ pub(super) const SPEC: Spec = Spec {
         "motor.lag",
         "where back-EMF takes little of the voltage, a late current is a late voltage",
     ),
-    acts: Acts::INNER,
+    acts: Acts::INNER.and(Acts::CURRENT),
     at_rest: AtRest::LeftOut("the current is taken to follow at once"),
     own: None,
     offered: Offered::OnRequest("small motors have a millisecond, and beyond that a lag of the voltage explains \

@@ -435,7 +435,7 @@ impl Definition {
                 AtRest::Slope
             },
             own: None,
-            offered: crate::effects::Offered::Always,
+            offered: crate::effects::Offered::OnRequest("it is a user's own law"),
         }
     }
 
