@@ -4,7 +4,9 @@ use crate::arguments::RigLike;
 use crate::error;
 use crate::matrix::{Matrix, Vector, state, states, vector};
 use crate::rig::{Value, known, parameter, place};
-use furuta_model::simulate::{Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError};
+use furuta_model::simulate::{
+    FEW, Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError,
+};
 use furuta_model::{Effect, Params, Spec, State};
 use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyMemoryError, PyRuntimeError};
@@ -20,9 +22,6 @@ const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Samples of all rollouts between two looks at whether to go on: a fraction of a second of work.
 const STRIDE: usize = 4_000_000;
-
-/// Steps of all rollouts together, a millisecond of work, that are done without a thread of their own.
-const FEW: usize = 20_000;
 
 /// Rollouts side by side that keep one core busy.
 const SIDE_BY_SIDE: usize = 16;
@@ -133,12 +132,9 @@ pub(crate) fn simulate_batch<'py>(
         )));
     }
 
-    if run.samples.saturating_mul(count) <= FEW {
+    if run.samples.saturating_mul(count) < FEW {
         let never = AtomicBool::new(false);
-        let states = py.detach(|| match &source {
-            Source::Commands(u) => in_parts(&rollouts, &OpenLoop(u), run, buffer, &never, &|_| ()),
-            Source::Feedback { law, .. } => in_parts(&rollouts, law, run, buffer, &never, &|_| ()),
-        });
+        let states = py.detach(|| source.drive(&rollouts, run, buffer, &never, &|_| ()));
         if let Some(call) = progress {
             call.call1((count, count))?;
         }
@@ -159,10 +155,7 @@ pub(crate) fn simulate_batch<'py>(
         let tell = |done| {
             let _ = send.send(done);
         };
-        match &source {
-            Source::Commands(u) => in_parts(&rollouts, &OpenLoop(u), run, buffer, &stopped, &tell),
-            Source::Feedback { law, .. } => in_parts(&rollouts, law, run, buffer, &stopped, &tell),
-        }
+        source.drive(&rollouts, run, buffer, &stopped, &tell)
     });
     // The receiver sits in a Mutex only because a reference to it crosses `detach`.
     let receive = std::sync::Mutex::new(receive);
@@ -256,6 +249,21 @@ enum Source {
 }
 
 impl Source {
+    /// Runs the rollouts under it: [`in_parts`].
+    fn drive(
+        &self,
+        rollouts: &[Rollout],
+        run: Run,
+        states: Vec<f64>,
+        stop: &AtomicBool,
+        tell: &(impl Fn(usize) + Sync),
+    ) -> Result<Vec<f64>, SimulationError> {
+        match self {
+            Self::Commands(u) => in_parts(rollouts, &OpenLoop(u), run, states, stop, tell),
+            Self::Feedback { law, .. } => in_parts(rollouts, law, run, states, stop, tell),
+        }
+    }
+
     fn new(
         u: Option<Vector<'_>>,
         feedback: Option<(Vector<'_>, Vector<'_>, f64)>,

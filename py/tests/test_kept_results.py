@@ -43,6 +43,7 @@ def test_equal_where_all_that_was_found_is(what):
     assert one != other and one != "text" and one != RIG
     assert copy.copy(one) == one and copy.deepcopy(one) == one
     assert len({one, same, other}) == 2
+    assert repr(one).startswith(f"<furuta.{what} ")
 
 
 def pages(result, folder):

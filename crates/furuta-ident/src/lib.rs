@@ -11,6 +11,7 @@ mod least_squares;
 pub mod report;
 pub mod selection;
 mod shooting;
+mod stages;
 mod stop;
 mod task;
 pub mod validate;

@@ -66,6 +66,17 @@ impl PyPlan {
         self.plan.after.clone()
     }
 
+    fn __repr__(&self) -> String {
+        let p = &self.plan;
+        format!(
+            "<furuta.ExperimentPlan for {}: {} of {} experiments, for {}>",
+            p.rig,
+            p.sequence.len(),
+            p.experiments.len(),
+            p.parameters.join(", ")
+        )
+    }
+
     fn __str__(&self) -> String {
         self.summary("RIG")
     }

@@ -6,7 +6,7 @@ use crate::background::awaited;
 use crate::error;
 use crate::kept::{Kept, Reduced, unreadable};
 use crate::recording::{choose, selection};
-use furuta_ident::validate::Validation;
+use furuta_ident::validate::{Validated, Validation};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 
@@ -68,6 +68,13 @@ impl PyValidation {
     #[getter]
     fn notices(&self) -> Vec<String> {
         self.validation.notices.clone()
+    }
+
+    fn __repr__(&self) -> String {
+        let v = &self.validation;
+        let short = |c: &Validated| format!("{} of {} {:.2} %", c.channel, c.run, c.fit_percent);
+        let channels: Vec<String> = v.channels.iter().map(short).collect();
+        format!("<furuta.Validation of {}: {}>", v.rig, channels.join(", "))
     }
 
     fn __str__(&self) -> String {

@@ -35,6 +35,7 @@ use crate::answer::nan_for_null;
 use crate::insufficient;
 use crate::recording::Recording;
 use crate::shooting::Data;
+use crate::stages::Stages;
 use crate::validate::validate;
 use combinations::combinations;
 use curves::{channel_fits, curves};
@@ -54,25 +55,17 @@ const EXPLAINED: f64 = 1.06;
 /// Of the normal distribution: 95 % lie within this many standard deviations.
 pub(crate) const NORMAL_95: f64 = 1.959_964;
 /// The stages in their order, with the per cent done when each begins.
-const BEGINS: [(&str, f64); 6] = [
+const BEGINS: Stages<6> = Stages([
     ("looking for a start", 0.0),
     ("asking what the recordings tell", 20.0),
     ("fitting", 40.0),
     ("fitting over long windows", 55.0),
     ("predicting", 80.0),
     ("profiling", 90.0),
-];
+]);
 
 /// The names of the stages of [`calibrate_with`].
-pub const STAGES: [&str; BEGINS.len()] = {
-    let mut names = [""; BEGINS.len()];
-    let mut i = 0;
-    while i < names.len() {
-        names[i] = BEGINS[i].0;
-        i += 1;
-    }
-    names
-};
+pub const STAGES: [&str; 6] = BEGINS.names();
 
 /// Windows may be this long, s.
 const HORIZON: [f64; 2] = [0.1, 60.0];
@@ -239,7 +232,7 @@ pub fn calibrate_with(
     listener: &dyn Fn(&'static str, f64) -> bool,
 ) -> Result<Outcome, CalibrateError> {
     let begin = Instant::now();
-    let enter = |stage: usize| match BEGINS[stage] {
+    let enter = |stage: usize| match BEGINS.0[stage] {
         (name, percent) if listener(name, percent) => Ok(()),
         (stage, _) => Err(CalibrateError::Stopped { stage }),
     };

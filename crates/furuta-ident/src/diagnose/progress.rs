@@ -2,10 +2,11 @@
 
 use std::sync::Mutex;
 
+use crate::stages::Stages;
+
 /// The stages of a diagnosis in their order, with the per cent that a progress bar shows when each begins. Some are
-/// skipped where there is nothing to
-/// do.
-const BEGINS: [(&str, f64); 8] = [
+/// skipped where there is nothing to do.
+const BEGINS: Stages<8> = Stages([
     ("recalibrating", 0.0),
     ("searching", 5.0),
     ("searching over long windows", 60.0),
@@ -14,18 +15,10 @@ const BEGINS: [(&str, f64); 8] = [
     ("fitting", 85.0),
     ("planning", 90.0),
     ("verifying", 95.0),
-];
+]);
 
 /// The names of the stages.
-pub const STAGES: [&str; BEGINS.len()] = {
-    let mut names = [""; BEGINS.len()];
-    let mut i = 0;
-    while i < names.len() {
-        names[i] = BEGINS[i].0;
-        i += 1;
-    }
-    names
-};
+pub const STAGES: [&str; 8] = BEGINS.names();
 
 /// Of a stage's share, each candidate of it is counted as this part of what is left: how many there will be is not
 /// known beforehand.
@@ -67,9 +60,7 @@ impl<'a> Teller<'a> {
     }
 
     fn tell(&self, stage: &'static str, candidate: Option<String>) {
-        let i = STAGES.iter().position(|s| *s == stage).unwrap_or(0);
-        let begin = BEGINS[i].1;
-        let end = BEGINS.get(i + 1).map_or(100.0, |b| b.1);
+        let [begin, end] = BEGINS.span(stage);
         let mut known = self
             .percent
             .lock()

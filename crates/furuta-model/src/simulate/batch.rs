@@ -16,8 +16,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// of one step's chain of operations, until the registers run out.
 const LANES: usize = 8;
 
-/// Batches of fewer steps than this, a millisecond of work, are done by the calling thread: to wake others takes longer.
-const FEW: usize = 20_000;
+/// Batches of fewer steps than this, a millisecond of work, are done by the calling thread: to wake others takes
+/// longer.
+pub const FEW: usize = 20_000;
 
 /// One rollout of a batch.
 #[derive(Clone, Debug, PartialEq)]

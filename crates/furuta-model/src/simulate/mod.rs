@@ -5,7 +5,7 @@ mod error;
 mod policy;
 mod trajectory;
 
-pub use batch::{Batch, Keep, Rollout, Run, batch};
+pub use batch::{Batch, FEW, Keep, Rollout, Run, batch};
 pub use error::SimulationError;
 pub use policy::{Feedback, OpenLoop, Policy};
 pub use trajectory::{follow, trajectory};

@@ -1,0 +1,115 @@
+//! Where an effect acts.
+
+use crate::actuation::Actuation;
+
+/// Where an effect acts, so that a plant calls only the hooks that do something.
+#[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]
+pub struct Acts(u32);
+
+impl Acts {
+    /// Nowhere.
+    pub const NOWHERE: Self = Self(0);
+    /// Between command and motor voltage, without memory ([`Law::voltage`]).
+    pub const VOLTAGE: Self = Self(1);
+    /// Delays the command ([`Law::delay`]).
+    pub const DELAY: Self = Self(1 << 1);
+    /// Low-pass between command and motor ([`Law::lag`]).
+    pub const LAG: Self = Self(1 << 2);
+    /// A torque that depends on time and state ([`Law::torque`]).
+    pub const TORQUE: Self = Self(1 << 3);
+    /// Dry friction, able to hold an axis still ([`Law::dry_friction`]).
+    pub const DRY_FRICTION: Self = Self(1 << 4);
+    /// Between true and measured angles ([`Law::reading`]).
+    pub const READING: Self = Self(1 << 5);
+    /// On the coefficients of the equations of motion ([`Law::shape`]).
+    pub const SHAPE: Self = Self(1 << 6);
+    /// A torque that depends on where the arm has been ([`Law::travelled`]).
+    pub const MEMORY: Self = Self(1 << 7);
+    /// Jumps at known times ([`Law::jump_after`]).
+    pub const JUMPS: Self = Self(1 << 8);
+    /// Between rotor and arm ([`Law::drive`]).
+    pub const DRIVE: Self = Self(1 << 9);
+    /// Delays the encoders ([`Law::sensor_delay`]).
+    pub const SENSOR_DELAY: Self = Self(1 << 10);
+    /// It depends on the arm's absolute angle: where the arm's encoder was zeroed matters.
+    pub const ANGLE: Self = Self(1 << 11);
+    /// On the motor's side of a drive: where rotor and arm are two bodies it acts on the rotor, at the rotor's angle
+    /// and speed, as the arm's damping does.
+    pub const SHAFT: Self = Self(1 << 12);
+    /// Bodies meet in blows: what is wrong before a blow is many times as wrong after it.
+    pub const BLOWS: Self = Self(1 << 13);
+    /// On what the encoders' discs show of the true angles ([`Law::disc`]).
+    pub const DISC: Self = Self(1 << 14);
+    /// Something that the arm touches and leaves ([`Law::end_stop`]).
+    pub const CONTACT: Self = Self(1 << 15);
+    /// It has a state that follows a differential equation ([`Law::relaxation`], [`Law::winding`]).
+    pub const INNER: Self = Self(1 << 16);
+    /// Its strength counts backwards: the larger the number, the less it does (a limit, the stiffness of a coupling).
+    pub const BACKWARDS: Self = Self(1 << 17);
+    /// Keeps the arm's speed within bounds ([`Law::speed_limit`]).
+    pub const SPEED_LIMIT: Self = Self(1 << 18);
+
+    /// A torque on the arm alone that is not of the motor's side: an arm that follows an acceleration does not feel it.
+    pub const ARM: Self = Self(1 << 19);
+    /// Its law is of a voltage and the current that it drives against the back-EMF.
+    pub const CURRENT: Self = Self(1 << 20);
+
+    /// Everything that moves the arm by a torque, or lies between motor and arm.
+    const ON_ARM: Self = Self::ARM
+        .and(Self::SHAFT)
+        .and(Self::MEMORY)
+        .and(Self::DRIVE)
+        .and(Self::CONTACT)
+        .and(Self::INNER);
+
+    /// Why an effect that acts here cannot act on a rig whose command is of this kind; `None` where it can.
+    ///
+    /// ```
+    /// use furuta_model::{Actuation, effects};
+    /// let not_on = |id, kind| effects::spec(id).expect("in the catalogue").acts.not_on(kind);
+    /// assert!(not_on("motor.delay", Actuation::Acceleration).is_none());
+    /// assert!(not_on("arm.coulomb", Actuation::Acceleration).is_some());
+    /// assert!(not_on("motor.inductance", Actuation::Torque).is_some());
+    /// assert!(not_on("motor.speed_limit", Actuation::Voltage).is_some());
+    /// ```
+    #[must_use]
+    pub const fn not_on(self, actuation: Actuation) -> Option<&'static str> {
+        match actuation {
+            Actuation::Acceleration if self.touches(Self::ON_ARM) => {
+                Some("the arm follows the commanded acceleration whatever torque acts on it")
+            }
+            Actuation::Current | Actuation::Torque if self.touches(Self::CURRENT) => Some(
+                "its law is of a motor that a voltage drives; the current of this one is commanded",
+            ),
+            Actuation::Acceleration if self.touches(Self::CURRENT) => {
+                Some("its law is of a motor that a voltage drives")
+            }
+            Actuation::Voltage | Actuation::Current | Actuation::Torque
+                if self.touches(Self::SPEED_LIMIT) =>
+            {
+                Some("only a motor whose command is an acceleration keeps to a speed")
+            }
+            _ => None,
+        }
+    }
+
+    /// Both.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Whether all of `other` is included.
+    #[inline(always)]
+    #[must_use]
+    pub const fn includes(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// Whether any of `other` is included.
+    #[inline(always)]
+    #[must_use]
+    pub const fn touches(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+}
