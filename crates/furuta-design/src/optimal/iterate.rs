@@ -168,10 +168,13 @@ pub(super) fn search(
     }
 }
 
+/// In rad, speeds over the pendulum's frequency.
 fn largest(defects: &[SVector<f64, 4>], objective: &Objective) -> f64 {
+    let w = std::f64::consts::TAU / objective.unit;
+    let unit = SVector::from([1.0, 1.0, w, w]);
     defects
         .iter()
-        .map(|d| d.component_div(&objective.scale).amax())
+        .map(|d| d.component_div(&unit).amax())
         .fold(0.0, f64::max)
 }
 

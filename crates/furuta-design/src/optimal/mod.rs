@@ -14,7 +14,7 @@
 //! quadratic program is solved by Clarabel.
 //!
 //! There are many local optima, one at least for each number of swings. The search begins from several numbers of
-//! swings on a coarse grid, and refines the cheapest that it finds. It does not prove that there is none cheaper.
+//! swings on a coarse grid, and refines the cheapest that it finds on two finer ones. It does not prove that there is none cheaper.
 
 mod course;
 mod gains;
@@ -38,15 +38,19 @@ use subproblem::Objective;
 /// Numbers of half swings that a search begins from.
 const SWINGS: std::ops::RangeInclusive<u32> = 1..=4;
 /// Intervals of the coarse grid.
-const COARSE: usize = 40;
-/// Quadratic programs for each start, and for each of the refinements.
-const PROGRAMS: [u32; 2] = [120, 200];
+const COARSE: usize = 20;
+/// Intervals of the grid that the best of it are refined on.
+const MIDDLE: usize = 40;
+/// Quadratic programs for each start, for each refinement on the middle grid, and for the last one.
+const PROGRAMS: [u32; 3] = [120, 100, 200];
 /// How many courses are refined.
 const REFINED: usize = 2;
 /// A coarse course with larger scaled gaps is none.
 const NEARLY: f64 = 1e-2;
-/// Price of a gap, in units of the cost.
-const PRICE: f64 = 30.0;
+/// Scale of the arm, rad: it moves further and faster than the pendulum does.
+const ARM: f64 = 3.0;
+/// Price of a gap, in units of the cost: above the multipliers of the rigs tried, and not far, lest the steps be short.
+const PRICE: f64 = 5.0;
 /// Weight of the voltage's changes.
 const SMOOTH: f64 = 1e-4;
 
@@ -179,7 +183,9 @@ impl SwingUpProblem {
     #[must_use]
     pub fn programs(&self) -> u64 {
         let starts = SWINGS.count() as u64 * self.ends().len() as u64;
-        starts * u64::from(PROGRAMS[0]) + REFINED as u64 * u64::from(PROGRAMS[1])
+        starts * u64::from(PROGRAMS[0])
+            + REFINED as u64 * u64::from(PROGRAMS[1])
+            + u64::from(PROGRAMS[2])
     }
 
     /// Upright as it is come to: from one side, or, where effects make a difference, from either.
@@ -246,7 +252,7 @@ impl SwingUpProblem {
             effort: self.effort,
             smooth: SMOOTH,
             price: PRICE,
-            scale: SVector::from([1.0, 1.0, w, w]),
+            scale: SVector::from([ARM, 1.0, ARM * w, w]),
             command: volts,
         };
         let made = AtomicU64::new(0);
@@ -264,14 +270,20 @@ impl SwingUpProblem {
             .collect();
         found.sort_by(|a, b| a.rank(NEARLY).total_cmp(&b.rank(NEARLY)));
         found.truncate(REFINED);
+        let middle = MIDDLE.min(self.intervals);
         let mut refined: Vec<Found> = found
             .into_par_iter()
             .map(|f| {
-                let course = f.course.on(self.intervals);
+                let course = f.course.on(middle);
                 search(&model, course, &limits, &objective, PROGRAMS[1], &tick)
             })
             .collect();
         refined.sort_by(|a, b| a.rank(NEARLY).total_cmp(&b.rank(NEARLY)));
+        refined.truncate(1);
+        for f in &mut refined {
+            let course = f.course.on(self.intervals);
+            *f = search(&model, course, &limits, &objective, PROGRAMS[2], &tick);
+        }
         let gap = refined.iter().map(|f| f.gap).fold(f64::INFINITY, f64::min);
         let best = refined.into_iter().next();
         let Some(best) = best.filter(|f| f.gap < NEARLY) else {
