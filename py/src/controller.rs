@@ -146,8 +146,7 @@ impl PyController {
                 gain.len()
             )));
         }
-        let settings = furuta_ctrl::controllers::settings("lqr")
-            .unwrap_or_else(|| furuta_ctrl::Config::default().controller)
+        let settings = furuta_ctrl::controllers::StateFeedback::<f64>::settings()
             .with("gain", &gain)
             .map_err(error::controller)?;
         let file = ControllerFile {

@@ -228,8 +228,8 @@ pub(crate) fn shahzad2022<'py>(
 /// dict
 ///     pendulum_limit (rad), command_limit (V), and for each of "lqr", "sliding", "mpc_clarabel", "mpc_active_set" a
 ///     dict: t, u of shape (N,), x, reference of shape (N, 4); settle (s, None where it does not), overshoot (part of
-///     the step), alpha_max (rad), u_max (V), violations (samples beyond the pendulum's limit), saturated (samples at the command
-///     limit), effort (V**2 s), cost, up.
+///     the step), alpha_max (rad), u_max (V), violations (samples beyond the pendulum's limit), saturated (samples at
+///     the command limit), effort (V**2 s), cost, up.
 ///
 /// Raises
 /// ------

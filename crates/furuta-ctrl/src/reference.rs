@@ -5,8 +5,8 @@ use furuta_model::State;
 
 /// A reference that is known for the samples to come: what [`crate::controllers::Controller::update_ahead`] takes.
 ///
-/// It is asked for single samples and carries what it needs by reference: no allocation, no virtual call. A [`State`] is
-/// the reference that stays.
+/// It is asked for single samples and carries what it needs by reference: no allocation, no virtual call. A [`State`]
+/// is the reference that stays.
 ///
 /// ```
 /// use furuta_ctrl::reference::{Ahead, ArmSteps};

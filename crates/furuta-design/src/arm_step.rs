@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::closed_loop::{ClosedLoop, FALLEN, Sample, Sensing};
 use crate::mpc::InteriorPoint;
-use furuta_ctrl::controllers::{self, Controller, Design, LqrSliding, Mpc, StateFeedback};
+use furuta_ctrl::controllers::{Controller, Design, LqrSliding, Mpc, StateFeedback};
 use furuta_ctrl::settings::{Settings, SettingsError};
 use furuta_ctrl::{ConfigError, Site};
 use furuta_model::{Rig, State};
@@ -176,18 +176,16 @@ impl Experiment {
         rig.nominal_plant::<f64>().check_period(period)?;
         let site = Site::of(rig, period);
         let weights = self.weights.unwrap_or_else(|| self.eager(rig));
-        let settings = |id: &'static str| -> Result<Settings, StudyError> {
-            let standard = controllers::settings(id)
-                .unwrap_or_else(|| Settings::new(controllers::CATALOGUE[0]));
+        let weighted = |standard: Settings| -> Result<Settings, StudyError> {
             Ok(standard.with("q", &weights.0)?.with("r", &[weights.1])?)
         };
-        let lqr = StateFeedback::design(&settings("lqr")?, &site)?;
-        let sliding = LqrSliding::design(&settings("lqr_sliding")?, &site)?;
+        let lqr = StateFeedback::design(&weighted(StateFeedback::<f64>::settings())?, &site)?;
+        let sliding = LqrSliding::design(&weighted(LqrSliding::<f64>::settings())?, &site)?;
         let first = self.of(Contender::Lqr, rig, &lqr);
         let lean = largest(&first.samples, |s| s.x.alpha);
         let pendulum = self.pendulum.unwrap_or(0.5 * lean.min(1.0));
         #[allow(clippy::cast_precision_loss)]
-        let predictive = settings("mpc")?
+        let predictive = weighted(Mpc::<f64>::settings())?
             .with("pendulum_angle", &[pendulum])?
             .with("iterations", &[self.iterations as f64])?;
         let mpc = Mpc::design(&predictive, &site)?;

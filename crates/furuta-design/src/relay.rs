@@ -1,15 +1,19 @@
 //! Tuning of the PID pair by a relay: what a rig's motor is worth is measured in closed loop, not taken from a model.
 //!
 //! In place of the pendulum's controller a relay commands `d` or `-d` volts by the sign of the pendulum's angle, its
-//! hysteresis set against the encoder's steps (K. J. Åström, T. Hägglund, *Automatic tuning of simple regulators with
+//! hysteresis set against noise (K. J. Åström, T. Hägglund, *Automatic tuning of simple regulators with
 //! specifications on phase and amplitude margins*, Automatica 20, 1984). The pendulum then swings at the frequency at
 //! which the loop from command to angle turns by half a turn, about upright, by an amplitude that says what the loop's
 //! gain is there.
 //!
 //! Why upright, and why the pendulum's angle: the pair works there, and there alone, so that is the loop whose ultimate
-//! gain limits it. The arm's angle over the hanging pendulum would swing as well, but no controller of the catalogue works
-//! on that loop. The arm is not held meanwhile: about upright it drifts by what the pendulum's place lets it, with a time
-//! constant of seconds, and the experiment takes one or two.
+//! gain limits it. The arm's angle over the hanging pendulum would swing as well, but no controller of the catalogue
+//! works on that loop. The arm is not held meanwhile: about upright it drifts by what the pendulum's place lets it, with
+//! a time constant of seconds, and the experiment takes one to three.
+//!
+//! An encoder's step is a hysteresis by itself: the angle that it reports changes only where the pendulum has moved by a
+//! step. Where the pendulum swings by few steps, the oscillation is slower than an ideal relay's, and the gain that is
+//! found smaller; [`Ultimate::phase`] says by how much the loop turns there.
 
 use furuta_ctrl::Site;
 use furuta_model::linear_plant::{Amplitudes, Hold, equilibrium, smooth};
@@ -25,6 +29,8 @@ const SETTLING: usize = 4;
 const COUNTED: usize = 12;
 /// The counted periods' halves may differ by this share.
 const STEADY: f64 = 0.1;
+/// Share of the command limit that the relay commands if nothing is said.
+const AMPLITUDE: f64 = 0.3;
 /// Beyond this angle from where it rests the pendulum has fallen, rad.
 const FALLEN: f64 = 0.5;
 /// Share of the ultimate gain that the pendulum's proportional gain becomes.
@@ -37,10 +43,11 @@ const ARM: f64 = 0.14;
 /// A relay experiment.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Relay {
-    /// What the relay commands either way, V; `None`: a tenth of the command limit.
+    /// What the relay commands either way, V (or the unit of the rig's command, here and below); `None`: three tenths of
+    /// the command limit.
     pub amplitude: Option<f64>,
-    /// Angle beyond which it switches, rad; `None`: the encoder's step.
-    pub hysteresis: Option<f64>,
+    /// Angle beyond which it switches, rad; 0: wherever the encoder shows another sign.
+    pub hysteresis: f64,
     /// Sample period, s.
     pub period: f64,
     /// The experiment ends after this time at the latest, s.
@@ -48,11 +55,11 @@ pub struct Relay {
 }
 
 impl Default for Relay {
-    /// 500 Hz, at most 10 s.
+    /// 500 Hz, no hysteresis, at most 10 s.
     fn default() -> Self {
         Self {
             amplitude: None,
-            hysteresis: None,
+            hysteresis: 0.0,
             period: 0.002,
             time_limit: 10.0,
         }
@@ -112,12 +119,14 @@ pub enum RelayError {
     },
     /// The pendulum fell.
     #[error(
-        "relay: with {amplitude} V the pendulum fell after {time} s and {periods} periods: try another amplitude, or \
-         more samples per second"
+        "relay: with {amplitude} {unit} the pendulum fell after {time:.3} s and {periods} periods: try a larger \
+         amplitude, which the encoder's steps disturb less, a smaller hysteresis, or more samples per second"
     )]
     Fell {
-        /// The relay's command, V.
+        /// The relay's command.
         amplitude: f64,
+        /// Its unit.
+        unit: &'static str,
         /// When, s.
         time: f64,
         /// Periods seen.
@@ -125,8 +134,8 @@ pub enum RelayError {
     },
     /// Too few periods within the time limit.
     #[error(
-        "relay: {periods} of {needed} periods within {limit} s: the amplitude may be too small for the friction, or the \
-         hysteresis too wide"
+        "relay: {periods} of {needed} periods within {limit} s: the amplitude may be too small for the friction, or \
+         the hysteresis too wide"
     )]
     Late {
         /// Periods seen.
@@ -138,7 +147,7 @@ pub enum RelayError {
     },
     /// The periods do not become equal.
     #[error(
-        "relay: the periods are {first} s, then {last} s: no steady oscillation; a larger amplitude may help against \
+        "relay: the periods are {first:.4} s, then {last:.4} s: no steady oscillation; a larger amplitude may help against \
          friction"
     )]
     Unsteady {
@@ -147,6 +156,12 @@ pub enum RelayError {
         /// Mean of the last half, s.
         last: f64,
     },
+    /// There is nothing to find.
+    #[error(
+        "relay: the loop from command to the pendulum's angle never turns by just half a turn, so a relay does not \
+         keep the pendulum swinging (as where the command is the arm's acceleration): design the pair by the model"
+    )]
+    NoUltimate,
     /// The rig cannot be stepped like this.
     #[error("{0}")]
     Plant(#[from] PlantError),
@@ -157,7 +172,8 @@ pub enum RelayError {
 
 impl Relay {
     /// The experiment on the nonlinear model of `rig` with its effects and encoders; a command acts from the sample
-    /// after the one it is decided at, as in a real loop.
+    /// after the one it is decided at, as in a real loop. The linear model is asked only whether there is anything to
+    /// find.
     ///
     /// # Errors
     /// See [`RelayError`].
@@ -168,17 +184,18 @@ impl Relay {
     /// let rig = Rig::builtin("qube-servo-2").ok_or("no such rig")?;
     /// let relay = Relay::default();
     /// let found = relay.run(&rig)?;
-    /// let (gain, period) = ultimate(&rig, relay.period, 0.0)?.ok_or("it has one")?;
-    /// assert!((found.gain / gain - 1.0).abs() < 0.2 && (found.period / period - 1.0).abs() < 0.1);
+    /// // Where the loop turns by what the encoder's steps leave, the linear model has the same gain.
+    /// let (gain, period) = ultimate(&rig, relay.period, found.phase)?.ok_or("it has one")?;
+    /// assert!((found.gain / gain - 1.0).abs() < 0.03 && (found.period / period - 1.0).abs() < 0.03);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn run(&self, rig: &Rig) -> Result<Ultimate, RelayError> {
         let limit = rig.params.motor.command_limit;
-        let [_, step] = rig.sensors.resolution();
-        let amplitude = self.amplitude.unwrap_or(0.1 * limit);
-        let hysteresis = self.hysteresis.unwrap_or(step);
+        let unit = rig.params.motor.actuation.unit();
+        let amplitude = self.amplitude.unwrap_or(AMPLITUDE * limit);
+        let hysteresis = self.hysteresis;
         for (name, value, min, max, unit) in [
-            ("amplitude", amplitude, 0.0, limit, "V"),
+            ("amplitude", amplitude, 0.0, limit, unit),
             ("hysteresis", hysteresis, -f64::MIN_POSITIVE, 0.1, "rad"),
             ("period", self.period, 0.0, 0.1, "s"),
             ("time_limit", self.time_limit, 0.0, 600.0, "s"),
@@ -193,6 +210,9 @@ impl Relay {
                     unit,
                 });
             }
+        }
+        if ultimate(rig, self.period, 0.0)?.is_none() {
+            return Err(RelayError::NoUltimate);
         }
         let plant = rig.try_plant()?;
         plant.check_period(self.period)?;
@@ -226,6 +246,7 @@ impl Relay {
             if !(error.abs() < FALLEN) {
                 return Err(RelayError::Fell {
                     amplitude,
+                    unit,
                     time: at(k),
                     periods: rises.len().saturating_sub(1),
                 });
@@ -252,12 +273,14 @@ impl Relay {
         }
         let counted = &seen[from..to];
         let n = counted.len() as f64;
-        // The fundamental over whole periods: of a sampled linear loop, the ratio is its response there.
+        // The fundamental over whole periods: of a sampled linear loop, the ratio is its response there. Hann's window
+        // keeps out what drifts meanwhile, the arm and with it the pendulum.
         let turn = TAU * COUNTED as f64 / n;
+        let window = |k: usize| 1.0 - (TAU * k as f64 / n).cos();
         let [command, angle] = [0, 1].map(|i| {
             let parts = counted.iter().enumerate();
             let sum: Complex<f64> = parts
-                .map(|(k, s)| Complex::from_polar(s[i], -turn * k as f64))
+                .map(|(k, s)| Complex::from_polar(window(k) * s[i], -turn * k as f64))
                 .sum();
             sum * (2.0 / n)
         });
@@ -283,8 +306,9 @@ impl Relay {
     }
 }
 
-/// The ultimate gain (V/rad) and period (s) of the loop from command to pendulum's angle by the linear model: where it
-/// turns by half a turn, less the relay's `phase` (rad, [`Ultimate::phase`]; 0: an ideal one), one sample of delay included. `None` where it never does.
+/// The ultimate gain (V/rad) and period (s) of the loop from command to pendulum's angle by the linear model, one sample
+/// of delay included: where it turns by half a turn, less the relay's `phase` (rad, [`Ultimate::phase`]; 0: an ideal
+/// relay). `None` where it never does.
 ///
 /// # Errors
 /// [`LoopError`].
@@ -319,8 +343,8 @@ impl Ultimate {
     /// 0.6 over the pendulum's frequency; and an arm whose motion, seen from a pendulum that stands where it is asked
     /// to, has a triple pole at 0.14 times that frequency.
     ///
-    /// Beside the relay's finding this takes two numbers that a stopwatch and a ruler give: the small-angle frequency of
-    /// the hanging pendulum and the arm's length. Neither inertias nor the motor's constants are needed.
+    /// Beside the relay's finding this takes two numbers that a stopwatch and a ruler give: the small-angle frequency
+    /// of the hanging pendulum and the arm's length. Neither inertias nor the motor's constants are needed.
     #[must_use]
     pub fn gains(&self, rig: &Rig) -> Gains {
         let c = rig.params.coefficients();

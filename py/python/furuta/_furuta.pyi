@@ -518,7 +518,7 @@ def relay(
     *,
     rate: float = 500.0,
     amplitude: float | None = None,
-    hysteresis: float | None = None,
+    hysteresis: float = 0.0,
     time_limit: float = 10.0,
 ) -> _Relay: ...
 

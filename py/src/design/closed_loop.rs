@@ -4,7 +4,8 @@ use crate::arguments::RigLike;
 use crate::error;
 use crate::matrix::{Vector, vector};
 use furuta_ctrl::estimators::{AnyEstimator, Estimator};
-use furuta_ctrl::{Config, Site, controllers};
+use furuta_ctrl::controllers::{Lqi, StateFeedback};
+use furuta_ctrl::{Config, Site};
 use furuta_design::rehearsal;
 use furuta_design::rig_loop::{Law, Margins, ObservedLoop, RigLoop};
 use furuta_model::Rig;
@@ -171,8 +172,11 @@ pub(crate) fn rehearse<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let law = law(&K)?;
     let period = period(rate)?;
-    let kind = if law.integral == 0.0 { "lqr" } else { "lqi" };
-    let settings = controllers::settings(kind).unwrap_or(Config::default().controller);
+    let settings = if law.integral == 0.0 {
+        StateFeedback::<f64>::settings()
+    } else {
+        Lqi::<f64>::settings()
+    };
     let mut settings = settings.with("gain", &law.gain).map_err(error::design)?;
     if law.integral != 0.0 {
         settings = settings

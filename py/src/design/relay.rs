@@ -21,41 +21,41 @@ use pyo3::types::PyDict;
 /// rate : float, optional
 ///     Samples per second.
 /// amplitude : float, optional
-///     What the relay commands either way, V; a tenth of the command limit if not given.
+///     What the relay commands either way, V; three tenths of the command limit if not given.
 /// hysteresis : float, optional
-///     Angle beyond which it switches, rad; the encoder's step if not given.
+///     Angle beyond which it switches, rad; 0: wherever the encoder shows another sign.
 /// time_limit : float, optional
 ///     The experiment ends after this time at the latest, s.
 ///
 /// Returns
 /// -------
 /// dict
-///     ultimate_gain (V/rad), ultimate_period (s): of the loop from command to the pendulum's angle; described_gain: the
-///     gain by the relay's describing function; phase: of the command against the angle, rad; amplitude (V),
-///     hysteresis (rad), lean, arm (furthest angles, rad), time (s); model: the same gain and period by the linear model
-///     and an ideal relay, or None; pendulum_gains, arm_gains:
-///     [kp, ki, kd] for a controller file; margins: as closed_loop has
-///     them, of the pair without its low pass, one sample of delay not counted.
+///     ultimate_gain (V/rad), ultimate_period (s): of the loop from command to the pendulum's angle; described_gain:
+///     the gain by the relay's describing function; phase: of the command against the angle, rad, which the encoder's
+///     steps and the samples leave; amplitude (V), hysteresis (rad), lean, arm (furthest angles, rad), time (s); model:
+///     gain and period by the linear model and an ideal relay; pendulum_gains, arm_gains: [kp, ki, kd] for a controller
+///     file; margins: as closed_loop has them, of the pair without its low pass, one sample of delay not counted.
 ///
 /// Raises
 /// ------
 /// DesignError
-///     Numbers outside their ranges; a pendulum that falls, or does not oscillate steadily.
+///     Numbers outside their ranges; a pendulum that falls, or does not oscillate steadily; a rig whose command is the
+///     arm's acceleration, on which a relay does not oscillate.
 ///
 /// Examples
 /// --------
 /// >>> import furuta
 /// >>> found = furuta.relay(furuta.Rig.load("shahzad2022-srv02"))
-/// >>> found["margins"]["stable"], bool(abs(found["ultimate_gain"] / found["model"][0] - 1) < 0.15)
+/// >>> found["margins"]["stable"], bool(0.7 < found["ultimate_gain"] / found["model"][0] < 0.85)
 /// (True, True)
 #[pyfunction]
-#[pyo3(signature = (rig, *, rate = 500.0, amplitude = None, hysteresis = None, time_limit = 10.0))]
+#[pyo3(signature = (rig, *, rate = 500.0, amplitude = None, hysteresis = 0.0, time_limit = 10.0))]
 pub(crate) fn relay<'py>(
     py: Python<'py>,
     rig: RigLike,
     rate: f64,
     amplitude: Option<f64>,
-    hysteresis: Option<f64>,
+    hysteresis: f64,
     time_limit: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
     let experiment = Relay {

@@ -13,7 +13,8 @@ use std::io::Write;
 use furuta_ctrl::design::{Regulator, Weights, balance_weights, dlqr, lqr};
 use furuta_ctrl::file::MadeFor;
 use furuta_ctrl::settings::Settings;
-use furuta_ctrl::{Config, ControllerFile, controllers};
+use furuta_ctrl::controllers::StateFeedback;
+use furuta_ctrl::{Config, ControllerFile};
 use furuta_design::rig_loop::Law;
 use furuta_model::discretize::zero_order_hold;
 use furuta_model::linear_plant::{Hold, rigid};
@@ -175,8 +176,7 @@ fn run_lqr(args: &LqrArgs) -> Result<(), Failure> {
     };
     let regulator = regulator(&rig, &weights, args.common.rate)?;
     let k = regulator.gain;
-    let given = controllers::settings("lqr").unwrap_or(Config::default().controller);
-    let settings = given.with("gain", k.as_slice())?;
+    let settings = StateFeedback::<f64>::settings().with("gain", k.as_slice())?;
     let judged = args
         .common
         .judge

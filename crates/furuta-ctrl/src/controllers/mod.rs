@@ -77,6 +77,21 @@ macro_rules! controllers {
     ($($module:ident :: $name:ident),+ $(,)?) => {
         $(mod $module; pub use $module::$name;)+
 
+        $(impl<T: Real> $name<T> {
+            /// Settings of this kind, nothing given yet: those of [`settings`], for a kind that is known when the
+            /// program is compiled.
+            ///
+            /// ```
+            /// use furuta_ctrl::controllers;
+            #[doc = concat!("let settings = controllers::", stringify!($name), "::<f64>::settings();")]
+            /// assert_eq!(controllers::settings(settings.spec().id), Some(settings));
+            /// ```
+            #[must_use]
+            pub fn settings() -> Settings {
+                Settings::new(&$module::SPEC)
+            }
+        })+
+
         /// A controller chosen at run time, without an allocation or a virtual call.
         #[derive(Clone, Debug)]
         #[allow(clippy::large_enum_variant)] // lives in one place, on the stack of the loop

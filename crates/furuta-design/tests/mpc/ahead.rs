@@ -37,8 +37,8 @@ const WIDE: Bounds = Bounds {
     rate: Some(1e9),
 };
 
-/// The cheapest commands over `n` samples from the error `e0` under the disturbances `d`, by one set of linear equations
-/// for all of them; the regulator's cost at the end.
+/// The cheapest commands over `n` samples from the error `e0` under the disturbances `d`, by one set of linear
+/// equations for all of them; the regulator's cost at the end.
 fn batch(
     (a, b): &(SMatrix<f64, 4, 4>, SVector<f64, 4>),
     weights: &Weights<f64, 4, 1>,

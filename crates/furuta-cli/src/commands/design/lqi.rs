@@ -2,8 +2,7 @@
 
 use std::io::Write;
 
-use furuta_ctrl::Config;
-use furuta_ctrl::controllers;
+use furuta_ctrl::controllers::Lqi;
 use furuta_ctrl::design::{Weights, balance_weights_with_integral, lqi, sampled_lqi};
 use furuta_model::Rig;
 use nalgebra::RowVector4;
@@ -53,7 +52,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let regulator = designed.map_err(|e| Failure::new(format!("rig {}: {e}", rig.name)))?;
     let k = regulator.gain;
-    let settings = controllers::settings("lqi").unwrap_or(Config::default().controller);
+    let settings = Lqi::<f64>::settings();
     let settings = settings
         .with("gain", &k.as_slice()[..4])?
         .with("integral_gain", &k.as_slice()[4..])?;

@@ -2,8 +2,8 @@
 
 use std::io::Write;
 
-use furuta_ctrl::controllers::{self, Design, Pid};
-use furuta_ctrl::{Config, Site};
+use furuta_ctrl::Site;
+use furuta_ctrl::controllers::{Design, Pid};
 use furuta_design::relay::{Gains, Relay, Ultimate, ultimate};
 use furuta_model::Rig;
 use serde_json::{Value, json};
@@ -27,12 +27,13 @@ pub(crate) struct Args {
     /// Tune by a relay experiment about upright, on the rig with its effects and encoders.
     #[arg(long)]
     relay: bool,
-    /// What the relay commands either way. A tenth of the command limit if not given.
-    #[arg(long, value_name = "V", value_parser = positive, requires = "relay")]
+    /// What the relay commands either way, in the unit of the rig's command. Three tenths of the command limit if not
+    /// given.
+    #[arg(long, value_name = "COMMAND", value_parser = positive, requires = "relay")]
     amplitude: Option<f64>,
-    /// Angle of the pendulum beyond which the relay switches. The encoder's step if not given.
-    #[arg(long, value_name = "RAD", value_parser = positive, requires = "relay")]
-    hysteresis: Option<f64>,
+    /// Angle of the pendulum beyond which the relay switches; 0: wherever the encoder shows another sign.
+    #[arg(long, value_name = "RAD", default_value_t = 0.0, requires = "relay")]
+    hysteresis: f64,
     /// The experiment ends after this time at the latest.
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = positive, requires = "relay")]
     time_limit: f64,
@@ -43,7 +44,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let rig = Rig::load(&args.common.rig)?;
     let failure = |e: &dyn std::fmt::Display| Failure::new(format!("rig {}: {e}", rig.name));
     let rate = args.common.rate.unwrap_or(RATE);
-    let settings = controllers::settings("pid").unwrap_or(Config::default().controller);
+    let settings = Pid::<f64>::settings();
     let found = args
         .relay
         .then(|| {
@@ -99,11 +100,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         "{}: the arm asks for a lean, the pendulum for a command",
         rig.name
     )?;
+    let unit = rig.params.motor.actuation.unit();
     if let Some(u) = &found {
         writeln!(
             out,
-            "  relay of {} V, hysteresis {} rad, {} s: ultimate gain {} V/rad, period {} s\n  meanwhile the pendulum \
-             within {} rad, the arm within {} rad",
+            "  relay of {} {unit}, hysteresis {} rad, {} s: ultimate gain {} {unit}/rad, period {} s\n  meanwhile the \
+             pendulum within {} rad, the arm within {} rad; the loop turned by {} rad more than half a turn",
             significant(u.amplitude),
             significant(u.hysteresis),
             significant(u.time),
@@ -111,23 +113,22 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             significant(u.period),
             significant(u.lean),
             significant(u.arm),
+            significant(-u.phase),
         )?;
     }
     if let Some((gain, period)) = model {
         writeln!(
             out,
-            "  by the linear model and an ideal relay: {} V/rad, {} s",
+            "  by the linear model and an ideal relay: {} {unit}/rad, {} s",
             significant(gain),
             significant(period)
         )?;
     }
+    let pendulum = ["/rad", "/(rad s)", " s/rad"].map(|per| format!("{unit}{per}"));
+    let arm = ["1", "1/s", "s"].map(str::to_owned);
     for (name, units, k) in [
-        (
-            "pendulum",
-            ["V/rad", "V/(rad s)", "V s/rad"],
-            gains.pendulum,
-        ),
-        ("arm", ["1", "1/s", "s"], gains.arm),
+        ("pendulum", pendulum, gains.pendulum),
+        ("arm", arm, gains.arm),
     ] {
         let each: Vec<String> = ["kp", "ki", "kd"]
             .into_iter()

@@ -2,8 +2,7 @@
 
 use std::io::Write;
 
-use furuta_ctrl::Config;
-use furuta_ctrl::controllers;
+use furuta_ctrl::controllers::StateFeedback;
 use furuta_ctrl::design::place;
 use furuta_model::Rig;
 use furuta_model::discretize::zero_order_hold;
@@ -81,7 +80,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         None => (linear.a, linear.b, args.poles),
     };
     let k = place(&a, &b, &wanted).map_err(|e| Failure::new(format!("rig {}: {e}", rig.name)))?;
-    let settings = controllers::settings("lqr").unwrap_or(Config::default().controller);
+    let settings = StateFeedback::<f64>::settings();
     let settings = settings.with("gain", k.as_slice())?;
     let judged = args
         .common

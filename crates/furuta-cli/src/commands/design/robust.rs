@@ -2,8 +2,7 @@
 
 use std::io::Write;
 
-use furuta_ctrl::Config;
-use furuta_ctrl::controllers;
+use furuta_ctrl::controllers::StateFeedback;
 use furuta_ctrl::design::{Weights, balance_weights};
 use furuta_design::polytope::{LENGTHS_AND_MASS, key};
 use furuta_design::robust_rig::robust_rig;
@@ -71,7 +70,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let (k, nominal) = (found.regulator.gain, found.nominal);
     let slowest = [found.slowest(&nominal), found.slowest(&k)];
     let sampled = [nominal, k].map(|k| found.largest_sampled(&k, 1.0 / args.rate));
-    let settings = controllers::settings("lqr").unwrap_or(Config::default().controller);
+    let settings = StateFeedback::<f64>::settings();
     let settings = settings.with("gain", k.as_slice())?;
     let judged = args
         .judge

@@ -25,8 +25,8 @@ use furuta_model::State;
 
 /// Moves within the horizon.
 pub const MOVES: usize = 12;
-/// What is limited: the command (at all cost), the pendulum's angle, the arm's angle (at a price), the command's changes
-/// (at all cost).
+/// What is limited: the command (at all cost), the pendulum's angle, the arm's angle (at a price), the command's
+/// changes (at all cost).
 pub const LIMITED: usize = 4;
 /// The commands that are remembered: what a delay may span.
 pub const PAST: usize = 32;
@@ -34,17 +34,17 @@ pub const PAST: usize = 32;
 /// The regulator's command where the prediction keeps all limits, else the first of the commands that cost least among
 /// those that do.
 ///
-/// Minimises the cost of the [`dlqr`](crate::design::dlqr) with weights `Q`, `R` over `u = -K e + v`, the moves `v` being constant over
-/// [`MOVES`] stretches of the horizon and zero afterwards
-/// ([`Prediction`](crate::design::Prediction)), such that at each stretch's start `|u|` is
-/// within the command limit and at its end the pendulum and the arm are within theirs. As the moves' cost is `w'w`,
-/// this is the point nearest to `w = 0` that keeps the limits. The command's are kept in any case; an angle beyond its
-/// limit costs in proportion to how far (an exact penalty: where the limit can be kept, it is).
+/// Minimises the cost of the [`dlqr`](crate::design::dlqr) with weights `Q`, `R` over `u = -K e + v`, the moves `v`
+/// being constant over [`MOVES`] stretches of the horizon and zero afterwards
+/// ([`Prediction`](crate::design::Prediction)), such that at each stretch's start `|u|` is within the command limit and
+/// at its end the pendulum and the arm are within theirs. As the moves' cost is `w'w`, this is the point nearest to
+/// `w = 0` that keeps the limits. The command's are kept in any case; an angle beyond its limit costs in proportion to
+/// how far (an exact penalty: where the limit can be kept, it is).
 ///
-/// Three things can be added, each of which changes nothing where it is left out. Between the stretches' starts, and from
-/// the last command to the first, the command changes by at most [`Mpc::step`] a sample, at all cost; with the command's
-/// limit that is always possible. A reference that is known ahead ([`Controller::update_ahead`]) is followed by the
-/// cheapest commands, about which the moves are counted. And a command may act later than the state is known
+/// Three things can be added, each of which changes nothing where it is left out. Between the stretches' starts, and
+/// from the last command to the first, the command changes by at most [`Mpc::step`] a sample, at all cost; with the
+/// command's limit that is always possible. A reference that is known ahead ([`Controller::update_ahead`]) is followed
+/// by the cheapest commands, about which the moves are counted. And a command may act later than the state is known
 /// ([`Mpc::with_delay`]): those under way are states of the controller, [`PAST`] at most.
 ///
 /// Solved to rounding by a dual active-set method that starts from the active limits of the sample before (see
