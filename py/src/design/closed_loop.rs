@@ -3,8 +3,8 @@
 use crate::arguments::RigLike;
 use crate::error;
 use crate::matrix::{Vector, vector};
-use furuta_ctrl::estimators::{AnyEstimator, Estimator};
 use furuta_ctrl::controllers::{Lqi, StateFeedback};
+use furuta_ctrl::estimators::{AnyEstimator, Estimator};
 use furuta_ctrl::{Config, Site};
 use furuta_design::rehearsal;
 use furuta_design::rig_loop::{Law, Margins, ObservedLoop, RigLoop};

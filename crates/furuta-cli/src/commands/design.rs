@@ -10,10 +10,10 @@ mod swing_up;
 
 use std::io::Write;
 
+use furuta_ctrl::controllers::StateFeedback;
 use furuta_ctrl::design::{Regulator, Weights, balance_weights, dlqr, lqr};
 use furuta_ctrl::file::MadeFor;
 use furuta_ctrl::settings::Settings;
-use furuta_ctrl::controllers::StateFeedback;
 use furuta_ctrl::{Config, ControllerFile};
 use furuta_design::rig_loop::Law;
 use furuta_model::discretize::zero_order_hold;

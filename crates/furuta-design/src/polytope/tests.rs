@@ -134,9 +134,9 @@ fn determinants(params: &Params<f64>, off: &[Uncertain], degrees: &[usize]) -> V
                 terms = terms
                     .iter()
                     .flat_map(|(w, at): &(f64, Vec<f64>)| {
-                        choices.iter().map(move |(cw, c)| {
-                            (w * cw, at.iter().copied().chain([*c]).collect())
-                        })
+                        choices
+                            .iter()
+                            .map(move |(cw, c)| (w * cw, at.iter().copied().chain([*c]).collect()))
                     })
                     .collect();
             }

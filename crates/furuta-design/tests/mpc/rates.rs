@@ -73,7 +73,10 @@ fn random_problems_are_solved() {
     assert!(active > 4000, "{active}");
     // States drawn at random are as far from each other as no two samples: few need more changes than the standard
     // bound of 100 (20 of 8,000, at most 138).
-    assert!(many <= 20 && most <= 138, "{many} beyond 100, {most} at most");
+    assert!(
+        many <= 20 && most <= 138,
+        "{many} beyond 100, {most} at most"
+    );
 }
 
 /// The first move by Clarabel, which says which limits are active, and the linear equations of these.
