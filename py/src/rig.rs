@@ -509,9 +509,19 @@ pub(crate) fn parameter(key: &str) -> PyResult<usize> {
     })
 }
 
-/// The catalogue's entries of these ids.
+/// The catalogue's entries of these ids, which are to be looked for beside those that always are.
 pub(crate) fn entries(ids: &[String]) -> PyResult<Vec<&'static Spec>> {
-    ids.iter().map(|id| known(id)).collect()
+    let entry = |id: &String| {
+        let mut all = CATALOGUE.iter().chain(ON_REQUEST).copied();
+        all.find(|s| s.id == id).ok_or_else(|| {
+            let on_request: Vec<_> = ON_REQUEST.iter().map(|s| s.id).collect();
+            error::rig(format!(
+                "candidates: effect `{id}` is not in the catalogue; looked for on request are {}",
+                on_request.join(", ")
+            ))
+        })
+    };
+    ids.iter().map(entry).collect()
 }
 
 /// The catalogue's entry.

@@ -15,7 +15,19 @@ const H: f64 = 0.004;
 
 /// A recording of a hanging rig under two sweeps and a few steps, by its encoders.
 fn record(rig: &Rig, plant: &Plant<f64>, name: &str, seconds: f64, phase: f64) -> Recording {
-    let mut state = plant.rest(State::hanging());
+    record_from(State::hanging(), rig, plant, name, seconds, phase)
+}
+
+/// The same from elsewhere.
+fn record_from(
+    start: State<f64>,
+    rig: &Rig,
+    plant: &Plant<f64>,
+    name: &str,
+    seconds: f64,
+    phase: f64,
+) -> Recording {
+    let mut state = plant.rest(start);
     // Kicks belong to one run: the first letter counts them.
     state.run = usize::from(name.as_bytes()[0] - b'a');
     let volts = 0.2 * rig.params.motor.command_limit;
@@ -55,12 +67,20 @@ fn run(rig: &Rig, effects: &[Effect<f64>]) -> Outcome {
 
 /// With entries of the catalogue that are looked for on request.
 fn run_with(rig: &Rig, effects: &[Effect<f64>], candidates: &[&'static Spec]) -> Outcome {
+    run_from(State::hanging(), rig, effects, candidates)
+}
+
+/// The same with recordings that begin elsewhere.
+fn run_from(
+    start: State<f64>,
+    rig: &Rig,
+    effects: &[Effect<f64>],
+    candidates: &[&'static Spec],
+) -> Outcome {
     let plant: Plant<f64> = Plant::new(&rig.params, effects).expect("few effects");
-    let recordings = [
-        record(rig, &plant, "a.csv", 8.0, 0.0),
-        record(rig, &plant, "b.csv", 8.0, 2.0),
-    ];
-    let unseen = [record(rig, &plant, "c.csv", 6.0, 4.0)];
+    let of = |name, seconds, phase| record_from(start, rig, &plant, name, seconds, phase);
+    let recordings = [of("a.csv", 8.0, 0.0), of("b.csv", 8.0, 2.0)];
+    let unseen = [of("c.csv", 6.0, 4.0)];
     let request = Request {
         recordings: &recordings,
         rig: &sheet(rig),
@@ -159,6 +179,40 @@ fn effects_on_request_are_named_where_they_are_asked_for() {
         let mut both = vec!["arm.coulomb".to_owned(), (*id).to_owned()];
         both.sort();
         assert_eq!(found(&[effect, friction]), (both, Verdict::MissingEffects));
+    }
+}
+
+/// Each effect that is looked for on request, hidden where it shows and asked for alone: the table of docs/effects.md.
+#[test]
+#[ignore = "a minute and more: make test-long"]
+fn the_table_of_effects_on_request() {
+    let spins = State::new(0.0, std::f64::consts::PI, 0.0, 40.0);
+    let hidden: &[(&str, &[f64], State<f64>)] = &[
+        ("arm.load_friction", &[0.3], State::hanging()),
+        ("arm.angle_friction", &[2e-3, 0.8, 2.0, 0.8], State::hanging()),
+        ("arm.relaxation", &[5e-3, 0.6], State::hanging()),
+        ("arm.stop", &[0.3, 0.5, 2e-3, 0.1], State::hanging()),
+        ("motor.resolution", &[0.8], State::hanging()),
+        ("motor.inductance", &[0.02, 1.0], State::hanging()),
+        ("motor.current_limit", &[0.007, 1.0], State::hanging()),
+        ("sensor.theta.eccentricity", &[0.06, 0.8], State::hanging()),
+        ("sensor.alpha.eccentricity", &[0.06, 0.8], spins),
+    ];
+    for (id, values, start) in hidden {
+        let begin = std::time::Instant::now();
+        let effect = Effect::new(id, values).expect("valid");
+        let found = run_from(*start, &qube(), &[effect], &[effect.spec()]).diagnosis;
+        let words: Vec<String> = found
+            .effects
+            .iter()
+            .map(|e| format!("{} {:?}", e.id, e.parameters))
+            .collect();
+        let suspects: Vec<&str> = found.suspected.iter().map(|e| e.id.as_str()).collect();
+        println!(
+            "{id} {values:?}: {:?} {words:?} suspected {suspects:?} {:.0} s",
+            found.verdict,
+            begin.elapsed().as_secs_f64()
+        );
     }
 }
 

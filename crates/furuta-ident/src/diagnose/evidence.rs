@@ -167,8 +167,7 @@ impl Problem<'_> {
     /// Whether an effect that is local in time acts within the window.
     fn is_kicked(&self, fit: &Fit, w: &Window) -> bool {
         let run = &self.data.runs[w.run];
-        let begin = run.t0 + w.start as f64 * run.h;
-        let end = begin + w.len as f64 * run.h;
+        let [begin, end] = [w.start, w.start + w.len].map(|k| run.time(k));
         fit.model
             .local(&fit.z)
             .any(|e| match e.jump_after(run.recording, f64::NEG_INFINITY) {

@@ -112,9 +112,7 @@ pub(super) fn rms<'a>(errors: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 2] {
 pub(super) fn curves(run: &Run, [as_given, refitted, repaired]: [[Vec<f64>; 2]; 3]) -> RunCurves {
     RunCurves {
         name: run.name.clone(),
-        t: (0..run.y.len())
-            .map(|k| run.t0 + k as f64 * run.h)
-            .collect(),
+        t: (0..run.y.len()).map(|k| run.time(k)).collect(),
         u: run.u.clone(),
         measured: std::array::from_fn(|c| run.y.iter().map(|y| y[c]).collect()),
         nominal: as_given,

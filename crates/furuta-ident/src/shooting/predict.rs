@@ -128,7 +128,7 @@ fn predict_uneven<S: Scalar<Real = f64>>(
             .map(|(y0, v0, y1, v1)| earlier(y0, v0, y1, v1, back, h));
             each(Predicted {
                 sample: next,
-                y: plant.reading([theta - zero[0], alpha - zero[1]]),
+                y: plant.reading_from([theta, alpha], zero),
                 t,
                 before: start,
                 volts: s.voltage.value(),

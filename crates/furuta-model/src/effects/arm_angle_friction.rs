@@ -1,5 +1,6 @@
 //! Friction that depends on the arm's angle: `-torque (1 + depth sin(order theta + phase)) sign(theta_dot)`.
 
+use super::sensor_theta_eccentricity::PHASE;
 use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
@@ -62,17 +63,7 @@ pub(super) const SPEC: Spec = Spec {
             typical: Typical::Of(|_| 1.0),
             starts: &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
         },
-        ParameterSpec {
-            name: "phase",
-            unit: "rad",
-            kind: Kind::Phase,
-            default: Some(0.0),
-            min: -100.0,
-            max: 100.0,
-            off: 0.0,
-            typical: Typical::Of(|_| 1.0),
-            starts: &[0.0, 1.6, 3.1, -1.6],
-        },
+        PHASE,
     ],
     strengths: 1,
     footprint: Footprint::ARM_DAMPING,

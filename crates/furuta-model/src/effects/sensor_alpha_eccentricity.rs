@@ -1,6 +1,7 @@
 //! Eccentric encoder of the pendulum: `measured alpha = alpha + amplitude sin(alpha + phase)`.
 
-use super::{Acts, AtRest, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
+use super::sensor_theta_eccentricity::{AMPLITUDE, PHASE};
+use super::{Acts, AtRest, Footprint, Law, Offered, Spec};
 use crate::transfer::Output;
 use crate::scalar::Scalar;
 
@@ -24,30 +25,7 @@ pub(super) const SPEC: Spec = Spec {
         turn, whatever moves it.",
     experiment: "the pendulum let go through whole turns: the error repeats with the angle, whatever the speed",
     look_alikes: &["sensor.alpha.offset", "sensor.alpha.scale", "pendulum.spring"],
-    parameters: &[
-        ParameterSpec {
-            name: "amplitude",
-            unit: "rad",
-            kind: Kind::Real,
-            default: None,
-            min: 0.0,
-            max: 1.0,
-            off: 0.0,
-            typical: Typical::Of(|_| 0.05),
-            starts: &[0.5],
-        },
-        ParameterSpec {
-            name: "phase",
-            unit: "rad",
-            kind: Kind::Phase,
-            default: Some(0.0),
-            min: -100.0,
-            max: 100.0,
-            off: 0.0,
-            typical: Typical::Of(|_| 1.0),
-            starts: &[0.0, 1.6, 3.1, -1.6],
-        },
-    ],
+    parameters: &[AMPLITUDE, PHASE],
     strengths: 1,
     footprint: Footprint::Scale(Output::Alpha),
     acts: Acts::DISC,

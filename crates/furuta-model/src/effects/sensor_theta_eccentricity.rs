@@ -14,6 +14,31 @@ parameters! {
     }
 }
 
+/// Of every eccentric encoder: its largest error.
+pub(super) const AMPLITUDE: ParameterSpec = ParameterSpec {
+    name: "amplitude",
+    unit: "rad",
+    kind: Kind::Real,
+    default: None,
+    min: 0.0,
+    max: 1.0,
+    off: 0.0,
+    typical: Typical::Of(|_| 0.05),
+    starts: &[0.5],
+};
+/// Of everything that repeats with a turn and is found at few places of it: where in the turn.
+pub(super) const PHASE: ParameterSpec = ParameterSpec {
+    name: "phase",
+    unit: "rad",
+    kind: Kind::Phase,
+    default: Some(0.0),
+    min: -100.0,
+    max: 100.0,
+    off: 0.0,
+    typical: Typical::Of(|_| 1.0),
+    starts: &[0.0, 1.6, 3.1, -1.6],
+};
+
 pub(super) const SPEC: Spec = Spec {
     id: "sensor.theta.eccentricity",
     name: "Eccentric encoder of the arm",
@@ -24,30 +49,7 @@ pub(super) const SPEC: Spec = Spec {
         whatever moves it.",
     experiment: "the arm turned by hand over a whole turn against marks, or slow turns both ways",
     look_alikes: &["sensor.theta.scale", "arm.cogging", "arm.tilt"],
-    parameters: &[
-        ParameterSpec {
-            name: "amplitude",
-            unit: "rad",
-            kind: Kind::Real,
-            default: None,
-            min: 0.0,
-            max: 1.0,
-            off: 0.0,
-            typical: Typical::Of(|_| 0.05),
-            starts: &[0.5],
-        },
-        ParameterSpec {
-            name: "phase",
-            unit: "rad",
-            kind: Kind::Phase,
-            default: Some(0.0),
-            min: -100.0,
-            max: 100.0,
-            off: 0.0,
-            typical: Typical::Of(|_| 1.0),
-            starts: &[0.0, 1.6, 3.1, -1.6],
-        },
-    ],
+    parameters: &[AMPLITUDE, PHASE],
     strengths: 1,
     footprint: Footprint::Scale(Output::Theta),
     acts: Acts::DISC.and(Acts::ANGLE),

@@ -1,7 +1,7 @@
 //! What is attached beside the bodies: end stops, a cable that relaxes, a winding.
 
 use super::Plant;
-use super::crossing::{Cubic, share};
+use super::crossing::Cubic;
 use super::drive::{Moment, TwoBody};
 use super::events::{Event, Stages};
 use super::regime::{How, Regime};
@@ -110,22 +110,24 @@ impl<S: Scalar> Plant<S> {
             let push = stop.push(side, x.theta, x.theta_dot);
             (stop.depth(side, x.theta).real(), push.real())
         };
-        if s.pressed != Contact::Free {
-            let (_, then) = of(s.pressed.side(), &end.x);
-            if then >= zero {
-                return None;
-            }
+        // How the push of the stop `on` passes through zero, `sign` times which falls.
+        let crosses = |on: Contact, sign: S| {
             let at = stages.moment(2, self.memory_at(s, end), s.pressed);
             let last = self.forces(end, s.contact, at, How::Kept(regime.dry));
-            let before = self.pressing(s.pressed, &self.body(s), regime.acceleration[0]);
-            let after = self.pressing(s.pressed, end, last.acceleration[0]);
+            let before = self.pressing(on, &self.body(s), regime.acceleration[0]);
+            let after = self.pressing(on, end, last.acceleration[0]);
             let cubic = Cubic {
-                from: before.0.real(),
-                to: after.0.real(),
-                slope_from: before.1.real() * length,
-                slope_to: after.1.real() * length,
+                from: (sign * before.0).real(),
+                to: (sign * after.0).real(),
+                slope_from: (sign * before.1).real() * length,
+                slope_to: (sign * after.1).real() * length,
             };
-            return Some((Event::Release, cubic.falls_to_zero() * length));
+            cubic.falls_to_zero() * length
+        };
+        if s.pressed != Contact::Free {
+            let (_, then) = of(s.pressed.side(), &end.x);
+            let leaves = then < zero;
+            return leaves.then(|| (Event::Release, crosses(s.pressed, S::ONE)));
         }
         for contact in [Contact::Negative, Contact::Positive] {
             let side = contact.side::<S>();
@@ -143,9 +145,9 @@ impl<S: Scalar> Plant<S> {
                 };
                 return Some((Event::Press(contact), cubic.falls_to_zero() * length));
             }
-            // It had come off a stop that it pressed in: a kink, and no jump.
-            return (push <= zero)
-                .then(|| (Event::Again(contact), share(-push, push_then) * length));
+            // It had come off a stop that it pressed in: a kink, and no jump. Yet a line would end too far from it for
+            // Newton's one step to have the event's derivative.
+            return (push <= zero).then(|| (Event::Again(contact), crosses(contact, -S::ONE)));
         }
         None
     }
