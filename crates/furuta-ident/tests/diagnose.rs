@@ -189,7 +189,11 @@ fn the_table_of_effects_on_request() {
     let spins = State::new(0.0, std::f64::consts::PI, 0.0, 40.0);
     let hidden: &[(&str, &[f64], State<f64>)] = &[
         ("arm.load_friction", &[0.3], State::hanging()),
-        ("arm.angle_friction", &[2e-3, 0.8, 2.0, 0.8], State::hanging()),
+        (
+            "arm.angle_friction",
+            &[2e-3, 0.8, 2.0, 0.8],
+            State::hanging(),
+        ),
         ("arm.relaxation", &[5e-3, 0.6], State::hanging()),
         ("arm.stop", &[0.3, 0.5, 2e-3, 0.1], State::hanging()),
         ("motor.resolution", &[0.8], State::hanging()),
