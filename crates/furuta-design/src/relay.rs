@@ -8,12 +8,12 @@
 //!
 //! Why upright, and why the pendulum's angle: the pair works there, and there alone, so that is the loop whose ultimate
 //! gain limits it. The arm's angle over the hanging pendulum would swing as well, but no controller of the catalogue
-//! works on that loop. The arm is not held meanwhile: about upright it drifts by what the pendulum's place lets it, with
-//! a time constant of seconds, and the experiment takes one to three.
+//! works on that loop. The arm is not held meanwhile: about upright it drifts by what the pendulum's place lets it,
+//! with a time constant of seconds, and the experiment takes one to three.
 //!
-//! An encoder's step is a hysteresis by itself: the angle that it reports changes only where the pendulum has moved by a
-//! step. Where the pendulum swings by few steps, the oscillation is slower than an ideal relay's, and the gain that is
-//! found smaller; [`Ultimate::phase`] says by how much the loop turns there.
+//! An encoder's step is a hysteresis by itself: the angle that it reports changes only where the pendulum has moved by
+//! a step. Where the pendulum swings by few steps, the oscillation is slower than an ideal relay's, and the gain that
+//! is found smaller; [`Ultimate::phase`] says by how much the loop turns there.
 
 use furuta_ctrl::Site;
 use furuta_model::linear_plant::{Amplitudes, Hold, equilibrium, smooth};
@@ -43,8 +43,8 @@ const ARM: f64 = 0.14;
 /// A relay experiment.
 #[derive(Copy, Clone, Debug, PartialEq)]
 pub struct Relay {
-    /// What the relay commands either way, V (or the unit of the rig's command, here and below); `None`: three tenths of
-    /// the command limit.
+    /// What the relay commands either way, V (or the unit of the rig's command, here and below); `None`: three tenths
+    /// of the command limit.
     pub amplitude: Option<f64>,
     /// Angle beyond which it switches, rad; 0: wherever the encoder shows another sign.
     pub hysteresis: f64,
@@ -306,9 +306,9 @@ impl Relay {
     }
 }
 
-/// The ultimate gain (V/rad) and period (s) of the loop from command to pendulum's angle by the linear model, one sample
-/// of delay included: where it turns by half a turn, less the relay's `phase` (rad, [`Ultimate::phase`]; 0: an ideal
-/// relay). `None` where it never does.
+/// The ultimate gain (V/rad) and period (s) of the loop from command to pendulum's angle by the linear model, one
+/// sample of delay included: where it turns by half a turn, less the relay's `phase` (rad, [`Ultimate::phase`]; 0: an
+/// ideal relay). `None` where it never does.
 ///
 /// # Errors
 /// [`LoopError`].

@@ -10,8 +10,8 @@ use crate::rig_loop::{Law, RigLoop};
 /// real part of its poles, as those of continuous time; below 0 where it is stable. `None` where the controller has no
 /// gain near upright, or the rig has no linear model.
 ///
-/// See [`crate::rig_loop`] for what the loop holds; integrals of the arm's error count, a PID's filters and its integral
-/// of the pendulum's error do not.
+/// See [`crate::rig_loop`] for what the loop holds; integrals of the arm's error count, a PID's filters and its
+/// integral of the pendulum's error do not.
 ///
 /// ```
 /// use furuta_ctrl::controllers::{AnyController, StateFeedback};

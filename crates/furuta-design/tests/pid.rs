@@ -175,8 +175,8 @@ fn a_relay_finds_the_ultimate_gain() {
     }
 }
 
-/// With the encoders' steps: the point of the loop that is found is the linear model's, within 3 %. Tuned by it, the loop
-/// is stable with sound margins on every rig, and the whole control system holds it.
+/// With the encoders' steps: the point of the loop that is found is the linear model's, within 3 %. Tuned by it, the
+/// loop is stable with sound margins on every rig, and the whole control system holds it.
 #[test]
 fn a_relay_tunes_every_rig() {
     for rig in swinging() {

@@ -159,9 +159,9 @@ fn an_optimal_swing_up_is_a_motion_of_the_rig() {
     );
 }
 
-/// Karush, Kuhn and Tucker, without the optimiser's derivatives or multipliers: the gradient of the cost by commands and
-/// time is a combination of those of the three end conditions, but where a command is at its limit, and there it points
-/// beyond.
+/// Karush, Kuhn and Tucker, without the optimiser's derivatives or multipliers: the gradient of the cost by commands
+/// and time is a combination of those of the three end conditions, but where a command is at its limit, and there it
+/// points beyond.
 #[test]
 fn an_optimal_swing_up_is_a_local_optimum() {
     let (problem, found) = optimum();

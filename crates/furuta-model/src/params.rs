@@ -326,8 +326,8 @@ impl<S: Scalar> Params<S> {
 /// All kinds of command share them ([`Actuation`]). A drive that is told a current or a torque has no back-EMF. An arm
 /// whose acceleration is commanded is one of infinite inertia under a torque in proportion: `arm` is 2^40 kg m² and
 /// `drive` that times the command's gain, so that the first equation of motion reads `theta'' = gain u` (to 1e-12
-/// rad/s² for each N m of the pendulum's reaction), and the second is the pendulum's on a base that moves as commanded. The
-/// control step has no branch for it.
+/// rad/s² for each N m of the pendulum's reaction), and the second is the pendulum's on a base that moves as commanded.
+/// The control step has no branch for it.
 ///
 /// ```
 /// use furuta_model::{Rig, State, dynamics::acceleration};

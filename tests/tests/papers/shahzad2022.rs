@@ -183,8 +183,8 @@ fn closed_loop_poles_of_gain_c() {
     assert_poles(&sorted_poles(&(a - b * gain)), &expected, 0.02);
 }
 
-/// Erratum, (3) to (5): printed `z = -L cos(alpha)`; corrected `z = L cos(alpha)`, whose rate (6) has and whose potential
-/// energy (1) is.
+/// Erratum, (3) to (5): printed `z = -L cos(alpha)`; corrected `z = L cos(alpha)`, whose rate (6) has and whose
+/// potential energy (1) is.
 #[test]
 fn erratum_equation_3_counts_the_height_downwards() {
     let t = Table2::printed();

@@ -47,8 +47,8 @@ pub(crate) struct Args {
     /// the same names where what saves time is sound.
     #[arg(long)]
     thorough: bool,
-    /// Look for this effect as well, one of those that are looked for on request alone (furuta effects ID says why); may
-    /// be repeated.
+    /// Look for this effect as well, one of those that are looked for on request alone (furuta effects ID says why);
+    /// may be repeated.
     #[arg(long = "candidate", value_name = "ID", value_parser = on_request)]
     candidates: Vec<&'static Spec>,
 }

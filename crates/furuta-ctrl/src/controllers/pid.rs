@@ -101,9 +101,9 @@ struct Before<T> {
 }
 
 impl<T: Real> Pid<T> {
-    /// The pair whose gains near upright are those of `u = -K x - integral_gain s`, `s` the integral of the arm's angle:
-    /// the arm's gains and the pendulum's, `[kp, ki, kd]` each. Not finite where `K` does not act on the pendulum's
-    /// angle.
+    /// The pair whose gains near upright are those of `u = -K x - integral_gain s`, `s` the integral of the arm's
+    /// angle: the arm's gains and the pendulum's, `[kp, ki, kd]` each. Not finite where `K` does not act on the
+    /// pendulum's angle.
     ///
     /// ```
     /// use furuta_ctrl::controllers::Pid;

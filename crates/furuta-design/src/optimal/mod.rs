@@ -8,13 +8,14 @@
 //! ```
 //!
 //! such that every interval's motion (RK4 on the nonlinear model of the rig file) ends where the next begins, the first
-//! hangs at rest, the last is upright at rest, and voltage, arm angle and both speeds are within their limits. The method
-//! is sequential quadratic programming with an exact penalty of the gaps, a trust region and a second-order correction
-//! (Nocedal and Wright, *Numerical Optimization*, chapter 18); derivatives are exact (dual numbers), and each sparse
-//! quadratic program is solved by Clarabel.
+//! hangs at rest, the last is upright at rest, and voltage, arm angle and both speeds are within their limits. The
+//! method is sequential quadratic programming with an exact penalty of the gaps, a trust region and a second-order
+//! correction (Nocedal and Wright, *Numerical Optimization*, chapter 18); derivatives are exact (dual numbers), and
+//! each sparse quadratic program is solved by Clarabel.
 //!
 //! There are many local optima, one at least for each number of swings. The search begins from several numbers of
-//! swings on a coarse grid, and refines the cheapest that it finds on two finer ones. It does not prove that there is none cheaper.
+//! swings on a coarse grid, and refines the cheapest that it finds on two finer ones. It does not prove that there is
+//! none cheaper.
 
 mod course;
 mod gains;
@@ -150,8 +151,8 @@ pub enum SwingUpError {
 }
 
 impl SwingUpProblem {
-    /// A twentieth of the voltage left to the feedback, a little weight on effort, eight tenths of the arm angle (of the
-    /// rig file, else a turn), nine tenths of the speeds at which a run is stopped, 100 intervals.
+    /// A twentieth of the voltage left to the feedback, a little weight on effort, eight tenths of the arm angle (of
+    /// the rig file, else a turn), nine tenths of the speeds at which a run is stopped, 100 intervals.
     #[must_use]
     pub fn new(rig: Rig) -> Self {
         let k = rig.params.coefficients();

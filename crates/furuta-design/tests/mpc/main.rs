@@ -59,7 +59,8 @@ fn tasks(rig: &Rig, iterations: f64) -> [Mpc<f64>; 2] {
     [calm, eager].map(|settings| Mpc::design(&settings, &site).expect("suits any rig"))
 }
 
-/// The optimality conditions of the problem, from its rows alone: by how much the moves and multipliers miss them, in V.
+/// The optimality conditions of the problem, from its rows alone: by how much the moves and multipliers miss them, in
+/// V.
 ///
 /// `w = -C'y`; `y` above 0 only at or beyond an upper limit, below 0 only at or beyond a lower one, `|y|` within the
 /// price; a row inside its price is within its limits.

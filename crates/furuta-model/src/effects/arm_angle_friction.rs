@@ -5,8 +5,8 @@ use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec,
 use crate::scalar::Scalar;
 
 parameters! {
-    /// Friction that depends on the arm's angle: `-torque (1 + depth sin(order theta + phase)) sign(theta_dot)`; at rest
-    /// it holds up to that.
+    /// Friction that depends on the arm's angle: `-torque (1 + depth sin(order theta + phase)) sign(theta_dot)`; at
+    /// rest it holds up to that.
     ArmAngleFriction {
         /// Its mean, N m.
         torque,

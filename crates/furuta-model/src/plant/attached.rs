@@ -152,8 +152,8 @@ impl<S: Scalar> Plant<S> {
         None
     }
 
-    /// What the inner states have become over the times of `h` seconds before now, the oldest first: in each the arm had
-    /// one of these speeds (rad/s) under one of these commands (V). Plants without such states do not listen.
+    /// What the inner states have become over the times of `h` seconds before now, the oldest first: in each the arm
+    /// had one of these speeds (rad/s) under one of these commands (V). Plants without such states do not listen.
     ///
     /// ```
     /// use furuta_model::{Effect, Plant, Rig, State};

@@ -87,8 +87,8 @@ fn events_within_a_step_leave_the_order() {
             let plant =
                 Plant::new(&rig.params, &[effect(spec, &rig.params, 1.0)]).expect("one effect");
             let exact = end(&plant, start, 128, u);
-            // A flexible coupling, an end stop and a winding take shorter steps of their own accord, as many as they need
-            // for their rates: the order shows below these.
+            // A flexible coupling, an end stop and a winding take shorter steps of their own accord, as many as they
+            // need for their rates: the order shows below these.
             let own_steps = ["drive.compliance", "arm.stop", "motor.inductance"].contains(&spec.id);
             let steps = if own_steps {
                 [4, 8, 16, 32]

@@ -18,8 +18,8 @@ use crate::print::significant;
 use crate::streams::{self, note};
 use std::path::PathBuf;
 
-/// Swing-up by optimisation: states, voltages and gains from hanging to upright, for a controller file that `furuta run`
-/// and `furuta simulate` follow. Where the rig leaves them, energy swing-up takes over.
+/// Swing-up by optimisation: states, voltages and gains from hanging to upright, for a controller file that `furuta
+/// run` and `furuta simulate` follow. Where the rig leaves them, energy swing-up takes over.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file.

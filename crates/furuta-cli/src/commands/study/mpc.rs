@@ -16,8 +16,8 @@ use crate::print::significant;
 use crate::streams;
 
 /// A step of the arm under four controllers with the same weights: LQR, sliding mode, model predictive control that
-/// lets the pendulum lean only so far, solved by an interior-point method (Clarabel) and by the controller itself (active
-/// set, as on a microcontroller). Nonlinear model, perfect states.
+/// lets the pendulum lean only so far, solved by an interior-point method (Clarabel) and by the controller itself
+/// (active set, as on a microcontroller). Nonlinear model, perfect states.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file.
