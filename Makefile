@@ -61,6 +61,7 @@ test-python: py
 	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta $(VENV)/bin/python -m pytest
 
 test-long: py
+	$(CARGO) test -p furuta-ident --locked --test diagnose -- --ignored
 	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta $(VENV)/bin/python -m pytest -m long
 
 test-clusters: py

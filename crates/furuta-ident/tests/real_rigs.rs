@@ -10,7 +10,6 @@ use furuta_ident::calibrate::{Options, calibrate};
 use furuta_ident::diagnose::result::{Best, Channel, VerificationRow};
 use furuta_ident::diagnose::{Diagnosis, Request, diagnose};
 use furuta_ident::recording::Recording;
-use furuta_ident::validate::validate;
 use furuta_model::Rig;
 
 /// A recording and where its encoder of the arm was zeroed, rad from where the others were.
@@ -173,16 +172,15 @@ fn balanced_runs_do_no_harm() {
     does_no_harm(&d);
 }
 
-/// A kit with a stepper motor, whose clock jitters by half a sample: from the first half of a run the pendulum, the
-/// speed limit and the delay of the command, for which its owners' pages give 14 and 68 ms; the second half is
-/// predicted.
+/// A kit with a stepper motor, whose clock jitters by half a sample: from the first half of a run the delay of the
+/// command, for which its owners' pages give 14 and 68 ms, with a 95 % interval at most 6 ms wide.
 #[test]
 fn a_stepper_kit_is_calibrated_by_its_own_time_stamps() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/stepper-kit");
     let sheet = Rig::load(&folder.join("rig.toml").to_string_lossy()).expect("a valid rig file");
     let run = Recording::load(folder.join("run-0-swingup.csv")).expect("a readable recording");
     assert!(run.is_uneven());
-    let [first, second] = [(0.0, 30.0), (30.0, 60.0)].map(|(a, b)| run.span(a, b).expect("half"));
+    let first = run.span(0.0, 30.0).expect("half");
     let free = [
         "motor.delay.delay",
         "motor.speed_limit.speed",
@@ -199,10 +197,4 @@ fn a_stepper_kit_is_calibrated_by_its_own_time_stamps() {
     let delay = &outcome.calibration.parameters["motor.delay.delay"];
     println!("delay {} std {}", delay.fitted, delay.std);
     assert!(2.0 * 1.96 * delay.std < 6e-3, "{}", delay.std);
-    let judged = validate(&[second], &outcome.rig).expect("good recordings");
-    for c in &judged.channels {
-        println!("{:?} rms {} steps {:?}", c.channel, c.rms, c.steps);
-    }
-    let alpha = judged.channels.iter().find(|c| c.channel == Channel::Alpha);
-    assert!(alpha.is_some_and(|c| c.rms < 0.02), "{alpha:?}");
 }
