@@ -63,7 +63,7 @@ def test_a_table_ahead_moves_the_command_before_the_reference():
     assert blind == [0, 0, 0]
     assert known[0] != 0
     assert np.abs(np.diff([0, *known])).max() <= 0.2 * (1 + 1e-12)
-    with pytest.raises(furuta.ControllerError, match=r"ahead\[1\] = nan"):
+    with pytest.raises(furuta.ControllerError, match=r"ahead\[1\] = NaN is not a finite number"):
         mpc.update(np.zeros(4), ahead=[0, np.nan])
 
 
