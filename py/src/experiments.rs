@@ -52,7 +52,7 @@ type Polynomials<'py> = (
 /// lambda_ : float
 ///     Frequency of the sine, rad/s.
 /// order : int
-///     Of the series, 1 to 31; a controller file takes at most 7.
+///     Of the series, 1 to 15; a controller file takes at most 7.
 /// planar : bool
 ///     Without the sin(alpha)**2 inertia, as in the model of Ramos-Velasco et al. (whose beta is -alpha).
 ///

@@ -26,7 +26,7 @@ pub(crate) struct Args {
     /// Amplitude at which the series is judged.
     #[arg(long, value_name = "RAD", default_value_t = 0.05, value_parser = positive)]
     amplitude: f64,
-    /// Order of the series, 1 to 31; a controller file takes at most 7.
+    /// Order of the series, 1 to 15; a controller file takes at most 7.
     #[arg(long, value_name = "N", default_value_t = 5)]
     order: usize,
     /// Without the sin^2(alpha) inertia, as in the planar model of Ramos-Velasco et al. (whose beta is -alpha).
