@@ -123,9 +123,9 @@ fn missed<const N: usize>(
         sum * 2.0 / PLACES as f64
     };
     let (mut worst, mut largest) = (0.0, 0.0);
-    for k in 0..PLACES {
+    for (k, theta) in angles.iter().enumerate() {
         let [w1, w2] = at(k);
-        let x = State::new(angles[k], w2, series(k, 1), -steady.lambda * w1);
+        let x = State::new(*theta, w2, series(k, 1), -steady.lambda * w1);
         let alpha_ddot = -steady.lambda * steady.lambda * w2;
         // The command with which the pendulum does what it should, and what the arm does under it.
         let u = zero_dynamics::command(c, &x, alpha_ddot);

@@ -224,7 +224,13 @@ impl<T: Scalar<Real = T>, const N: usize> Div for Series<T, N> {
         let inverse = T::ONE / o.terms[0];
         // 1 / (a + h) = 1/a (1 - x + x² - ...) with x = h/a.
         let x = o.without_constant() * Self::constant(inverse);
-        let alternating = |k: usize| if k % 2 == 0 { inverse } else { -inverse };
+        let alternating = |k: usize| {
+            if k.is_multiple_of(2) {
+                inverse
+            } else {
+                -inverse
+            }
+        };
         self * Self::compose(&x, alternating)
     }
 }
