@@ -114,7 +114,7 @@ impl Trajectory {
         knots: &[Knot],
         when_lost: WhenLost,
     ) -> Result<Self, TrajectoryError> {
-        if !(interval >= INTERVAL[0] && interval <= INTERVAL[1]) {
+        if !(INTERVAL[0]..=INTERVAL[1]).contains(&interval) {
             return Err(TrajectoryError::Interval { interval });
         }
         let count = TrajectoryError::Count { given: knots.len() };
