@@ -356,7 +356,7 @@ mod tests {
         assert_eq!((rig.tick().volts, rig.tick().status), (2.0, Status::HELD));
     }
 
-    /// Encoder counts of two seconds under steps to either side.
+    /// Encoder counts of two seconds under steps to either side, by no whole number of volts.
     fn counts(hidden: Vec<Effect<f64>>, period_us: u32) -> Vec<(ArmCounts, PendulumCounts)> {
         let rig = Rig::builtin("qube-servo-2").expect("built in");
         let emulation = Emulation {
@@ -369,9 +369,9 @@ mod tests {
         (0..2_000_000 / period_us)
             .map(|k| {
                 let volts = if (k * period_us / 250_000).is_multiple_of(2) {
-                    6.0
+                    6.3
                 } else {
-                    -6.0
+                    -6.3
                 };
                 command(&mut rig, volts);
                 let sample = rig.tick();
