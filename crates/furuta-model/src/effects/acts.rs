@@ -9,27 +9,27 @@ pub struct Acts(u32);
 impl Acts {
     /// Nowhere.
     pub const NOWHERE: Self = Self(0);
-    /// Between command and motor voltage, without memory ([`Law::voltage`]).
+    /// Between command and motor voltage, without memory ([`Law::voltage`](super::Law::voltage)).
     pub const VOLTAGE: Self = Self(1);
-    /// Delays the command ([`Law::delay`]).
+    /// Delays the command ([`Law::delay`](super::Law::delay)).
     pub const DELAY: Self = Self(1 << 1);
-    /// Low-pass between command and motor ([`Law::lag`]).
+    /// Low-pass between command and motor ([`Law::lag`](super::Law::lag)).
     pub const LAG: Self = Self(1 << 2);
-    /// A torque that depends on time and state ([`Law::torque`]).
+    /// A torque that depends on time and state ([`Law::torque`](super::Law::torque)).
     pub const TORQUE: Self = Self(1 << 3);
-    /// Dry friction, able to hold an axis still ([`Law::dry_friction`]).
+    /// Dry friction, able to hold an axis still ([`Law::dry_friction`](super::Law::dry_friction)).
     pub const DRY_FRICTION: Self = Self(1 << 4);
-    /// Between true and measured angles ([`Law::reading`]).
+    /// Between true and measured angles ([`Law::reading`](super::Law::reading)).
     pub const READING: Self = Self(1 << 5);
-    /// On the coefficients of the equations of motion ([`Law::shape`]).
+    /// On the coefficients of the equations of motion ([`Law::shape`](super::Law::shape)).
     pub const SHAPE: Self = Self(1 << 6);
-    /// A torque that depends on where the arm has been ([`Law::travelled`]).
+    /// A torque that depends on where the arm has been ([`Law::travelled`](super::Law::travelled)).
     pub const MEMORY: Self = Self(1 << 7);
-    /// Jumps at known times ([`Law::jump_after`]).
+    /// Jumps at known times ([`Law::jump_after`](super::Law::jump_after)).
     pub const JUMPS: Self = Self(1 << 8);
-    /// Between rotor and arm ([`Law::drive`]).
+    /// Between rotor and arm ([`Law::drive`](super::Law::drive)).
     pub const DRIVE: Self = Self(1 << 9);
-    /// Delays the encoders ([`Law::sensor_delay`]).
+    /// Delays the encoders ([`Law::sensor_delay`](super::Law::sensor_delay)).
     pub const SENSOR_DELAY: Self = Self(1 << 10);
     /// It depends on the arm's absolute angle: where the arm's encoder was zeroed matters.
     pub const ANGLE: Self = Self(1 << 11);
@@ -38,15 +38,16 @@ impl Acts {
     pub const SHAFT: Self = Self(1 << 12);
     /// Bodies meet in blows: what is wrong before a blow is many times as wrong after it.
     pub const BLOWS: Self = Self(1 << 13);
-    /// On what the encoders' discs show of the true angles ([`Law::disc`]).
+    /// On what the encoders' discs show of the true angles ([`Law::disc`](super::Law::disc)).
     pub const DISC: Self = Self(1 << 14);
-    /// Something that the arm touches and leaves ([`Law::end_stop`]).
+    /// Something that the arm touches and leaves ([`Law::end_stop`](super::Law::end_stop)).
     pub const CONTACT: Self = Self(1 << 15);
-    /// It has a state that follows a differential equation ([`Law::relaxation`], [`Law::winding`]).
+    /// It has a state that follows a differential equation ([`Law::relaxation`](super::Law::relaxation),
+    /// [`Law::winding`](super::Law::winding)).
     pub const INNER: Self = Self(1 << 16);
     /// Its strength counts backwards: the larger the number, the less it does (a limit, the stiffness of a coupling).
     pub const BACKWARDS: Self = Self(1 << 17);
-    /// Keeps the arm's speed within bounds ([`Law::speed_limit`]).
+    /// Keeps the arm's speed within bounds ([`Law::speed_limit`](super::Law::speed_limit)).
     pub const SPEED_LIMIT: Self = Self(1 << 18);
 
     /// A torque on the arm alone that is not of the motor's side: an arm that follows an acceleration does not feel it.
