@@ -9,7 +9,7 @@
 //! |---|---|
 //! | [`design`] | Riccati equations, LQR, the standard balance gain of a rig |
 //! | [`controllers`] | state feedback, energy swing-up, output regulation and sliding modes, and a choice at run time |
-//! | [`reference`] | references that are known ahead of time, for controllers that act before they move |
+//! | [`mod@reference`] | references that are known ahead of time, for controllers that act before they move |
 //! | [`estimators`] | states from encoder angles |
 //! | [`compensation`] | what is added to the command for effects that the rig file names |
 //! | [`supervisor`] | modes, the catch, limits, faults: what stands between a controller and a motor |

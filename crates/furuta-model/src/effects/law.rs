@@ -74,7 +74,8 @@ impl<S: Scalar> Drive<S> {
     };
 }
 
-/// The hooks by which an effect changes the plant; each does nothing unless implemented (and listed in [`super::Spec::acts`]).
+/// The hooks by which an effect changes the plant; each does nothing unless implemented (and listed in
+/// [`super::Spec::acts`]).
 pub trait Law<S: Scalar> {
     /// Voltage out for voltage in, at time `t` (s).
     #[inline(always)]
