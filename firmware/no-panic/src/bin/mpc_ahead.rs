@@ -8,4 +8,9 @@ use {
     no_panic::any,
 };
 
-no_panic::step!(any::<Mpc<f32>>().update_ahead(any(), any(), any::<ArmSteps<'static, f32>>(), *any()));
+no_panic::step!(any::<Mpc<f32>>().update_ahead(
+    any(),
+    any(),
+    any::<ArmSteps<'static, f32>>(),
+    *any()
+));
