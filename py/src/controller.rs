@@ -44,7 +44,7 @@ pub(crate) struct PyController {
 }
 
 impl PyController {
-    fn new(file: ControllerFile, rig: &RigLike, period: f64) -> PyResult<Self> {
+    pub(crate) fn new(file: ControllerFile, rig: &RigLike, period: f64) -> PyResult<Self> {
         let rig = rig.rig.clone();
         let supervisor =
             Supervisor::design(&file.config, &Site::of(&rig, period)).map_err(error::controller)?;

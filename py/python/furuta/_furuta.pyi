@@ -46,6 +46,7 @@ __all__ = [
     "controllability",
     "controllers",
     "dare",
+    "design_swing_up",
     "diagnose",
     "dlqe",
     "dlqr",
@@ -521,6 +522,34 @@ def relay(
     hysteresis: float = 0.0,
     time_limit: float = 10.0,
 ) -> _Relay: ...
+
+class _OptimalSwingUp(TypedDict):
+    seconds: float
+    arrival: float
+    t: NDArray[np.float64]
+    x: NDArray[np.float64]
+    u: NDArray[np.float64]
+    K: NDArray[np.float64]
+    arm: float
+    gap: float
+    cost: float
+    optimal: bool
+    left_out: list[str]
+    controller: Controller
+
+def design_swing_up(
+    rig: _RigLike,
+    controller: Controller | None = None,
+    dt: float | None = None,
+    *,
+    reserve: float | None = None,
+    effort: float | None = None,
+    arm_limit: float | None = None,
+    arm_speed: float | None = None,
+    pendulum_speed: float | None = None,
+    intervals: int = 100,
+    when_lost: Literal["energy", "stop"] = "energy",
+) -> _OptimalSwingUp: ...
 
 _Design: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.complex128]]
 _Solution: TypeAlias = tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64]]

@@ -8,6 +8,7 @@ mod regulate;
 mod relay;
 mod riccati;
 mod robust;
+mod swing_up;
 mod system;
 
 use pyo3::prelude::*;
@@ -44,5 +45,6 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(closed_loop::closed_loop, m)?)?;
     m.add_function(wrap_pyfunction!(closed_loop::rehearse, m)?)?;
     m.add_function(wrap_pyfunction!(relay::relay, m)?)?;
+    m.add_function(wrap_pyfunction!(swing_up::design_swing_up, m)?)?;
     m.add_function(wrap_pyfunction!(controllability::controllability, m)?)
 }
