@@ -6,8 +6,11 @@ use crate::file;
 use crate::kept::{Kept, Reduced, unreadable};
 use crate::recording::{Chosen, choose, selection};
 use crate::rig::PyRig;
-use furuta_ident::Insufficient;
-use furuta_ident::diagnose::{Curves, Diagnosis, Options, Outcome, Progress, Request};
+use furuta_ident::diagnose::{
+    Curves, Diagnosis, Options, Outcome, Progress, Request, compare, diagnose_with,
+};
+use furuta_ident::recording::Recording;
+use furuta_ident::{Insufficient, Pendulum};
 use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -225,6 +228,16 @@ impl PyDiagnosis {
         self.field(py, "zeros")
     }
 
+    /// The same effects in recordings of another state of the rig, where `compare` gave such: there, verdict, named, and
+    /// differences (id, parameter, here, there, deviations, differs); else None.
+    #[getter]
+    fn comparison<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self.outcome.diagnosis.comparison {
+            Some(_) => self.field(py, "comparison"),
+            None => Ok(py.None().into_bound(py)),
+        }
+    }
+
     /// Which of the three models predicts data kept apart best, and is `repaired_rig`: given, refitted, repaired.
     #[getter]
     fn best<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -350,6 +363,33 @@ impl PyDiagnosis {
     }
 }
 
+/// Diagnoses, and compares with recordings of another state where there are such.
+fn diagnosed(
+    request: &Request<'_>,
+    there: Option<&[Recording]>,
+    options: Options<'_>,
+    report: &(dyn Fn(Progress) + Sync),
+) -> Result<Outcome, Insufficient> {
+    let mut outcome = diagnose_with(request, options, report)?;
+    let Some(recordings) = there.filter(|_| !outcome.diagnosis.interrupted) else {
+        return Ok(outcome);
+    };
+    let there = Request {
+        recordings,
+        verify: &[],
+        ..*request
+    };
+    let plan = false;
+    let of_there = diagnose_with(&there, Options { plan, ..options }, report)?;
+    if of_there.diagnosis.interrupted {
+        outcome.diagnosis.interrupted = true;
+        return Ok(outcome);
+    }
+    let found = [&outcome.diagnosis, &of_there.diagnosis];
+    outcome.diagnosis.comparison = Some(compare(&[*request, there], found, options)?);
+    Ok(outcome)
+}
+
 /// A time limit from Python, s.
 fn seconds(limit: f64) -> PyResult<Duration> {
     Duration::try_from_secs_f64(limit)
@@ -381,6 +421,9 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 ///     As its data sheet describes it.
 /// verify : path, dict, or list of these, optional
 ///     Recordings that the search does not see; the finished models predict them whole.
+/// compare : path, dict, or list of these, optional
+///     Recordings of the same rig in another state (the cable taken off, say): they are diagnosed as well, and
+///     `comparison` says for each effect named in either state whether it differs.
 /// plan : bool, optional
 ///     Where the data cannot tell effects apart, look for the experiment that would: takes some seconds more.
 /// same_zero : bool, optional
@@ -394,6 +437,9 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 ///     the same names where what saves time is sound.
 /// candidates : list of str, optional
 ///     Ids of effects to be looked for beside those that always are (`catalogue()[id]["offered"]`).
+/// pendulum : {"swings", "removed", "locked"}, optional
+///     What the pendulum did in the recordings: it swings as it is built, was taken off, or was locked hanging. In the
+///     latter two the arm alone is diagnosed, whatever alpha says; no experiment is planned.
 /// every : int, optional
 ///     Use every `every`-th sample of each recording. The command of a sample becomes the mean of those until the
 ///     next one used: right where `every` sample periods are short against the motion.
@@ -436,11 +482,12 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 #[pyfunction]
 #[pyo3(
     signature = (
-        recordings, rig, *, verify=None, plan=false, same_zero=false, time_limit=60.0, thorough=false,
-        candidates=None, every=1, span=None, accept_suspicious=false, progress=None
+        recordings, rig, *, verify=None, compare=None, plan=false, same_zero=false, time_limit=60.0, thorough=false,
+        candidates=None, pendulum="swings", every=1, span=None, accept_suspicious=false, progress=None
     ),
-    text_signature = "(recordings, rig, *, verify=None, plan=False, same_zero=False, time_limit=60.0, \
-        thorough=False, candidates=None, every=1, span=None, accept_suspicious=False, progress=None)"
+    text_signature = "(recordings, rig, *, verify=None, compare=None, plan=False, same_zero=False, \
+        time_limit=60.0, thorough=False, candidates=None, pendulum='swings', every=1, span=None, accept_suspicious=False, \
+        progress=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn diagnose(
@@ -448,11 +495,13 @@ pub(crate) fn diagnose(
     recordings: &Bound<'_, PyAny>,
     rig: RigLike,
     verify: Option<&Bound<'_, PyAny>>,
+    compare: Option<&Bound<'_, PyAny>>,
     plan: bool,
     same_zero: bool,
     time_limit: Option<f64>,
     thorough: bool,
     candidates: Option<Vec<String>>,
+    pendulum: &str,
     every: usize,
     span: Option<(f64, f64)>,
     accept_suspicious: bool,
@@ -460,13 +509,37 @@ pub(crate) fn diagnose(
 ) -> PyResult<PyDiagnosis> {
     let selection = selection(every, span);
     let time_limit = time_limit.map(seconds).transpose()?;
+    let pendulum: Pendulum = pendulum
+        .parse()
+        .map_err(|e| PyValueError::new_err(format!("pendulum: {e}")))?;
+    if plan && pendulum.is_still() {
+        return Err(PyValueError::new_err(
+            "plan: an experiment is planned for a rig whose pendulum swings",
+        ));
+    }
     let candidates = crate::rig::entries(&candidates.unwrap_or_default())?;
     let rig = rig.rig.clone();
     let Chosen {
         recordings,
         verify,
         notices,
-    } = choose(recordings, verify, &rig, &selection, accept_suspicious)?;
+    } = choose(
+        (recordings, verify),
+        (&rig, pendulum),
+        &selection,
+        accept_suspicious,
+    )?;
+    let there = compare
+        .map(|given| {
+            choose(
+                (given, None),
+                (&rig, pendulum),
+                &selection,
+                accept_suspicious,
+            )
+        })
+        .transpose()?;
+    let (there, said) = there.map(|c| (c.recordings, c.notices)).unzip();
     let (send, receive) = channel::<Progress>();
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
@@ -484,9 +557,10 @@ pub(crate) fn diagnose(
             time_limit,
             thorough,
             candidates: &candidates,
+            pendulum,
         };
         let report = |p| drop(send.send(p));
-        furuta_ident::diagnose::diagnose_with(&request, options, &report)
+        diagnosed(&request, there.as_deref(), options, &report)
     });
     // The receiver sits in a Mutex only because a reference to it crosses `detach`.
     let receive = std::sync::Mutex::new(receive);
@@ -526,6 +600,7 @@ pub(crate) fn diagnose(
         (Err(_), Some(raised)) => return Err(raised.clone_ref(py)),
         (Err(e), None) => return Err(error::diagnose(e)),
     };
+    let notices = notices.into_iter().chain(said.unwrap_or_default());
     outcome.diagnosis.notices.splice(0..0, notices);
     let contract = parsed(py, &outcome.diagnosis.to_json())?.unbind();
     let diagnosis = PyDiagnosis { outcome, contract };

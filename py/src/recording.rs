@@ -3,6 +3,7 @@
 use crate::arguments::kind;
 use crate::error;
 use crate::matrix::vector;
+use furuta_ident::Pendulum;
 use furuta_ident::recording::{Excerpt, Notice, NoticeKind, Recording, RecordingError, Values};
 use furuta_ident::selection::{Read, SelectionError, read_unseen, select};
 use furuta_input::shown;
@@ -25,9 +26,8 @@ pub(crate) struct Chosen {
 /// others suffice, unless the person knows
 /// better.
 pub(crate) fn choose(
-    search: &Bound<'_, PyAny>,
-    verify: Option<&Bound<'_, PyAny>>,
-    rig: &Rig,
+    (search, verify): (&Bound<'_, PyAny>, Option<&Bound<'_, PyAny>>),
+    (rig, pendulum): (&Rig, Pendulum),
     selection: &Excerpt,
     accept_suspicious: bool,
 ) -> PyResult<Chosen> {
@@ -43,10 +43,11 @@ pub(crate) fn choose(
             unseen.extend(read);
         }
     }
-    let selection = select(seen, unseen, rig, accept_suspicious).map_err(|e| match e {
-        SelectionError::Suspicious(notice) => suspicious(&notice),
-        other => error::recording(other),
-    })?;
+    let selection =
+        select(seen, unseen, rig, accept_suspicious, pendulum).map_err(|e| match e {
+            SelectionError::Suspicious(notice) => suspicious(&notice),
+            other => error::recording(other),
+        })?;
     let notices = unreadable.iter().chain(&selection.notices);
     Ok(Chosen {
         notices: notices.map(ToString::to_string).collect(),

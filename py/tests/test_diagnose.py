@@ -336,3 +336,42 @@ def test_what_no_effect_explains_is_imitated_by_an_expression():
     effect = found.repaired_rig.effects["custom.1"]
     assert effect["term"] == "alpha_dot*abs(theta_dot)"
     assert effect["coefficient"] == pytest.approx(-3e-5, rel=0.02)  # two recordings of eight seconds
+
+
+def arm_alone(rig, stiffness, seconds=8.0, dt=0.002):
+    """A recording of the arm with the pendulum off: its equation alone, in steps of a tenth of a millisecond."""
+    gain = rig["motor.torque_constant"] / rig["motor.resistance"]
+    damping = rig["arm.viscous"] + gain * rig["motor.back_emf_constant"]
+    t = dt * np.arange(round(seconds / dt))
+    u = 2.0 * np.sin(2 * np.pi * t * (0.3 + 0.35 * t))
+    theta, speed, angles = 0.3, 0.0, []
+    for volts in u:
+        angles.append(theta)
+        for _ in range(20):
+            speed += 1e-4 * (gain * volts - damping * speed - stiffness * (theta - 0.2)) / rig["arm.inertia"]
+            theta += 1e-4 * speed
+    count = 2 * np.pi / 2048
+    angles = count * np.round(np.array(angles) / count)
+    return {"t": t, "u": u, "theta": angles, "alpha": np.zeros_like(t)}
+
+
+def test_the_arm_alone_and_another_state_of_it():
+    """The cable is found with the pendulum off, and differs from the state without it."""
+    rig = furuta.Rig.load("qube-servo-2")
+    with_cable, without = arm_alone(rig, 2e-3), arm_alone(rig, 0.0)
+    found = furuta.diagnose(with_cable, rig, compare=without, pendulum="removed")
+    assert [e["id"] for e in found.effects] == ["arm.spring"]
+    # Symplectic Euler at 0.1 ms moves a pole of 20 rad/s by a thousandth.
+    assert found.effects[0]["parameters"]["stiffness"]["value"] == pytest.approx(2e-3, rel=0.01)
+    (row,) = found.comparison["differences"]
+    assert (row["id"], row["parameter"], row["differs"]) == ("arm.spring", "stiffness", True)
+    assert abs(row["there"]["value"]) < 5 * row["there"]["std"] + 1e-5
+    assert found.gap["nominal"]["alpha"] is None
+    assert found.repaired_rig["pendulum.mass"] == rig["pendulum.mass"]
+    assert furuta.diagnose(without, rig, pendulum="removed").comparison is None
+    with pytest.raises(ValueError, match="swings, removed or locked, not off"):
+        furuta.diagnose(without, rig, pendulum="off")
+    with pytest.raises(ValueError, match="plan"):
+        furuta.diagnose(without, rig, pendulum="locked", plan=True)
+    with pytest.raises(furuta.RecordingError, match="--pendulum removed or locked"):
+        furuta.diagnose(without, rig)

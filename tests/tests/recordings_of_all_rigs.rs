@@ -6,6 +6,7 @@ use std::f64::consts::{PI, TAU};
 use furuta_ctrl::supervisor::Supervisor;
 use furuta_ctrl::{Config, Site};
 use furuta_design::supervised::Supervised;
+use furuta_ident::Pendulum;
 use furuta_ident::recording::{NoticeKind, Recording};
 use furuta_ident::selection::{SelectionError, select};
 use furuta_model::{Effect, Rig, State};
@@ -151,7 +152,7 @@ fn suspicion(rows: &[Row], rig: &Rig) -> Option<NoticeKind> {
 /// The suspicion that a recording meets, or else what is noticed about its counts.
 fn noticed(rows: &[Row], rig: &Rig) -> Option<NoticeKind> {
     let read = Recording::from_samples("made", rows.iter().copied()).expect("a recording");
-    match select(vec![read], Vec::new(), rig, false) {
+    match select(vec![read], Vec::new(), rig, false, Pendulum::Swings) {
         Ok(selected) => selected.notices.into_iter().map(|n| n.kind).find(|kind| {
             matches!(
                 kind,

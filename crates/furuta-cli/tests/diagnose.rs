@@ -100,6 +100,41 @@ fn recordings_that_are_refused() {
     assert!(line.contains("absent.csv"), "{line}");
 }
 
+/// A spring that is there with the pendulum on and not without: said in text and JSON; an arm alone has no plan.
+#[test]
+fn two_states_of_a_rig_are_compared() {
+    let folder = Folder::new("diagnose-compare");
+    let input = "multisine --amplitude 1 --duration 6";
+    let with = recorded(&folder, "with.csv", "arm.spring", input);
+    let without = recorded(&folder, "without.csv", "arm.coulomb:torque=0", input);
+    let diagnose = |more: &[&str]| {
+        furuta(&["diagnose", "--rig", "qube-servo-2"])
+            .args([with.as_path(), Path::new("--compare"), without.as_path()])
+            .args(more)
+            .output()
+            .expect("the binary runs")
+    };
+    let output = diagnose(&["--json"]);
+    assert!(output.status.success(), "{output:?}");
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let said = &answer["comparison"]["differences"][0];
+    let known = (&said["id"], &said["parameter"], &said["differs"]);
+    assert_eq!(
+        known,
+        (&"arm.spring".into(), &"stiffness".into(), &true.into()),
+        "{answer}"
+    );
+    assert_eq!(answer["comparison"]["named"], serde_json::json!([]));
+
+    let text = String::from_utf8(diagnose(&[]).stdout).expect("text");
+    assert!(text.contains("Against "), "{text}");
+    assert!(text.contains("arm.spring stiffness: "), "{text}");
+    let line = failure(&diagnose(&["--pendulum", "locked", "--plan"]));
+    assert!(line.contains("--plan"), "{line}");
+    let line = failure(&diagnose(&["--pendulum", "off"]));
+    assert!(line.contains("swings, removed or locked"), "{line}");
+}
+
 /// One that `--verify` names is checked as well: a bad one is named and left out, one that cannot be opened or that the
 /// search sees ends the command at once.
 #[test]

@@ -8,6 +8,7 @@ mod experiment;
 pub mod frequency;
 mod insufficient;
 mod least_squares;
+mod pendulum;
 pub mod report;
 pub mod selection;
 mod shooting;
@@ -19,4 +20,5 @@ pub mod validate;
 /// Recordings: a crate of its own.
 pub use furuta_recording as recording;
 pub use insufficient::Insufficient;
+pub use pendulum::{Pendulum, UnknownPendulum};
 pub use task::Task;

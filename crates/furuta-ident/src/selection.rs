@@ -5,6 +5,7 @@ use furuta_input::InputError;
 use furuta_model::Rig;
 
 use crate::insufficient;
+use crate::pendulum::Pendulum;
 use crate::recording::{Notice, NoticeKind, Recording, RecordingError, each_against_rig};
 use crate::shooting::Data;
 
@@ -47,12 +48,14 @@ pub enum SelectionError {
 /// for verification is left out in any case. Where it is not one recording that is suspicious but two that contradict
 /// each other, there is no choice.
 ///
-/// With `accept`, suspicious recordings are used, and what is suspicious about them is a notice.
+/// With `accept`, suspicious recordings are used, and what is suspicious about them is a notice. Of a rig whose
+/// `pendulum` is off or locked, the arm's angle alone is checked, and not against the rig; alpha is set to hanging.
 ///
 /// # Errors
 /// [`SelectionError`].
 ///
 /// ```
+/// use furuta_ident::Pendulum;
 /// use furuta_ident::recording::{NoticeKind, Recording};
 /// use furuta_ident::selection::select;
 /// use furuta_model::{Plant, Rig, State};
@@ -70,7 +73,7 @@ pub enum SelectionError {
 ///     }
 ///     Recording::from_samples(name, samples)
 /// };
-/// let selection = select(vec![recorded("a", 1.0)?, recorded("b", -1.0)?], Vec::new(), &rig, false)?;
+/// let selection = select(vec![recorded("a", 1.0)?, recorded("b", -1.0)?], Vec::new(), &rig, false, Pendulum::Swings)?;
 /// assert_eq!(selection.recordings.len(), 1);
 /// assert!(matches!(selection.notices[0].kind, NoticeKind::LeftOut { .. }));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -80,6 +83,7 @@ pub fn select(
     verify: Vec<Read>,
     rig: &Rig,
     accept: bool,
+    pendulum: Pendulum,
 ) -> Result<Selection, SelectionError> {
     for (unseen, _) in &verify {
         if let Some((seen, _)) = search.iter().find(|(seen, _)| same(seen, unseen)) {
@@ -90,15 +94,18 @@ pub fn select(
         }
     }
     let searched = search.len();
-    let (all, noticed): (Vec<Recording>, Vec<Vec<Notice>>) =
-        search.into_iter().chain(verify).unzip();
-    let mut found: Vec<Vec<Notice>> = noticed
-        .into_iter()
-        .map(|notices| notices.into_iter().map(|n| n.for_rig(rig)).collect())
-        .collect();
-    for (i, notice) in each_against_rig(&all, rig) {
-        if let Some(found) = found.get_mut(i) {
-            found.push(notice);
+    let (all, mut found): (Vec<Recording>, Vec<Vec<Notice>>) = (search.into_iter().chain(verify))
+        .map(|(recording, notices)| {
+            let notices = notices.into_iter().filter(|n| pendulum.matters(&n.kind));
+            let notices = notices.map(|n| n.for_rig(rig)).collect();
+            (pendulum.seen(recording), notices)
+        })
+        .unzip();
+    if !pendulum.is_still() {
+        for (i, notice) in each_against_rig(&all, rig) {
+            if let Some(found) = found.get_mut(i) {
+                found.push(notice);
+            }
         }
     }
 

@@ -262,6 +262,28 @@ impl fmt::Display for Rows<'_> {
 }
 
 impl NoticeKind {
+    /// The measured angle that it is about alone, `theta` or `alpha`.
+    ///
+    /// ```
+    /// use furuta_recording::NoticeKind;
+    /// assert_eq!(NoticeKind::HangingSuspected.column(), Some("alpha"));
+    /// assert_eq!(NoticeKind::SignSuspected.column(), None);
+    /// ```
+    #[must_use]
+    pub const fn column(&self) -> Option<&'static str> {
+        match self {
+            Self::Unwrapped { column, .. }
+            | Self::Jump { column, .. }
+            | Self::DegreesSuspected { column, .. }
+            | Self::ClippedSuspected { column, .. }
+            | Self::CountsSuspected { column, .. }
+            | Self::RawCountsSuspected { column, .. }
+            | Self::FrozenSuspected { column, .. } => Some(*column),
+            Self::HangingSuspected => Some("alpha"),
+            _ => None,
+        }
+    }
+
     /// Whether the recording probably breaks a convention (units, signs, origin), so that a diagnosis of it would blame
     /// physics for a mistake of recording.
     #[must_use]
@@ -501,12 +523,20 @@ impl fmt::Display for NoticeKind {
                 since,
                 until,
                 at,
-            } => write!(
-                f,
-                "{column} stands at {at:.4} rad from {since:.3} s to {until:.3} s while its axis must move, so its \
-                 encoder looks dead: check cable and plug, \
-                 or cut the recording at {since:.3} s"
-            ),
+            } => {
+                write!(
+                    f,
+                    "{column} stands at {at:.4} rad from {since:.3} s to {until:.3} s while its axis must move, so its \
+                     encoder looks dead: check cable and plug, or cut the recording at {since:.3} s"
+                )?;
+                if *column == "alpha" {
+                    f.write_str(
+                        "; where the pendulum was taken off or locked on purpose, diagnose the arm alone (--pendulum \
+                         removed or locked)",
+                    )?;
+                }
+                Ok(())
+            }
             Self::CommandSignSuspected => write!(
                 f,
                 "the arm answers the command with the wrong sign, so u or theta looks as if counted the other way: \

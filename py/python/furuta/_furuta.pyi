@@ -751,6 +751,8 @@ class Diagnosis:
     @property
     def best(self) -> str: ...
     @property
+    def comparison(self) -> dict[str, Any] | None: ...
+    @property
     def verification(self) -> list[dict[str, Any]]: ...
     @property
     def notices(self) -> list[str]: ...
@@ -766,11 +768,13 @@ def diagnose(
     rig: _RigLike,
     *,
     verify: _Recording | Sequence[_Recording] | None = None,
+    compare: _Recording | Sequence[_Recording] | None = None,
     plan: bool = False,
     same_zero: bool = False,
     time_limit: float | None = 60.0,
     thorough: bool = False,
     candidates: Sequence[str] | None = None,
+    pendulum: Literal["swings", "removed", "locked"] = "swings",
     every: int = 1,
     span: tuple[float, float] | None = None,
     accept_suspicious: bool = False,

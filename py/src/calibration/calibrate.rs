@@ -8,6 +8,7 @@ use crate::file;
 use crate::kept::{Kept, Reduced, json, unreadable};
 use crate::recording::{choose, selection};
 use crate::rig::PyRig;
+use furuta_ident::Pendulum;
 use furuta_ident::calibrate::{
     CalibrateError, Calibration, Curve, Options, Outcome, calibrate_with,
 };
@@ -355,9 +356,8 @@ pub(crate) fn calibrate(
     let rig = rig.rig.clone();
     let selection = selection(every, span);
     let given = choose(
-        recordings,
-        verify.as_ref(),
-        &rig,
+        (recordings, verify.as_ref()),
+        (&rig, Pendulum::Swings),
         &selection,
         accept_suspicious,
     )?;

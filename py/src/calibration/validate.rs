@@ -6,6 +6,7 @@ use crate::background::awaited;
 use crate::error;
 use crate::kept::{Kept, Reduced, unreadable};
 use crate::recording::{choose, selection};
+use furuta_ident::Pendulum;
 use furuta_ident::validate::{Validated, Validation};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -180,7 +181,12 @@ pub(crate) fn validate(
 ) -> PyResult<PyValidation> {
     let rig = rig.rig.clone();
     let selection = selection(every, span);
-    let given = choose(recordings, None, &rig, &selection, accept_suspicious)?;
+    let given = choose(
+        (recordings, None),
+        (&rig, Pendulum::Swings),
+        &selection,
+        accept_suspicious,
+    )?;
     let recordings = given.recordings;
     let mut validation = awaited(py, move || {
         furuta_ident::validate::validate(&recordings, &rig)

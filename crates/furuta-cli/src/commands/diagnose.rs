@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use furuta_ident::diagnose::{Options, Outcome, Request, diagnose_with};
-use furuta_ident::{Task, report};
+use furuta_ident::diagnose::{Options, Outcome, Request, compare, diagnose_with};
+use furuta_ident::{Pendulum, Task, report};
 use furuta_model::{CATALOGUE, ON_REQUEST, Rig, Spec};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -31,6 +31,10 @@ pub(crate) struct Args {
     /// Recordings that the search must not see, predicted afterwards by the model as given, refitted and repaired.
     #[arg(long, value_name = "DATA", num_args = 1..)]
     verify: Vec<PathBuf>,
+    /// Recordings of the same rig in another state (the cable taken off, say): they are diagnosed as well, and for each
+    /// effect named in either state it is said whether it differs.
+    #[arg(long, value_name = "DATA", num_args = 1..)]
+    compare: Vec<PathBuf>,
     /// Where the data cannot tell effects apart, look for the experiment that would: simulates both with every test
     /// signal.
     #[arg(long)]
@@ -51,6 +55,15 @@ pub(crate) struct Args {
     /// may be repeated.
     #[arg(long = "candidate", value_name = "ID", value_parser = on_request)]
     candidates: Vec<&'static Spec>,
+    /// What the pendulum did in the recordings: swings, removed (taken off) or locked (hanging, held to the arm). Where
+    /// it is off or locked the arm alone is diagnosed, whatever alpha says.
+    #[arg(
+        long,
+        value_name = "STATE",
+        default_value = "swings",
+        conflicts_with = "plan"
+    )]
+    pendulum: Pendulum,
 }
 
 /// An entry of the catalogue.
@@ -79,24 +92,46 @@ const MOST_SECONDS: f64 = 365.0 * 86400.0;
 pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
     let rig = Rig::load(&args.recorded.rig)?;
     let mut notices = Vec::new();
-    let [recordings, verify] = args.recorded.load(&rig, &args.verify, &mut notices)?;
+    let [recordings, verify] =
+        (args.recorded).load(&rig, &args.verify, args.pendulum, &mut notices)?;
     args.recorded.foretell(Task::Diagnose, &recordings);
     let request = Request {
         recordings: &recordings,
         rig: &rig,
         verify: &verify,
     };
-    let mut outcome = search(
-        &request,
-        Options {
-            plan: args.plan,
-            same_zero: args.same_zero,
-            time_limit: Some(Duration::from_secs_f64(args.time_limit)),
-            thorough: args.thorough,
-            candidates: &args.candidates,
-            ..Options::default()
-        },
-    )?;
+    let options = Options {
+        plan: args.plan,
+        same_zero: args.same_zero,
+        time_limit: Some(Duration::from_secs_f64(args.time_limit)),
+        thorough: args.thorough,
+        candidates: &args.candidates,
+        pendulum: args.pendulum,
+        ..Options::default()
+    };
+    let mut outcome = search(&request, options)?;
+    if !args.compare.is_empty() && !outcome.diagnosis.interrupted {
+        let mut said = Vec::new();
+        let [there, _] =
+            (args.recorded).load_from(&args.compare, &[], (&rig, args.pendulum), &mut said)?;
+        let there = Request {
+            recordings: &there,
+            rig: &rig,
+            verify: &[],
+        };
+        let of_there = search(
+            &there,
+            Options {
+                plan: false,
+                ..options
+            },
+        )?;
+        if !of_there.diagnosis.interrupted {
+            let found = [&outcome.diagnosis, &of_there.diagnosis];
+            outcome.diagnosis.comparison = Some(compare(&[request, there], found, options)?);
+        }
+        notices.extend(said);
+    }
     let interrupted = outcome.diagnosis.interrupted;
     outcome.diagnosis.notices.splice(0..0, notices);
     if let Some(path) = &args.report {

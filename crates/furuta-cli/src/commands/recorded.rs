@@ -5,9 +5,9 @@ use std::io::Write;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use furuta_ident::Task;
 use furuta_ident::recording::{Excerpt, Recording, RecordingError};
 use furuta_ident::selection::{SelectionError, read_unseen, select};
+use furuta_ident::{Pendulum, Task};
 use furuta_input::shown;
 use furuta_model::Rig;
 
@@ -79,6 +79,18 @@ impl RecordedArgs {
         &self,
         rig: &Rig,
         unseen: &[PathBuf],
+        pendulum: Pendulum,
+        notices: &mut Vec<String>,
+    ) -> Result<[Vec<Recording>; 2], Failure> {
+        self.load_from(&self.data, unseen, (rig, pendulum), notices)
+    }
+
+    /// The same from other files than those of the command's first arguments.
+    pub(crate) fn load_from(
+        &self,
+        data: &[PathBuf],
+        unseen: &[PathBuf],
+        (rig, pendulum): (&Rig, Pendulum),
         notices: &mut Vec<String>,
     ) -> Result<[Vec<Recording>; 2], Failure> {
         let part = Excerpt {
@@ -89,12 +101,13 @@ impl RecordedArgs {
             let (recording, notices) = Recording::load_with_notices(path)?;
             Ok::<_, RecordingError>((recording.select(&part)?, notices))
         };
-        let search = self.data.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let search = data.iter().map(read).collect::<Result<Vec<_>, _>>()?;
         let (mut verify, mut unreadable) = (Vec::new(), Vec::new());
         for path in unseen {
             verify.extend(read_unseen(&shown(path), read(path), &mut unreadable)?);
         }
-        let selection = select(search, verify, rig, self.accept_suspicious).map_err(refused)?;
+        let selection =
+            select(search, verify, rig, self.accept_suspicious, pendulum).map_err(refused)?;
         let said = unreadable.iter().chain(&selection.notices);
         notices.extend(said.map(ToString::to_string));
         Ok([selection.recordings, selection.verify])

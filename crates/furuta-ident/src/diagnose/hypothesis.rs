@@ -6,6 +6,7 @@ use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
 use furuta_model::params::Coefficients;
 use furuta_model::{Effect, Jet, Params, Plant, Rig, Scalar, Spec};
 
+use crate::pendulum::Pendulum;
 use crate::shooting::{
     Data, Layout, Model, Observed, Prior, ZEROS, zero_bounds, zero_priors, zero_units,
 };
@@ -33,6 +34,10 @@ const MOST_DEVIATIONS: f64 = 3.0;
 pub(super) struct Sheet {
     pub(super) params: Params<f64>,
     pub(super) coefficients: Coefficients<f64>,
+    /// Of the arm's inertia, what goes with the square of its length.
+    carried: f64,
+    /// Base parameters that data cannot show beside the others: they stay what the sheet says.
+    pub(super) held: [bool; BASE],
     /// A natural size of each base parameter: the sheet's value, or a guess where that is zero.
     pub(super) scale: [f64; BASE],
     /// One standard deviation of each base parameter beforehand, by the sheet's tolerances, in units of the vector.
@@ -53,18 +58,23 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    pub(super) fn new(rig: &Rig, data: &Data, own_zeros: bool) -> Self {
-        let c = rig.params.coefficients();
+    pub(super) fn new(rig: &Rig, data: &Data, own_zeros: bool, pendulum: Pendulum) -> Self {
+        let of_rig = rig.params.coefficients();
         // Damping ratio one per cent: a small friction, for sheets that leave it out.
-        let small = 0.02 * (c.weight * c.pendulum).sqrt();
+        let small = 0.02 * (of_rig.weight * of_rig.pendulum).sqrt();
+        let c = pendulum.coefficients(of_rig);
         let base = base(&c, rig.params.arm.length);
         let mut scale = base;
         for i in [ARM_DAMPING, PENDULUM_DAMPING] {
             scale[i] = scale[i].max(small);
         }
+        let of_arm = |i: usize| matches!(i, DRIVE | ARM_DAMPING);
+        let carried = rig.params.pendulum.mass * rig.params.arm.length.powi(2);
         Self {
             params: rig.params,
             coefficients: c,
+            carried: if pendulum.is_still() { 0.0 } else { carried },
+            held: std::array::from_fn(|i| pendulum.is_still() && !of_arm(i)),
             scale,
             known: known(rig, &base, &scale),
             period: data.runs.first().map_or(0.0, |r| r.h),
@@ -273,7 +283,8 @@ impl Hypothesis {
             .flat_map(|e| e.parameters)
             .filter(|p| !p.kind.is_continuous())
             .count();
-        self.shared() - usize::from(self.delays()) - fixed + self.free_zeros()
+        let held = self.sheet.held.iter().filter(|held| **held).count();
+        self.shared() - held - usize::from(self.delays()) - fixed + self.free_zeros()
     }
 
     /// How many recordings have a zero of theta of their own that shows.
@@ -360,6 +371,9 @@ impl Model for Hypothesis {
         let (base, scale) = (sheet.base(), sheet.scale);
         let mut bounds: Vec<(f64, f64)> = (0..BASE)
             .map(|i| {
+                if sheet.held[i] {
+                    return (0.0, 0.0);
+                }
                 let (least, most) = match i {
                     ARM_DAMPING | PENDULUM_DAMPING => (0.0, base[i] + 20.0 * scale[i]),
                     LENGTH => {
@@ -430,7 +444,7 @@ impl Model for Hypothesis {
         let (arm, pendulum) = (variable(0), variable(1));
         // Lengths enter by their ratio to the sheet's; what the pendulum's mass adds to the arm goes with the square.
         let longer = variable(LENGTH) / Jet::constant(sheet.params.arm.length);
-        let carried = sheet.params.pendulum.mass * sheet.params.arm.length.powi(2);
+        let carried = sheet.carried;
         let fixed = c.arm - c.hub - carried;
         let coefficients = Coefficients {
             arm,

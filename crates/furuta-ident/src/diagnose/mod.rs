@@ -10,6 +10,7 @@
 //! 5. The repaired model goes back into a rig file (`repair`), and whole recordings are predicted with it (`predict`).
 
 mod additions;
+mod compare;
 mod criteria;
 mod custom;
 mod evidence;
@@ -38,14 +39,16 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use furuta_model::{Actuation, Rig, Spec};
+use furuta_model::{Actuation, CATALOGUE, ON_REQUEST, Rig, Spec};
 
 pub use additions::candidates;
+pub use compare::compare;
 pub use parts::Parts;
 pub use progress::{Progress, STAGES};
 pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
 
 use crate::insufficient::{self, Insufficient};
+use crate::pendulum::Pendulum;
 use crate::recording::Recording;
 use crate::shooting::{self, Data, Effort, Problem};
 use crate::stop::Stop;
@@ -55,6 +58,11 @@ use predict::{Predictor, rms};
 use progress::Teller;
 use result::{Best, CandidateEvidence, RunCurves, Suspected};
 use search::Search;
+
+/// All entries of the catalogue.
+fn entries() -> impl Iterator<Item = &'static Spec> {
+    CATALOGUE.iter().chain(ON_REQUEST).copied()
+}
 
 /// A fitted hypothesis.
 type Fit = shooting::Fit<Hypothesis>;
@@ -103,6 +111,21 @@ pub struct Options<'a> {
     /// Entries of the catalogue that are looked for on request ([`furuta_model::effects::Offered`]), to be looked for
     /// here: fitted, compared and judged as any other. Those that are always looked for change nothing.
     pub candidates: &'a [&'static Spec],
+    /// What the pendulum does in the recordings. Where it is off or locked, the arm alone is diagnosed: no experiment
+    /// is planned, and no expression looked for.
+    pub pendulum: Pendulum,
+}
+
+impl Options<'_> {
+    /// Recordings made ready.
+    fn data(&self, recordings: &[Recording], rig: &Rig) -> Data {
+        if !self.pendulum.is_still() {
+            return Data::new(recordings, rig);
+        }
+        let recordings = recordings.iter().cloned();
+        let seen: Vec<Recording> = recordings.map(|r| self.pendulum.seen(r)).collect();
+        Data::new(&seen, rig).of_arm()
+    }
 }
 
 /// Everything a diagnosis gives.
@@ -219,10 +242,10 @@ fn search(
             run: uneven.name.clone(),
         });
     }
-    let data = Data::new(request.recordings, request.rig);
+    let data = options.data(request.recordings, request.rig);
     insufficient::check(request.recordings, request.rig, &data)?;
     let asked = options.candidates.iter().copied();
-    let mut sheet = Sheet::new(request.rig, &data, !options.same_zero);
+    let mut sheet = Sheet::new(request.rig, &data, !options.same_zero, options.pendulum);
     sheet.asked = asked.filter(|s| !s.offered.is_always()).collect();
     let sheet = Arc::new(sheet);
     let teller = Teller::new(progress);
@@ -307,7 +330,7 @@ fn search(
     let mut custom = None;
     if !explained && stop.wanted() {
         unfinished.push(Part::Expression);
-    } else if !explained {
+    } else if !explained && !options.pendulum.is_still() {
         stage("looking for an expression");
         let without = after.get_or_insert_with(|| unseen(&named));
         custom = custom::propose(&calm, &folds, &refitted, (&named, &without.errors));
@@ -336,7 +359,7 @@ fn search(
     } else {
         Verdict::Unexplained
     });
-    if options.plan {
+    if options.plan && !options.pendulum.is_still() {
         stage("planning");
         diagnosis.plan = plan::plan(request.rig, &data, &named, &rivals, stop);
         if stop.wanted() {
@@ -419,7 +442,12 @@ fn search(
     gap(&data, models, &mut diagnosis, &mut curves);
     if !request.verify.is_empty() {
         stage("verifying");
-        verify::verify(request, models, &mut diagnosis, &mut curves);
+        let unseen = options.data(request.verify, request.rig);
+        verify::verify(&unseen, models, &mut diagnosis, &mut curves);
+    }
+    if let Some(notice) = options.pendulum.notice() {
+        diagnosis.notices.push(notice.to_owned());
+        diagnosis.forget_pendulum();
     }
     diagnosis.seconds = begin.elapsed().as_secs_f64();
     Ok(Outcome {

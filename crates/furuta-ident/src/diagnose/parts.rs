@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::hypothesis::{Hypothesis, Sheet};
 use super::{Fit, SEARCH};
 use crate::insufficient::{self, Insufficient};
+use crate::pendulum::Pendulum;
 use crate::recording::Recording;
 use crate::shooting::{Data, Effort, Model, Problem, Windows};
 
@@ -48,7 +49,7 @@ impl Parts {
     pub fn new(recordings: &[Recording], rig: &Rig) -> Result<Self, Insufficient> {
         let data = Data::new(recordings, rig);
         insufficient::check(recordings, rig, &data)?;
-        let base = Hypothesis::base(&Arc::new(Sheet::new(rig, &data, true)));
+        let base = Hypothesis::base(&Arc::new(Sheet::new(rig, &data, true, Pendulum::Swings)));
         let problem = Problem::new(&data, data.windows(SEARCH, |_| true));
         let z = vec![0.0; base.layout().len()];
         let given = problem.solve_states(&base, &z, None);

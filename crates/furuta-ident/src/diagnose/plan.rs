@@ -17,6 +17,7 @@ use super::result::PlannedExperiment;
 use super::search::Rival;
 use super::{Fit, SEARCH};
 use crate::experiment::{FAMILY, HALVED, LEVELS, SECONDS, Shape, record, rms, two_digits};
+use crate::pendulum::Pendulum;
 use crate::shooting::{Data, Effort, Problem};
 use crate::stop::Stop;
 
@@ -50,7 +51,7 @@ impl<'a> Explanation<'a> {
 fn evidence(right: &Explanation<'_>, wrong: &Explanation<'_>, rig: &Rig, data: &Data) -> f64 {
     // As in a diagnosis: the new recording's encoders have zeros of their own.
     let own_zeros = right.fit.model.sheet.own_zeros;
-    let sheet = Arc::new(Sheet::new(rig, data, own_zeros));
+    let sheet = Arc::new(Sheet::new(rig, data, own_zeros, Pendulum::Swings));
     let problem = Problem::new(data, data.windows(SEARCH, |_| true));
     let fitted = |e: &Explanation<'_>| {
         let h = Hypothesis {

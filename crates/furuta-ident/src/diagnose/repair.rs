@@ -23,7 +23,9 @@ pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
     let p = &mut rig.params;
     let moment = p.pendulum.mass * p.pendulum.com;
     let about_com = v[1] - moment * p.pendulum.com;
-    if about_com >= 0.0 {
+    if sheet.held[1] {
+        // As the sheet says.
+    } else if about_com >= 0.0 {
         let change = about_com - p.pendulum.inertia;
         p.pendulum.inertia = about_com;
         p.pendulum.inertia_transverse = (p.pendulum.inertia_transverse + change).max(0.0);
@@ -34,8 +36,10 @@ pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
         p.pendulum.mass = moment / p.pendulum.com;
     }
     p.arm.length = v[LENGTH];
-    let carried = p.pendulum.mass * p.arm.length * p.arm.length + p.pendulum.inertia_axial;
-    p.arm.inertia = (v[0] - carried).max(1e-3 * v[0]);
+    if !sheet.held[0] {
+        let carried = p.pendulum.mass * p.arm.length * p.arm.length + p.pendulum.inertia_axial;
+        p.arm.inertia = (v[0] - carried).max(1e-3 * v[0]);
+    }
     let gain = v[2] / sheet.coefficients.drive;
     if p.motor.actuation == Actuation::Torque {
         p.motor.amplifier_gain *= gain;
@@ -70,7 +74,10 @@ pub(super) fn parameters(
     fit: &Fit,
 ) -> BTreeMap<String, ParameterEstimate> {
     let sheet = &fit.model.sheet;
-    let scale = |i: usize| fit.std[i] * sheet.scale[i];
+    let scale = |i: usize| match sheet.held[i] {
+        true => f64::NAN,
+        false => fit.std[i] * sheet.scale[i],
+    };
     let relative_gain = scale(2) / sheet.coefficients.drive;
     let motor = &rig.params.motor;
     let (gain, nominal) = match motor.actuation {

@@ -1,33 +1,32 @@
 //! Predicting recordings that the search never saw, by the models side by side.
 
+use super::REPORT;
 use super::predict::{self, Predictor, rms};
 use super::result::{Channel, Curves, Diagnosis, RunCurves, VerificationRow};
-use super::{REPORT, Request};
 use crate::shooting::{Data, Problem, with_zeros_found};
 
-/// Adds to diagnosis and curves the predictions of the recordings in `request.verify`: over their whole length where
+/// Adds to diagnosis and curves the predictions of these recordings: over their whole length where
 /// the pendulum hangs, over the reported horizon where it does not (upright, no model predicts for long without its
 /// controller).
 pub(super) fn verify(
-    request: &Request<'_>,
+    data: &Data,
     models: &[Predictor; 3],
     diagnosis: &mut Diagnosis,
     curves: &mut Curves,
 ) {
-    let data = Data::new(request.verify, request.rig);
     let models = &models.each_ref().map(|m| {
-        let (hypothesis, z) = m.hypothesis.for_others(&m.z, &data);
-        let z = with_zeros_found(&data, |_| true, &hypothesis, &z);
+        let (hypothesis, z) = m.hypothesis.for_others(&m.z, data);
+        let z = with_zeros_found(data, |_| true, &hypothesis, &z);
         Predictor { hypothesis, z }
     });
     let windows = data.windows(REPORT, |r| !r.hangs());
-    let problem = Problem::new(&data, windows);
+    let problem = Problem::new(data, windows);
     let windowed = predict::of_each(models, |m| predict::windowed(&problem, m));
     for (i, run) in data.runs.iter().enumerate() {
         let whole = run.hangs();
         let series: [[Vec<f64>; 2]; 3] = std::array::from_fn(|m| {
             if whole {
-                predict::whole(&data, i, &models[m])
+                predict::whole(data, i, &models[m])
             } else {
                 predict::joined(&problem, i, &windowed[m])
             }

@@ -3,7 +3,7 @@
 use furuta_model::effects;
 
 use crate::diagnose::result::{
-    Channel, Diagnosis, NamedEffect, Part, VerificationRow, Zero, plain, significant,
+    Channel, Channels, Diagnosis, NamedEffect, Part, VerificationRow, Zero, plain, significant,
 };
 
 /// The answer for a person: what is missing and by how much, where the model disagrees, what is ruled out, what to
@@ -60,18 +60,16 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
         (repaired, d.gap.augmented),
         ("noise of the encoders", d.gap.noise_floor),
     ] {
-        out.push(format!("  {name:<36} {:>9.5} {:>9.5}", g.theta, g.alpha));
+        out.push(format!("  {name:<36} {}", both(g)));
     }
     if let Some(h) = &d.held_out {
         out.push("  on data kept apart:".into());
-        out.push(format!(
-            "    {:<34} {:>9.5} {:>9.5}",
-            "parameters refitted", h.recalibrated.theta, h.recalibrated.alpha
-        ));
-        out.push(format!(
-            "    {:<34} {:>9.5} {:>9.5}",
-            repaired, h.augmented.theta, h.augmented.alpha
-        ));
+        for (name, channels) in [
+            ("parameters refitted", h.recalibrated),
+            (repaired, h.augmented),
+        ] {
+            out.push(format!("    {name:<34} {}", both(channels)));
+        }
     }
     out.extend(d.best.sentence().map(str::to_owned));
     let mut where_it_sits = d.location.iter().take(3).peekable();
@@ -95,6 +93,10 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
     );
     limits(d, &mut out);
     verification(d, &mut out);
+    if let Some(comparison) = &d.comparison {
+        out.push(String::new());
+        out.extend(comparison.lines());
+    }
     if let Some(next) = &d.next_experiment {
         out.push(String::new());
         out.push(format!("Next: {next}."));
@@ -102,6 +104,15 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
     plan(d, rig, &mut out);
     out.push(format!("\n{:.1} s", d.seconds));
     out.join("\n") + "\n"
+}
+
+/// The errors of both angles, as columns of a table; a dash where one is not known.
+fn both(channels: Channels) -> String {
+    let column = |c: Channel| match channels.get(c) {
+        error if error.is_finite() => format!("{error:>9.5}"),
+        _ => format!("{:>9}", "-"),
+    };
+    Channel::ALL.map(column).join(" ")
 }
 
 /// An effect that was named; `uncompared` with others in its place. What stands behind the first ± is explained.
@@ -215,6 +226,9 @@ fn verification(d: &Diagnosis, out: &mut Vec<String>) {
             .iter()
             .filter(|r| r.channel == channel)
             .collect();
+        if rows.is_empty() {
+            continue;
+        }
         let all = |value: fn(&&VerificationRow) -> f64| {
             (rows.iter().map(|r| value(r).powi(2)).sum::<f64>() / rows.len().max(1) as f64).sqrt()
         };

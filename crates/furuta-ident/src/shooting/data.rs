@@ -54,6 +54,8 @@ pub(crate) struct Data {
     pub(crate) noise: [f64; 2],
     /// How many recordings they come from.
     pub(crate) recordings: usize,
+    /// How many numbers of a window's initial state its samples determine: two for each angle that is looked at.
+    pub(crate) initial: f64,
 }
 
 /// Samples either side of the local polynomials that give speeds; 13 samples in all.
@@ -125,7 +127,19 @@ impl Data {
             runs,
             noise,
             recordings: recordings.len(),
+            initial: 4.0,
         }
+    }
+
+    /// The same with the arm's angle alone: no sample of the pendulum's counts.
+    pub(crate) fn of_arm(mut self) -> Self {
+        for run in &mut self.runs {
+            for weight in &mut run.weight {
+                weight[1] = 0.0;
+            }
+        }
+        self.initial = 2.0;
+        self
     }
 
     /// Consecutive windows of about `seconds` over the runs that `wanted` keeps; a remainder shorter than half a window

@@ -169,11 +169,11 @@ impl<'a> Problem<'a> {
         self.windows.iter().map(|w| self.data.samples(w)).sum()
     }
 
-    /// Cost that a perfect model leaves: one per sample, less four per window for its initial state.
+    /// Cost that a perfect model leaves: one per sample, less those of each window that its initial state takes.
     pub(crate) fn floor(&self) -> f64 {
         self.windows
             .iter()
-            .map(|w| (self.data.samples(w) - 4.0).max(1.0))
+            .map(|w| (self.data.samples(w) - self.data.initial).max(1.0))
             .sum()
     }
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use furuta_ident::calibrate::{Options, calibrate};
-use furuta_ident::{Task, report};
+use furuta_ident::{Pendulum, Task, report};
 use furuta_model::Rig;
 
 use crate::commands::recorded::RecordedArgs;
@@ -53,7 +53,8 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let rig = Rig::load(&args.recorded.rig)?;
     let mut notices = Vec::new();
-    let [data, unseen] = args.recorded.load(&rig, &args.verify, &mut notices)?;
+    let [data, unseen] =
+        (args.recorded).load(&rig, &args.verify, Pendulum::Swings, &mut notices)?;
     args.recorded.foretell(Task::Calibrate, &data);
     let options = Options {
         free: args.free.clone(),

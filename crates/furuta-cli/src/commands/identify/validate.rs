@@ -1,7 +1,7 @@
 //! `furuta identify validate`: how well a rig file predicts recordings that it was not fitted to.
 
-use furuta_ident::Task;
 use furuta_ident::validate::validate;
+use furuta_ident::{Pendulum, Task};
 use furuta_model::Rig;
 
 use crate::commands::recorded::RecordedArgs;
@@ -19,7 +19,9 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let rig = Rig::load(&args.recorded.rig)?;
     let mut notices = Vec::new();
-    let [data, _] = args.recorded.load(&rig, &[], &mut notices)?;
+    let [data, _] = args
+        .recorded
+        .load(&rig, &[], Pendulum::Swings, &mut notices)?;
     args.recorded.foretell(Task::Validate, &data);
     let mut validation = validate(&data, &rig)?;
     validation.notices.splice(0..0, notices);

@@ -5,6 +5,7 @@
 //! an invented zero.
 
 mod best;
+mod comparison;
 mod curves;
 mod missing_torque;
 mod moved;
@@ -18,6 +19,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 pub use self::best::Best;
+pub use self::comparison::{Comparison, Difference};
 pub use self::curves::{CandidateEvidence, Curves, GapBar, RunCurves, TorqueByState, TorqueInTime};
 pub use self::missing_torque::{MissingTorque, Shape};
 pub use self::suspected::Suspected;
@@ -436,6 +438,10 @@ pub struct Diagnosis {
     /// Recordings of `--verify`, predicted over their whole length; left out of the JSON where there are none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub verification: Vec<VerificationRow>,
+    /// The same effects in recordings of another state of the rig, where such were given (`--compare`); left out of the
+    /// JSON otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub comparison: Option<Comparison>,
     /// What was noticed about the recordings and dealt with, one sentence each; left out of the JSON where there is
     /// nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -480,11 +486,35 @@ impl Diagnosis {
             next_experiment: None,
             plan: Vec::new(),
             verification: Vec::new(),
+            comparison: None,
             notices: Vec::new(),
             interrupted: false,
             unfinished: Vec::new(),
             seconds: f64::NAN,
         }
+    }
+
+    /// Leaves out what is said of the pendulum's angle, where recordings do not show it.
+    pub(super) fn forget_pendulum(&mut self) {
+        let gap = &mut self.gap;
+        let of_gap = [&mut gap.nominal, &mut gap.recalibrated, &mut gap.augmented];
+        let held_out = self.held_out.iter_mut();
+        let of_held_out =
+            held_out.flat_map(|h| [&mut h.recalibrated, &mut h.augmented, &mut h.noise_floor]);
+        for channels in of_gap
+            .into_iter()
+            .chain(of_held_out)
+            .chain([&mut gap.noise_floor])
+        {
+            channels.alpha = f64::NAN;
+        }
+        for zero in &mut self.zeros {
+            zero.alpha = f64::NAN;
+        }
+        self.verification
+            .retain(|row| row.channel == Channel::Theta);
+        self.missing_torque
+            .retain(|torque| torque.axis == Channel::Theta);
     }
 
     /// The contract as indented JSON. Numbers that are not finite become `null`.

@@ -1,0 +1,227 @@
+//! Recordings of the arm alone: the pendulum taken off or locked.
+//!
+//! The plant is not the library's: one equation of motion, `J theta'' = drive u - damping theta' - torque`, integrated
+//! in steps of 0.1 ms.
+
+use std::f64::consts::TAU;
+
+use furuta_ident::diagnose::{Options, Outcome, Request, Verdict, compare, diagnose_with};
+use furuta_ident::recording::Recording;
+use furuta_ident::{Insufficient, Pendulum};
+use furuta_model::Rig;
+
+/// What the arm's equation has beside motor and damping: torque [N m] by angle and speed.
+type Torque = fn(f64, f64) -> f64;
+
+const STEP: f64 = 1e-4;
+const EVERY: usize = 20;
+
+/// An arm driven by a sweep, its encoder counting from `zero`; what the pendulum's encoder says is no matter.
+fn recorded(rig: &Rig, inertia: f64, gain: f64, torque: Torque, zero: f64) -> Recording {
+    let (arm, m) = (&rig.params.arm, &rig.params.motor);
+    let electric = m.torque_constant * m.gear_ratio * m.efficiency / m.resistance * gain;
+    let damping = arm.viscous + electric * m.back_emf_constant * m.gear_ratio;
+    let slope = |x: [f64; 2], u: f64| {
+        let push = electric * m.amplifier_gain * u - damping * x[1] - torque(x[0], x[1]);
+        [x[1], push / inertia]
+    };
+    let mut x = [0.3, 0.0];
+    let mut samples = Vec::new();
+    for k in 0..4000 {
+        let t = STEP * (EVERY * k) as f64;
+        let u = 2.0 * (TAU * t * (0.3 + 0.35 * t)).sin();
+        let [theta, _] = rig.sensors.quantised([x[0] + zero, 0.0]);
+        samples.push([t, u, theta, 0.7]);
+        for _ in 0..EVERY {
+            let at = |x: [f64; 2], d: [f64; 2], h: f64| [x[0] + h * d[0], x[1] + h * d[1]];
+            let a = slope(x, u);
+            let b = slope(at(x, a, 0.5 * STEP), u);
+            let c = slope(at(x, b, 0.5 * STEP), u);
+            let d = slope(at(x, c, STEP), u);
+            let mean = |i: usize| (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]) / 6.0;
+            x = at(x, [mean(0), mean(1)], STEP);
+        }
+    }
+    Recording::from_samples("arm", samples)
+        .expect("a recording")
+        .0
+}
+
+fn diagnosed(rig: &Rig, recordings: &[Recording], pendulum: Pendulum) -> Outcome {
+    let request = Request {
+        recordings,
+        rig,
+        verify: recordings,
+    };
+    let options = Options {
+        pendulum,
+        ..Options::default()
+    };
+    diagnose_with(&request, options, &|_| ()).expect("enough data")
+}
+
+fn qube() -> Rig {
+    Rig::builtin("qube-servo-2").expect("built in")
+}
+
+/// A motor 8 % stronger than its sheet is no missing effect, and no number of a pendulum that is not there moves.
+#[test]
+fn a_sound_arm_is_not_accused() {
+    let rig = qube();
+    let recordings =
+        [0.0, 0.9].map(|zero| recorded(&rig, rig.params.arm.inertia, 1.08, |_, _| 0.0, zero));
+    let outcome = diagnosed(&rig, &recordings, Pendulum::Removed);
+    let d = &outcome.diagnosis;
+    assert_eq!(d.verdict, Verdict::ParametersOnly, "{}", d.sentence());
+    let motor = &d.parameters["motor.torque_constant"];
+    // The back-EMF goes with the gain and the arm's damping is small beside it: the gain is known to a thousandth.
+    assert!(
+        (motor.fitted / motor.nominal - 1.08).abs() < 2e-3,
+        "{motor:?}"
+    );
+    for key in [
+        "pendulum.inertia",
+        "pendulum.viscous",
+        "arm.length",
+        "arm.inertia",
+    ] {
+        assert!(!d.parameters[key].identifiable, "{key}");
+        assert_eq!(d.parameters[key].fitted, d.parameters[key].nominal, "{key}");
+    }
+    assert!(d.gap.recalibrated.alpha.is_nan() && d.verification.len() == 2);
+    assert!(d.notices.iter().any(|n| n.contains("the pendulum is off")));
+    assert!(d.limits.iter().all(|l| !l.id.starts_with("pendulum.")));
+}
+
+/// A cable beside a locked pendulum: the inertia is that of both, and the torque is the true one.
+#[test]
+fn a_cable_is_found_on_the_arm_alone() {
+    let rig = qube();
+    let cable: Torque = |theta, _| 2e-3 * (theta - 0.2);
+    let together =
+        rig.params.arm.inertia + rig.params.pendulum.mass * rig.params.arm.length.powi(2);
+    let cases = [
+        (Pendulum::Removed, rig.params.arm.inertia),
+        (
+            Pendulum::Locked,
+            together + rig.params.pendulum.inertia_axial,
+        ),
+    ];
+    for (pendulum, inertia) in cases {
+        let recordings = [0.0, -0.6].map(|zero| recorded(&rig, inertia, 1.0, cable, zero));
+        let outcome = diagnosed(&rig, &recordings, pendulum);
+        let d = &outcome.diagnosis;
+        let ids: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
+        assert_eq!(
+            (d.verdict, ids),
+            (Verdict::MissingEffects, vec!["arm.spring"]),
+            "{}",
+            d.sentence()
+        );
+        let found = &d.effects[0].parameters;
+        // The sheet's inertia is the true one here, and with it the unit of all torques.
+        assert!(
+            (found["stiffness"].value / 2e-3 - 1.0).abs() < 5e-3,
+            "{found:?}"
+        );
+        assert!((found["rest"].value - 0.2).abs() < 0.01, "{found:?}");
+        assert!((d.zeros[1].theta + 0.6).abs() < 0.01 || (d.zeros[1].theta - 0.6).abs() < 0.01);
+        // What was found goes into the rig file with its pendulum.
+        assert_eq!(outcome.repaired.params.pendulum, rig.params.pendulum);
+        assert!(
+            outcome
+                .repaired
+                .effects
+                .iter()
+                .any(|e| e.spec().id == "arm.spring")
+        );
+    }
+}
+
+/// The cable is taken off: what goes with it differs, what stays does not.
+#[test]
+fn a_cable_that_was_taken_off_differs() {
+    let rig = qube();
+    let with: Torque = |theta, speed| 2e-3 * (theta - 0.2) + 1.5e-3 * (speed / 1e-3).tanh();
+    let without: Torque = |_, speed| 1.5e-3 * (speed / 1e-3).tanh();
+    let inertia = rig.params.arm.inertia;
+    // The motor is warmer without it, and the encoder was switched off in between.
+    let states = [
+        [recorded(&rig, inertia, 1.0, with, 0.0)],
+        [recorded(&rig, inertia, 0.97, without, 1.1)],
+    ];
+    let requests = states.each_ref().map(|recordings| Request {
+        recordings,
+        rig: &rig,
+        verify: &[],
+    });
+    let found = states
+        .each_ref()
+        .map(|s| diagnosed(&rig, s, Pendulum::Removed).diagnosis);
+    let options = Options {
+        pendulum: Pendulum::Removed,
+        ..Options::default()
+    };
+    let comparison = compare(&requests, [&found[0], &found[1]], options).expect("enough data");
+    let said: Vec<(&str, &str, bool)> = (comparison.differences.iter())
+        .map(|d| (d.id.as_str(), d.parameter.as_str(), d.differs))
+        .collect();
+    assert_eq!(
+        said,
+        [
+            ("arm.coulomb", "torque", false),
+            ("arm.spring", "stiffness", true)
+        ],
+        "{:?}",
+        comparison.lines()
+    );
+    assert_eq!(comparison.named, ["arm.coulomb"]);
+    let spring = &comparison.differences[1];
+    assert!(
+        (spring.here.value / 2e-3 - 1.0).abs() < 5e-3 && spring.there.value.abs() < 2e-5,
+        "{spring:?}"
+    );
+}
+
+/// Dry friction as well; a recording of a rig with its pendulum is not taken for one without.
+#[test]
+fn friction_is_found_and_a_dead_pendulum_is_not_overlooked() {
+    let rig = qube();
+    let friction: Torque = |_, speed| 1.5e-3 * (speed / 1e-3).tanh();
+    let recording = recorded(&rig, rig.params.arm.inertia, 1.0, friction, 0.0);
+    let d = diagnosed(&rig, &[recording.clone()], Pendulum::Removed).diagnosis;
+    let ids: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
+    assert_eq!(ids, ["arm.coulomb"], "{}", d.sentence());
+    let torque = d.effects[0].parameters["torque"].value;
+    assert!((torque / 1.5e-3 - 1.0).abs() < 0.02, "{torque}");
+
+    let read = vec![(recording, Vec::new())];
+    let refused = furuta_ident::selection::select(read, Vec::new(), &rig, false, Pendulum::Swings)
+        .unwrap_err();
+    assert!(
+        refused.to_string().contains("--pendulum removed or locked"),
+        "{refused}"
+    );
+}
+
+/// An arm that rests says nothing, whatever its pendulum's encoder does.
+#[test]
+fn an_arm_at_rest_is_refused() {
+    let rig = qube();
+    let still = (0..2000).map(|k| [0.002 * f64::from(k), 0.0, 0.1, (0.01 * f64::from(k)).sin()]);
+    let (recording, _) = Recording::from_samples("still", still).expect("a recording");
+    let request = Request {
+        recordings: &[recording],
+        rig: &rig,
+        verify: &[],
+    };
+    let options = Options {
+        pendulum: Pendulum::Locked,
+        ..Options::default()
+    };
+    let refused = diagnose_with(&request, options, &|_| ()).unwrap_err();
+    assert!(
+        matches!(refused, Insufficient::NothingMoves { .. }),
+        "{refused}"
+    );
+}
