@@ -35,7 +35,7 @@ pub(super) struct Criteria {
     pub(super) factor: f64,
     /// Relative uncertainty of the noise floor's square: below, the excess is not known.
     pub(super) floor_uncertainty: f64,
-    /// In each window over which it lasts, a transient must gain this many times what any other window has left.
+    /// In each window over which it lasts, a transient must gain this many times what any window has left.
     pub(super) stands_out: f64,
     /// A transient must gain this many times more where a window's start is partly inferred: a blow that comes a little
     /// later looks like one.
@@ -67,8 +67,7 @@ pub(super) const CRITERIA: Criteria = Criteria {
     weak: 8.0,
     factor: 1.25,
     floor_uncertainty: 0.08,
-    // What is wrong elsewhere as much is wrong everywhere, and no transient.
-    stands_out: 1.0,
+    stands_out: 3.0,
     inferred: 20.0,
     confusable: 0.10,
     // Over long windows, dry friction and an unstable upright make errors of their own.
@@ -185,7 +184,7 @@ mod tests {
             ),
             (
                 "stands_out",
-                "a kick must gain this many times what any other window has left, in each window over which it \
+                "a kick must gain this many times what any window has left, in each window over which it \
                  lasts",
                 stands_out,
             ),

@@ -85,19 +85,17 @@ impl Problem<'_> {
         let significant = (smaller.cost - floor) > CRITERIA.floor_uncertainty * floor;
         if larger.model.is_transient() && !smaller.model.is_transient() {
             // Judged where it acts: what the other windows gain is another minimum's.
-            let is_kicked: Vec<bool> = (self.windows.iter())
-                .map(|w| self.is_kicked(larger, w))
+            let kicked: Vec<f64> = (gains.iter().zip(&self.windows))
+                .filter(|(_, w)| self.is_kicked(larger, w))
+                .map(|(gain, _)| *gain)
                 .collect();
-            let within = || gains.iter().zip(&is_kicked).filter(|(_, kicked)| **kicked);
-            let gain: f64 = within().map(|(gain, _)| gain).sum();
-            let elsewhere = larger
+            let gain: f64 = kicked.iter().sum();
+            let most = larger
                 .costs
                 .iter()
-                .zip(&is_kicked)
-                .filter(|(_, kicked)| !**kicked);
-            let most = elsewhere.fold(0.0, |most: f64, (cost, _)| most.max(cost / per_sample));
+                .fold(0.0, |most: f64, cost| most.max(cost / per_sample));
             // The part of it that is not the encoders' noise.
-            let usual = most * (1.0 - 1.0 / per_sample) * within().count() as f64;
+            let usual = most * (1.0 - 1.0 / per_sample) * kicked.len() as f64;
             let local = CRITERIA.effect + CRITERIA.moment;
             // A blow that comes a little later, or bristles bent a little otherwise, look like a kick.
             let least = match larger.model.infers() {
