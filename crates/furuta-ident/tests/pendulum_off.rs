@@ -145,10 +145,13 @@ fn a_cable_that_was_taken_off_differs() {
     let with: Torque = |theta, speed| 2e-3 * (theta - 0.2) + 1.5e-3 * (speed / 1e-3).tanh();
     let without: Torque = |_, speed| 1.5e-3 * (speed / 1e-3).tanh();
     let inertia = rig.params.arm.inertia;
-    // The motor is warmer without it, and the encoder was switched off in between.
+    // The motor is warmer without it, and the encoder was switched off between any two.
+    let twice = |gain: f64, torque: Torque, zeros: [f64; 2]| {
+        zeros.map(|zero| recorded(&rig, inertia, gain, torque, zero))
+    };
     let states = [
-        [recorded(&rig, inertia, 1.0, with, 0.0)],
-        [recorded(&rig, inertia, 0.97, without, 1.1)],
+        twice(1.0, with, [0.0, -0.6]),
+        twice(0.97, without, [1.1, 0.4]),
     ];
     let requests = states.each_ref().map(|recordings| Request {
         recordings,
