@@ -18,8 +18,7 @@ GROUPS = {
     "design": (
         "Control designs",
         "lqr dlqr lqi lqe dlqe place care dare robust_lqr controllability closed_loop rehearse relay"
-        " design_swing_up"
-        " steady_motion largest_sine arm_step",
+        " design_swing_up steady_motion largest_sine arm_step",
     ),
     "control": (
         "Controllers and estimators",

@@ -129,10 +129,18 @@ fn two_states_of_a_rig_are_compared() {
     let text = String::from_utf8(diagnose(&[]).stdout).expect("text");
     assert!(text.contains("Against "), "{text}");
     assert!(text.contains("arm.spring stiffness: "), "{text}");
-    let line = failure(&diagnose(&["--pendulum", "locked", "--plan"]));
-    assert!(line.contains("--plan"), "{line}");
-    let line = failure(&diagnose(&["--pendulum", "off"]));
-    assert!(line.contains("swings, removed or locked"), "{line}");
+    for (more, says) in [
+        (&["--pendulum", "locked", "--plan"][..], "--plan"),
+        (
+            &["--pendulum", "off"],
+            "give swings, removed or locked, not off",
+        ),
+    ] {
+        let refused = diagnose(more);
+        let stderr = String::from_utf8_lossy(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{stderr}");
+        assert!(stderr.contains(says), "{stderr}");
+    }
 }
 
 /// One that `--verify` names is checked as well: a bad one is named and left out, one that cannot be opened or that the

@@ -192,7 +192,7 @@ fn friction_is_found_and_a_dead_pendulum_is_not_overlooked() {
     let rig = qube();
     let friction: Torque = |_, speed| 1.5e-3 * (speed / 1e-3).tanh();
     let recording = recorded(&rig, rig.params.arm.inertia, 1.0, friction, 0.0);
-    let d = diagnosed(&rig, &[recording.clone()], Pendulum::Removed).diagnosis;
+    let d = diagnosed(&rig, std::slice::from_ref(&recording), Pendulum::Removed).diagnosis;
     let ids: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
     assert_eq!(ids, ["arm.coulomb"], "{}", d.sentence());
     let torque = d.effects[0].parameters["torque"].value;
