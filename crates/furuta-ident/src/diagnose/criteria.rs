@@ -35,7 +35,8 @@ pub(super) struct Criteria {
     pub(super) factor: f64,
     /// Relative uncertainty of the noise floor's square: below, the excess is not known.
     pub(super) floor_uncertainty: f64,
-    /// In each window over which it lasts, a transient must gain this many times what any window has left.
+    /// In the windows over which it lasts, a transient must gain this many times what nine of ten windows have left at
+    /// most.
     pub(super) stands_out: f64,
     /// A transient must gain this many times more where a window's start is partly inferred: a blow that comes a little
     /// later looks like one.
@@ -184,7 +185,7 @@ mod tests {
             ),
             (
                 "stands_out",
-                "a kick must gain this many times what any window has left, in each window over which it \
+                "a kick must gain this many times what nine of ten windows have left, in each window over which it \
                  lasts",
                 stands_out,
             ),

@@ -85,17 +85,19 @@ impl Problem<'_> {
         let significant = (smaller.cost - floor) > CRITERIA.floor_uncertainty * floor;
         if larger.model.is_transient() && !smaller.model.is_transient() {
             // Judged where it acts: what the other windows gain is another minimum's.
-            let kicked: Vec<f64> = (gains.iter().zip(&self.windows))
+            let kicked = gains.iter().zip(&self.windows);
+            let kicked: Vec<f64> = kicked
                 .filter(|(_, w)| self.is_kicked(larger, w))
-                .map(|(gain, _)| *gain)
+                .map(|(g, _)| *g)
                 .collect();
             let gain: f64 = kicked.iter().sum();
-            let most = larger
-                .costs
-                .iter()
-                .fold(0.0, |most: f64, cost| most.max(cost / per_sample));
+            let mut usual = larger.costs.clone();
+            usual.sort_by(f64::total_cmp);
+            let usual = usual
+                .get(usual.len() * 9 / 10)
+                .map_or(0.0, |c| c / per_sample);
             // The part of it that is not the encoders' noise.
-            let usual = most * (1.0 - 1.0 / per_sample) * kicked.len() as f64;
+            let usual = usual * (1.0 - 1.0 / per_sample) * kicked.len() as f64;
             let local = CRITERIA.effect + CRITERIA.moment;
             // A blow that comes a little later, or bristles bent a little otherwise, look like a kick.
             let least = match larger.model.infers() {

@@ -45,17 +45,6 @@ impl Suspected {
         )
     }
 
-    /// One whose size is this many standard deviations from none, errors being as correlated as they are.
-    pub(crate) fn loose(spec: &Spec, distance: f64) -> Self {
-        Self::because(
-            spec,
-            format!(
-                "beside what remains unexplained, its size is {} standard deviations from none",
-                significant(distance, 2)
-            ),
-        )
-    }
-
     /// From the mean squared errors on data kept apart, with the effect and without it.
     pub(crate) fn new(spec: &Spec, with: [f64; 4], without: [f64; 4]) -> Self {
         let worst = (0..HORIZONS.len())
