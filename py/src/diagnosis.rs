@@ -7,9 +7,8 @@ use crate::kept::{Kept, Reduced, unreadable};
 use crate::recording::{Chosen, choose, selection};
 use crate::rig::PyRig;
 use furuta_ident::diagnose::{
-    Curves, Diagnosis, Options, Outcome, Progress, Request, compare, diagnose_with,
+    Curves, Diagnosis, Options, Outcome, Progress, Request, diagnose_with,
 };
-use furuta_ident::recording::Recording;
 use furuta_ident::{Insufficient, Pendulum};
 use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -228,8 +227,8 @@ impl PyDiagnosis {
         self.field(py, "zeros")
     }
 
-    /// The same effects in recordings of another state of the rig, where `compare` gave such: there, verdict, named, and
-    /// differences (id, parameter, here, there, deviations, differs); else None.
+    /// The same effects in recordings of another state of the rig, where `compare` gave such: there, verdict, named,
+    /// and differences (id, parameter, here, there, deviations, differs); else None.
     #[getter]
     fn comparison<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match self.outcome.diagnosis.comparison {
@@ -363,33 +362,6 @@ impl PyDiagnosis {
     }
 }
 
-/// Diagnoses, and compares with recordings of another state where there are such.
-fn diagnosed(
-    request: &Request<'_>,
-    there: Option<&[Recording]>,
-    options: Options<'_>,
-    report: &(dyn Fn(Progress) + Sync),
-) -> Result<Outcome, Insufficient> {
-    let mut outcome = diagnose_with(request, options, report)?;
-    let Some(recordings) = there.filter(|_| !outcome.diagnosis.interrupted) else {
-        return Ok(outcome);
-    };
-    let there = Request {
-        recordings,
-        verify: &[],
-        ..*request
-    };
-    let plan = false;
-    let of_there = diagnose_with(&there, Options { plan, ..options }, report)?;
-    if of_there.diagnosis.interrupted {
-        outcome.diagnosis.interrupted = true;
-        return Ok(outcome);
-    }
-    let found = [&outcome.diagnosis, &of_there.diagnosis];
-    outcome.diagnosis.comparison = Some(compare(&[*request, there], found, options)?);
-    Ok(outcome)
-}
-
 /// A time limit from Python, s.
 fn seconds(limit: f64) -> PyResult<Duration> {
     Duration::try_from_secs_f64(limit)
@@ -486,8 +458,8 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
         candidates=None, pendulum="swings", every=1, span=None, accept_suspicious=false, progress=None
     ),
     text_signature = "(recordings, rig, *, verify=None, compare=None, plan=False, same_zero=False, \
-        time_limit=60.0, thorough=False, candidates=None, pendulum='swings', every=1, span=None, accept_suspicious=False, \
-        progress=None)"
+        time_limit=60.0, thorough=False, candidates=None, pendulum='swings', every=1, span=None, \
+        accept_suspicious=False, progress=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords in Python
 pub(crate) fn diagnose(
@@ -558,9 +530,10 @@ pub(crate) fn diagnose(
             thorough,
             candidates: &candidates,
             pendulum,
+            compare: there.as_deref().unwrap_or_default(),
         };
         let report = |p| drop(send.send(p));
-        diagnosed(&request, there.as_deref(), options, &report)
+        diagnose_with(&request, options, &report)
     });
     // The receiver sits in a Mutex only because a reference to it crosses `detach`.
     let receive = std::sync::Mutex::new(receive);

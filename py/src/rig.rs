@@ -512,8 +512,7 @@ pub(crate) fn parameter(key: &str) -> PyResult<usize> {
 /// The catalogue's entries of these ids, which are to be looked for beside those that always are.
 pub(crate) fn entries(ids: &[String]) -> PyResult<Vec<&'static Spec>> {
     let entry = |id: &String| {
-        let mut all = CATALOGUE.iter().chain(ON_REQUEST).copied();
-        all.find(|s| s.id == id).ok_or_else(|| {
+        effects::all().find(|s| s.id == id).ok_or_else(|| {
             let on_request: Vec<_> = ON_REQUEST.iter().map(|s| s.id).collect();
             error::rig(format!(
                 "candidates: effect `{id}` is not in the catalogue; looked for on request are {}",
@@ -527,7 +526,7 @@ pub(crate) fn entries(ids: &[String]) -> PyResult<Vec<&'static Spec>> {
 /// The catalogue's entry.
 pub(crate) fn known(id: &str) -> PyResult<&'static Spec> {
     effects::spec(id).ok_or_else(|| {
-        let known: Vec<_> = CATALOGUE.iter().chain(ON_REQUEST).map(|s| s.id).collect();
+        let known: Vec<_> = effects::all().map(|s| s.id).collect();
         error::rig(format!(
             "effect `{id}` is not in the catalogue; known are {}",
             known.join(", ")

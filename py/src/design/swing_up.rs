@@ -44,8 +44,8 @@ use pyo3::types::PyDict;
 /// -------
 /// dict
 ///     seconds: time to upright; arrival: from when on the pendulum is within 0.2 rad of upright, s; t (n+1,): s;
-///     x (n+1, 4): [theta, alpha, theta_dot, alpha_dot] at these times, rad and rad/s; u (n,): V, held from each time to
-///     the next; K (n+1, 4): u = u(t) - K (x - x(t)); arm: largest arm angle, rad; gap: how far the equations of motion
+///     x (n+1, 4): [theta, alpha, theta_dot, alpha_dot] at these times, rad and rad/s; u (n,): V, held from each time
+///     to the next; K (n+1, 4): u = u(t) - K (x - x(t)); arm: largest arm angle, rad; gap: how far the equations of motion
 ///     are missed at most, rad, speeds over the pendulum's frequency; cost: what was minimised; optimal: whether the
 ///     search ended at a local optimum; left_out: effects of the rig file that the optimisation leaves out; controller:
 ///     Controller that follows it, for Supervisor, simulate and save.

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use furuta_ident::diagnose::{Options, Outcome, Request, compare, diagnose_with};
+use furuta_ident::diagnose::{Options, Outcome, Request, diagnose_with};
 use furuta_ident::{Pendulum, Task, report};
-use furuta_model::{CATALOGUE, ON_REQUEST, Rig, Spec};
+use furuta_model::{ON_REQUEST, Rig, Spec, effects};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::recorded::RecordedArgs;
@@ -68,8 +68,7 @@ pub(crate) struct Args {
 
 /// An entry of the catalogue.
 fn on_request(id: &str) -> Result<&'static Spec, String> {
-    let mut all = CATALOGUE.iter().chain(ON_REQUEST).copied();
-    all.find(|s| s.id == id).ok_or_else(|| {
+    effects::all().find(|s| s.id == id).ok_or_else(|| {
         let ids: Vec<&str> = ON_REQUEST.iter().map(|s| s.id).collect();
         format!("no such effect: give one of {}", ids.join(", "))
     })
@@ -94,6 +93,8 @@ pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
     let mut notices = Vec::new();
     let [recordings, verify] =
         (args.recorded).load(&rig, &args.verify, args.pendulum, &mut notices)?;
+    let [there, _] =
+        (args.recorded).load_from(&args.compare, &[], (&rig, args.pendulum), &mut notices)?;
     args.recorded.foretell(Task::Diagnose, &recordings);
     let request = Request {
         recordings: &recordings,
@@ -107,31 +108,10 @@ pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
         thorough: args.thorough,
         candidates: &args.candidates,
         pendulum: args.pendulum,
+        compare: &there,
         ..Options::default()
     };
     let mut outcome = search(&request, options)?;
-    if !args.compare.is_empty() && !outcome.diagnosis.interrupted {
-        let mut said = Vec::new();
-        let [there, _] =
-            (args.recorded).load_from(&args.compare, &[], (&rig, args.pendulum), &mut said)?;
-        let there = Request {
-            recordings: &there,
-            rig: &rig,
-            verify: &[],
-        };
-        let of_there = search(
-            &there,
-            Options {
-                plan: false,
-                ..options
-            },
-        )?;
-        if !of_there.diagnosis.interrupted {
-            let found = [&outcome.diagnosis, &of_there.diagnosis];
-            outcome.diagnosis.comparison = Some(compare(&[request, there], found, options)?);
-        }
-        notices.extend(said);
-    }
     let interrupted = outcome.diagnosis.interrupted;
     outcome.diagnosis.notices.splice(0..0, notices);
     if let Some(path) = &args.report {

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use furuta_model::effects::{self, Kind, ParameterSpec};
-use furuta_model::{CATALOGUE, ON_REQUEST, Rig, Spec};
+use furuta_model::{Rig, Spec};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -37,7 +37,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return list(&mut out, args.json);
     };
     let spec = effects::spec(id).ok_or_else(|| {
-        let known: Vec<_> = CATALOGUE.iter().chain(ON_REQUEST).map(|s| s.id).collect();
+        let known: Vec<_> = effects::all().map(|s| s.id).collect();
         Failure::new(format!(
             "unknown effect {id:?}: give one of {}",
             known.join(", ")
@@ -53,9 +53,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
 fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
     if as_json {
-        let all: Value = CATALOGUE
-            .iter()
-            .chain(ON_REQUEST)
+        let all: Value = effects::all()
             .map(|s| {
                 let parameters: Value = s
                     .parameters
@@ -68,7 +66,7 @@ fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
         writeln!(out, "{all}")?;
         return Ok(());
     }
-    for s in CATALOGUE.iter().chain(ON_REQUEST) {
+    for s in effects::all() {
         let parameters: Vec<_> = s
             .parameters
             .iter()

@@ -6,12 +6,12 @@
 use std::sync::Arc;
 
 use furuta_model::Spec;
-use furuta_model::effects::{Acts, Kind};
+use furuta_model::effects::{self, Acts, Kind};
 use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Sheet};
 use super::result::{Comparison, Diagnosis, Difference, NamedEffect};
-use super::{Fit, Options, Request, SEARCH, horizons, repair};
+use super::{Fit, Options, Outcome, Progress, Request, SEARCH, horizons, repair};
 use crate::insufficient::{self, Insufficient};
 use crate::recording::Recording;
 use crate::shooting::{Effort, Problem};
@@ -34,50 +34,44 @@ impl InEither<'_> {
     }
 }
 
-/// What two diagnoses of one rig, each of recordings of its own, say of the effects named in either. Both must have
-/// been asked for with these `options`.
+/// A diagnosis, and what the recordings of the other state say of the effects named in either.
+pub(super) fn with_another_state(
+    request: &Request<'_>,
+    mut here: Outcome,
+    options: Options<'_>,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Outcome, Insufficient> {
+    let request_there = Request {
+        recordings: options.compare,
+        verify: &[],
+        ..*request
+    };
+    let options_there = Options {
+        plan: false,
+        ..options
+    };
+    let there = super::search(&request_there, options_there, progress)?;
+    if there.diagnosis.interrupted {
+        here.diagnosis.interrupted = true;
+    } else {
+        let found = [&here.diagnosis, &there.diagnosis];
+        let comparison = compare(&[*request, request_there], found, options)?;
+        here.diagnosis.comparison = Some(comparison);
+    }
+    Ok(here)
+}
+
+/// What two diagnoses of one rig say of the effects named in either.
 ///
 /// Effects that act once are left out, and angles of rest and phases: encoders are zeroed anew.
-///
-/// ```
-/// use furuta_ident::diagnose::{Options, Request, compare, diagnose};
-/// use furuta_ident::recording::Recording;
-/// use furuta_model::{Effect, Plant, Rig, State};
-///
-/// let rig = Rig::builtin("qube-servo-2").expect("built in");
-/// let recorded = |stiffness: f64| {
-///     let cable = Effect::new("arm.spring", &[stiffness, 0.2]).expect("valid");
-///     let plant: Plant<f64> = Plant::new(&rig.params, &[cable]).expect("one effect");
-///     let mut x = plant.rest(State::hanging());
-///     let samples = (0..3000).map(|k| {
-///         let t = f64::from(k) * 0.002;
-///         let u = 1.5 * (3.0 * t * (1.0 + t)).sin();
-///         let [theta, alpha] = rig.sensors.quantised(plant.measure(&x));
-///         plant.step(&mut x, u, 0.002);
-///         [t, u, theta, alpha]
-///     });
-///     Recording::from_samples("sweep", samples.collect::<Vec<_>>())
-/// };
-/// let states = [[recorded(2e-3)?.0], [recorded(0.0)?.0]];
-/// let requests = states.each_ref().map(|recordings| Request { recordings, rig: &rig, verify: &[] });
-/// let found = [diagnose(&requests[0], &|_| ())?.diagnosis, diagnose(&requests[1], &|_| ())?.diagnosis];
-/// let comparison = compare(&requests, [&found[0], &found[1]], Options::default())?;
-/// let stiffness = &comparison.differences[0];
-/// assert_eq!((stiffness.id.as_str(), stiffness.differs), ("arm.spring", true));
-/// assert!((stiffness.here.value - 2e-3).abs() < 1e-4 && stiffness.there.value.abs() < 1e-4);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-///
-/// # Errors
-/// As [`super::diagnose`].
-pub fn compare(
+fn compare(
     requests: &[Request<'_>; 2],
     found: [&Diagnosis; 2],
     options: Options<'_>,
 ) -> Result<Comparison, Insufficient> {
     let find = |d: usize, spec: &Spec| found[d].effects.iter().find(|e| e.id == spec.id);
     let named = |spec: &&'static Spec| (0..2).any(|d| find(d, spec).is_some());
-    let effects: Vec<InEither<'_>> = super::entries()
+    let effects: Vec<InEither<'_>> = effects::all()
         .filter(|spec| named(spec) && !spec.acts.includes(Acts::JUMPS))
         .map(|spec| InEither {
             spec,

@@ -39,10 +39,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use furuta_model::{Actuation, CATALOGUE, ON_REQUEST, Rig, Spec};
+use furuta_model::{Actuation, Rig, Spec};
 
 pub use additions::candidates;
-pub use compare::compare;
 pub use parts::Parts;
 pub use progress::{Progress, STAGES};
 pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
@@ -58,11 +57,6 @@ use predict::{Predictor, rms};
 use progress::Teller;
 use result::{Best, CandidateEvidence, RunCurves, Suspected};
 use search::Search;
-
-/// All entries of the catalogue.
-fn entries() -> impl Iterator<Item = &'static Spec> {
-    CATALOGUE.iter().chain(ON_REQUEST).copied()
-}
 
 /// A fitted hypothesis.
 type Fit = shooting::Fit<Hypothesis>;
@@ -101,9 +95,9 @@ pub struct Options<'a> {
     /// recording has zeros of its own.
     pub same_zero: bool,
     /// After this long the search ends with what was found by then: [`Diagnosis::unfinished`] says what was left
-    /// undone. What
-    /// explains the data is named then, and what was judged on data kept apart; other effects found are
-    /// [`Diagnosis::suspected`]. With it, the answer may depend on the machine's speed.
+    /// undone. What explains the data is named then, and what was judged on data kept apart; other effects found are
+    /// [`Diagnosis::suspected`]. With it, the answer may depend on the machine's speed. Recordings to `compare` have as
+    /// long again.
     pub time_limit: Option<Duration>,
     /// Follow every candidate from every start to the end, however small its score statistic: several times as slow,
     /// and to the same names where what saves time is sound.
@@ -114,6 +108,39 @@ pub struct Options<'a> {
     /// What the pendulum does in the recordings. Where it is off or locked, the arm alone is diagnosed: no experiment
     /// is planned, and no expression looked for.
     pub pendulum: Pendulum,
+    /// Recordings of the same rig in another state (the cable taken off, say): they are diagnosed as well, and
+    /// [`Diagnosis::comparison`] says of each effect named in either state whether it differs, except those that act
+    /// once. Empty: no comparison.
+    ///
+    /// ```
+    /// use furuta_ident::diagnose::{Options, Request, diagnose_with};
+    /// use furuta_ident::recording::Recording;
+    /// use furuta_model::{Effect, Plant, Rig, State};
+    ///
+    /// let rig = Rig::builtin("qube-servo-2").expect("built in");
+    /// let recorded = |stiffness: f64| {
+    ///     let cable = Effect::new("arm.spring", &[stiffness, 0.2]).expect("valid");
+    ///     let plant: Plant<f64> = Plant::new(&rig.params, &[cable]).expect("one effect");
+    ///     let mut x = plant.rest(State::hanging());
+    ///     let samples = (0..3000).map(|k| {
+    ///         let t = f64::from(k) * 0.002;
+    ///         let u = 1.5 * (3.0 * t * (1.0 + t)).sin();
+    ///         let [theta, alpha] = rig.sensors.quantised(plant.measure(&x));
+    ///         plant.step(&mut x, u, 0.002);
+    ///         [t, u, theta, alpha]
+    ///     });
+    ///     Recording::from_samples("sweep", samples.collect::<Vec<_>>())
+    /// };
+    /// let (with, without) = ([recorded(2e-3)?.0], [recorded(0.0)?.0]);
+    /// let request = Request { recordings: &with, rig: &rig, verify: &[] };
+    /// let options = Options { compare: &without, ..Options::default() };
+    /// let found = diagnose_with(&request, options, &|_| ())?.diagnosis;
+    /// let stiffness = &found.comparison.expect("asked for").differences[0];
+    /// assert_eq!((stiffness.id.as_str(), stiffness.differs), ("arm.spring", true));
+    /// assert!((stiffness.here.value - 2e-3).abs() < 1e-4 && stiffness.there.value.abs() < 1e-4);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub compare: &'a [Recording],
 }
 
 impl Options<'_> {
@@ -207,9 +234,16 @@ pub fn diagnose_with(
         .num_threads(rayon::current_num_threads())
         .stack_size(STACK)
         .build();
+    let work = || {
+        let here = search(request, options, progress)?;
+        if options.compare.is_empty() || here.diagnosis.interrupted {
+            return Ok(here);
+        }
+        compare::with_another_state(request, here, options, progress)
+    };
     match pool {
-        Ok(pool) => pool.install(|| search(request, options, progress)),
-        Err(_) => search(request, options, progress),
+        Ok(pool) => pool.install(work),
+        Err(_) => work(),
     }
 }
 

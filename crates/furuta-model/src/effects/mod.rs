@@ -357,6 +357,16 @@ pub static CATALOGUE: &[&Spec] = &List::Always.entries::<{ List::Always.len() }>
 /// ([`Spec::offered`] says why).
 pub static ON_REQUEST: &[&Spec] = &List::OnRequest.entries::<{ List::OnRequest.len() }>();
 
+/// The entries that a diagnosis looks for, unasked and on request.
+///
+/// ```
+/// use furuta_model::{CATALOGUE, ON_REQUEST, effects};
+/// assert_eq!(effects::all().count(), CATALOGUE.len() + ON_REQUEST.len());
+/// ```
+pub fn all() -> impl Iterator<Item = &'static Spec> {
+    CATALOGUE.iter().chain(ON_REQUEST).copied()
+}
+
 /// Effects of rigs alone whose command is an acceleration ([`crate::Actuation::Acceleration`]).
 pub static OF_ACCELERATION: &[&Spec] =
     &List::OfAcceleration.entries::<{ List::OfAcceleration.len() }>();
@@ -384,12 +394,7 @@ const NAMED: usize = ALL.len();
 /// assert!(furuta_model::CATALOGUE.iter().all(|s| s.id != "custom.1"));
 /// ```
 pub fn known() -> impl Iterator<Item = &'static Spec> {
-    CATALOGUE
-        .iter()
-        .chain(ON_REQUEST)
-        .chain(OF_ACCELERATION)
-        .chain(EMPIRICAL)
-        .copied()
+    all().chain(OF_ACCELERATION.iter().chain(EMPIRICAL).copied())
 }
 
 impl<S: Scalar> Effect<S> {
