@@ -118,6 +118,26 @@ fn a_foreign_torque_is_imitated_and_stays_unexplained() {
     assert!(page.contains("no law") && page.contains("alpha_dot*abs(theta_dot)"));
 }
 
+/// Beside an effect of the catalogue, the expression holds what is foreign, and the effect keeps its name.
+#[test]
+fn what_is_named_stays_beside_an_expression() {
+    let bias = Effect::new("motor.bias", &[0.15]).expect("valid");
+    let drag = term("custom.1", -2.4e-5, 1.0, "alpha_dot*abs(theta_dot)");
+    let d = diagnosed(&recordings(&[bias, drag])).diagnosis;
+    assert_eq!(d.verdict, Verdict::Unexplained, "{}", d.to_json());
+    let names: Vec<_> = d.effects.iter().map(|e| e.id.as_str()).collect();
+    assert_eq!(names, ["motor.bias"], "{:?}", d.suspected);
+    let custom = d.custom.as_ref().expect("an expression");
+    let terms: Vec<_> = custom.terms.iter().map(|t| t.on.as_str()).collect();
+    assert_eq!(terms, ["pendulum"], "{custom:?}");
+    assert!(
+        custom.terms[0]
+            .expression
+            .ends_with("*alpha_dot*abs(theta_dot)"),
+        "{custom:?}"
+    );
+}
+
 /// A gain that depends on the angle: two terms, in the place of whatever effects were taken for it.
 #[test]
 fn a_gain_that_depends_on_the_angle_is_imitated() {

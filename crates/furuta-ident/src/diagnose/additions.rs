@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::Fit;
 use super::criteria::CRITERIA;
 use super::evidence::Evidence;
-use super::hypothesis::{FIRST_EFFECT, is_late};
+use super::hypothesis::{FIRST_EFFECT, Hypothesis, is_late};
 use super::savers::Savers;
 use super::screen::{self, Screen};
 use crate::shooting::{Effort, MAX_FREE, Model, Problem};
@@ -43,6 +43,17 @@ pub(super) fn same_class(spec: &'static Spec) -> impl Iterator<Item = &'static S
         .iter()
         .copied()
         .filter(move |s| s.id != spec.id && is_late(s) && is_late(spec))
+}
+
+/// Whether an effect is neither in the hypothesis nor in the rig file, and a fit can still hold its parameters.
+pub(super) fn can_hold(h: &Hypothesis, spec: &Spec) -> bool {
+    let numbers = h.layout().local() + spec.parameters.len();
+    let present = h.sheet.present.iter().map(|e| e.spec());
+    !h.has(spec.id)
+        && numbers <= MAX_FREE
+        && present
+            .into_iter()
+            .all(|e| e.id != spec.id && !(is_late(e) && is_late(spec)))
 }
 
 /// A start, and its score statistic.
@@ -126,17 +137,7 @@ impl Problem<'_> {
     pub(super) fn addable(&self, from: &Fit) -> impl Iterator<Item = &'static Spec> {
         candidates()
             .chain(from.model.sheet.asked.iter().copied())
-            .filter(|s| {
-                let numbers = from.model.layout().local() + s.parameters.len();
-                !from.model.has(s.id) && numbers <= MAX_FREE
-            })
-            .filter(|s| {
-                let present = &from.model.sheet.present;
-                present
-                    .iter()
-                    .map(|e| e.spec())
-                    .all(|e| e.id != s.id && !(is_late(e) && is_late(s)))
-            })
+            .filter(|s| can_hold(&from.model, s))
     }
 
     /// Fits every candidate added to `from`, the best first; `report` is told of each. `instead` is an effect that is

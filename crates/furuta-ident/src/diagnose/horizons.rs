@@ -1,8 +1,5 @@
-//! What long windows say of a model that short ones leave incomplete: what else is missing, which transients stay, and
-//! with which parameters whole runs are predicted best.
-
-use furuta_model::Spec;
-use furuta_model::effects::Acts;
+//! What long windows say of a model that short ones leave incomplete: what else is missing, and with which parameters
+//! whole runs are predicted best.
 
 use super::additions::Trial;
 use super::hypothesis::Hypothesis;
@@ -17,14 +14,14 @@ use crate::stop::Stop;
 const LADDER: [f64; 4] = [1.0, LONG, 5.0, 10.0];
 
 /// Windows for judging an incomplete model: `seconds` long where the plant is stable, short elsewhere.
-fn long_windows(data: &Data, seconds: f64) -> Vec<Window> {
+pub(super) fn long_windows(data: &Data, seconds: f64) -> Vec<Window> {
     let mut windows = data.windows(seconds, Run::hangs);
     windows.extend(data.windows(REPORT, |r| !r.hangs()));
     windows
 }
 
 /// A fit from windows whose initial states are not yet known.
-fn fitted(problem: &Problem<'_>, h: &Hypothesis, z: &[f64]) -> Fit {
+pub(super) fn fitted(problem: &Problem<'_>, h: &Hypothesis, z: &[f64]) -> Fit {
     let start = problem.solve_states(h, z, None);
     problem.fit(h, z.to_vec(), &start.states, Effort::FULL)
 }
@@ -55,28 +52,6 @@ pub(super) fn search(
         return named;
     }
     short.fit(&found.model, found.z.clone(), &named.states, Effort::FULL)
-}
-
-/// The transient effects of an incomplete model that do not help over long windows: what is wrong everywhere looks like
-/// a transient somewhere.
-pub(super) fn transients_to_drop(problem: &Problem<'_>, named: &Fit) -> Vec<&'static Spec> {
-    let transients = named
-        .model
-        .effects
-        .iter()
-        .filter(|e| e.acts.includes(Acts::JUMPS));
-    let transients: Vec<&Spec> = transients.copied().collect();
-    if transients.is_empty() {
-        return transients;
-    }
-    let long = Problem::new(problem.data, long_windows(problem.data, LONG));
-    let larger = fitted(&long, &named.model, &named.z);
-    let helps = |spec: &Spec| {
-        let z = named.model.reduced(&named.z, spec.id);
-        let smaller = fitted(&long, &named.model.without(spec.id), &z);
-        long.evidence(&smaller, &larger).helps()
-    };
-    transients.into_iter().filter(|spec| !helps(spec)).collect()
 }
 
 /// The parameters to be used: from half-second windows for a model that explains the data. For one that does not, what

@@ -1,14 +1,30 @@
-//! Names must hold on data kept apart: an effect that gains in the sample alone is suspected, not named.
+//! Where something is left unexplained, names must hold: against what is looked for on request alone (`contested`), as
+//! what acts once (`transients`), on data kept apart (`held_out`), and with one strength everywhere (`constancy`). What
+//! does not is suspected, not named. What fails the last test alone stays in the model: it predicts, as an imitation.
 
+use furuta_model::Spec;
 use furuta_model::effects::Acts;
 
 use super::Fit;
+use super::constancy;
+use super::contested::StandIns;
 use super::held_out::Unseen;
-use super::horizons;
 use super::result::Suspected;
 use super::search::{Rival, Search};
+use super::transients;
 use crate::shooting::{Effort, Problem};
 use crate::stop::Stop;
+
+/// What names are judged with.
+pub(super) struct Judge<'a> {
+    pub(super) problem: &'a Problem<'a>,
+    /// The errors of a fit on data kept apart.
+    pub(super) unseen: &'a (dyn Fn(&Fit) -> Unseen + Sync),
+    /// What is left where there is no time to judge.
+    pub(super) base: &'a Fit,
+    pub(super) search: &'a Search<'a>,
+    pub(super) stop: Stop<'a>,
+}
 
 /// What is left of a search.
 pub(super) struct Judged {
@@ -19,57 +35,88 @@ pub(super) struct Judged {
     pub(super) unseen: Option<Unseen>,
 }
 
-/// Takes out, one at a time, the effects without which data kept apart are predicted better. What acts once is judged
-/// by long windows of its own
-/// recording (`horizons`): no other recording holds it. Where there is no time to judge, nothing but `base` is left.
-pub(super) fn judge(
-    problem: &Problem<'_>,
-    unseen: &(dyn Fn(&Fit) -> Unseen + Sync),
-    (mut named, mut rivals): (Fit, Vec<Rival>),
-    base: &Fit,
-    (search, stop): (&Search<'_>, Stop<'_>),
-) -> Judged {
-    let mut suspected = Vec::new();
-    for spec in horizons::transients_to_drop(problem, &named) {
-        suspected.push(Suspected::transient(spec));
-        named = problem.without(&named, spec.id, Effort::FULL);
-        rivals = search.rivals(&named);
-    }
-    let mut with = None;
-    while !named.model.effects.is_empty() {
-        if stop.wanted() {
-            suspected.extend(named.model.effects.iter().map(|e| Suspected::unjudged(e)));
-            named = base.clone();
-            rivals = Vec::new();
-            break;
-        }
-        let here = with.insert(unseen(&named));
-        let worst = rivals
-            .iter()
-            .filter(|r| !r.spec.acts.includes(Acts::JUMPS))
-            .map(|r| (r, unseen(&r.without)))
-            .filter(|(_, without)| !here.is_better_than(without))
-            .min_by(|a, b| a.1.level().total_cmp(&b.1.level()));
-        if stop.wanted() {
-            // What was judged in a hurry was not judged.
-            with = None;
-            continue;
-        }
-        let Some((rival, without)) = worst else { break };
-        suspected.push(Suspected::new(rival.spec, here.horizons, without.horizons));
-        let again = problem.without(&named, rival.spec.id, Effort::FULL);
-        named = if again.cost < rival.without.cost {
-            again
-        } else {
-            rival.without.clone()
+impl Judge<'_> {
+    /// The names that hold. Entries on request that explain more than a name stand in its place meanwhile.
+    pub(super) fn judge(&self, named: Fit, rivals: Vec<Rival>) -> Judged {
+        let (stand_ins, standing) = StandIns::find(self.problem, named);
+        let mut judged = Judged {
+            rivals: if stand_ins.is_empty() {
+                rivals
+            } else {
+                self.search.rivals(&standing)
+            },
+            named: standing,
+            suspected: Vec::new(),
+            unseen: None,
         };
-        rivals = search.rivals(&named);
-        with = None;
+        if !self.problem.explains(&judged.named) {
+            for (spec, why) in transients::to_drop(self.problem, &judged.named) {
+                let smaller = self.without(&judged.named, spec);
+                self.drop(&mut judged, smaller, why);
+            }
+            self.predicting(&mut judged, &stand_ins);
+        }
+        let left = !self.problem.explains(&judged.named);
+        if !stand_ins.is_empty() {
+            let (named, contested) = stand_ins.taken_out(self.problem, judged.named);
+            judged.suspected.extend(contested);
+            judged.rivals = self.search.rivals(&named);
+            judged.named = named;
+            judged.unseen = None;
+        }
+        if left {
+            let scattered = constancy::scattered(self.problem, &judged.named);
+            judged.suspected.extend(scattered);
+        }
+        judged
     }
-    Judged {
-        named,
-        rivals,
-        suspected,
-        unseen: with,
+
+    fn without(&self, named: &Fit, spec: &Spec) -> Fit {
+        self.problem.without(named, spec.id, Effort::FULL)
+    }
+
+    fn drop(&self, judged: &mut Judged, smaller: Fit, why: Suspected) {
+        judged.suspected.push(why);
+        judged.rivals = self.search.rivals(&smaller);
+        judged.named = smaller;
+        judged.unseen = None;
+    }
+
+    /// Takes out, one at a time, the effects without which data kept apart are predicted better; not what acts once,
+    /// which no other recording holds, nor what stands in.
+    fn predicting(&self, judged: &mut Judged, stand_ins: &StandIns) {
+        while stand_ins.named(&judged.named).next().is_some() {
+            if self.stop.wanted() {
+                let left = stand_ins.named(&judged.named).map(Suspected::unjudged);
+                judged.suspected.extend(left);
+                judged.named = self.base.clone();
+                judged.rivals = Vec::new();
+                return;
+            }
+            let here = (self.unseen)(&judged.named);
+            let worst = judged
+                .rivals
+                .iter()
+                .filter(|r| !r.spec.acts.includes(Acts::JUMPS) && !stand_ins.has(r.spec))
+                .map(|r| (r, (self.unseen)(&r.without)))
+                .filter(|(_, without)| !here.is_better_than(without))
+                .min_by(|a, b| a.1.level().total_cmp(&b.1.level()));
+            if self.stop.wanted() {
+                // What was judged in a hurry was not judged.
+                continue;
+            }
+            let Some((rival, without)) = worst else {
+                judged.unseen = Some(here);
+                return;
+            };
+            let why = Suspected::new(rival.spec, here.horizons, without.horizons);
+            let again = self.without(&judged.named, rival.spec);
+            let smaller = if again.cost < rival.without.cost {
+                again
+            } else {
+                rival.without.clone()
+            };
+            self.drop(judged, smaller, why);
+        }
     }
 }

@@ -6,11 +6,15 @@
 //!    the combinations that data can show (`hypothesis`), then with each effect of the catalogue added, the most
 //!    convincing one kept, until none is left (`search`).
 //! 3. What short windows leave unexplained is looked at again over long ones: a name must help at both.
-//! 4. The named effects are judged on data they were not fitted to (`held_out`), and their rivals listed.
+//! 4. Where something is left, the named effects are judged (`judge`): on data they were not fitted to (`held_out`),
+//!    against what is looked for on request alone (`contested`), as transients (`transients`), by whether their
+//!    strength is the same everywhere (`constancy`). Their rivals are listed.
 //! 5. The repaired model goes back into a rig file (`repair`), and whole recordings are predicted with it (`predict`).
 
 mod additions;
 mod compare;
+mod constancy;
+mod contested;
 mod criteria;
 mod custom;
 mod evidence;
@@ -33,6 +37,7 @@ mod screen;
 mod search;
 mod thinned;
 mod torque;
+mod transients;
 mod verify;
 
 use std::sync::Arc;
@@ -52,6 +57,7 @@ use crate::recording::Recording;
 use crate::shooting::{self, Data, Effort, Problem};
 use crate::stop::Stop;
 use hypothesis::{Hypothesis, Sheet};
+use judge::Judge;
 use location::Residual;
 use predict::{Predictor, rms};
 use progress::Teller;
@@ -355,7 +361,14 @@ fn search(
     // A model that leaves no more than the noise has nothing that a name could stand in for.
     if !explains(&named) {
         stage("judging");
-        let judged = judge::judge(&calm, &unseen, (named, rivals), &refitted, (&search, stop));
+        let judge = Judge {
+            problem: &calm,
+            unseen: &unseen,
+            base: &refitted,
+            search: &search,
+            stop,
+        };
+        let judged = judge.judge(named, rivals);
         (named, rivals) = (judged.named, judged.rivals);
         suspected.extend(judged.suspected);
         after = judged.unseen;
@@ -373,6 +386,10 @@ fn search(
         }
     }
     let whole = custom.as_ref().map_or(&named, |c| &c.fit);
+    for rival in rivals.iter().filter(|r| !whole.model.has(r.spec.id)) {
+        suspected.retain(|s| s.id != rival.spec.id);
+        suspected.push(Suspected::expressed(rival.spec));
+    }
     rivals.retain(|r| whole.model.has(r.spec.id));
 
     stage("fitting");
@@ -435,6 +452,8 @@ fn search(
         }
     };
     diagnosis.effects = naming::effects(&calm, &named, &named_fit, rivals, &gains);
+    let is_kept = |id: &str| suspected.iter().any(|s| s.kept && s.id == id);
+    diagnosis.effects.retain(|e| !is_kept(&e.id));
     diagnosis.suspected = suspected;
     diagnosis.custom = custom.as_ref().map(|c| c.refitted(&named_fit));
     if unfinished.contains(&Part::Rivals) {

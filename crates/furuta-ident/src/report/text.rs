@@ -45,7 +45,9 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
     }
     out.extend(moved.map(|(key, change)| format!("  {key:<28} {change}")));
     out.push(String::new());
+    let imitated = d.suspected.iter().any(|s| s.kept);
     let repaired = match (&d.custom, d.effects.is_empty()) {
+        (None, _) if imitated => "with named and imitating effects",
         (None, _) => "with the named effects",
         (Some(_), true) => "with the expression",
         (Some(_), false) => "with named effects and expression",

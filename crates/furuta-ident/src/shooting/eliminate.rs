@@ -28,6 +28,8 @@ pub(crate) struct Response {
     pub(crate) own: Vector4<f64>,
     /// The reduced gradient, for statistics that do not trust the noise to be white.
     pub(crate) score: DVector<f64>,
+    /// The diagonal of the reduced Gauss-Newton matrix.
+    pub(crate) information: DVector<f64>,
 }
 
 impl Response {
@@ -128,6 +130,7 @@ fn eliminated<const N: usize>(
         by_parameters: SMatrix::zeros(),
         own: Vector4::zeros(),
         score: DVector::zeros(layout.len()),
+        information: DVector::zeros(layout.len()),
     };
     let mut own = Matrix4::from_fn(|a, b| n.matrix[a][b]);
     for i in 0..4 {
@@ -148,6 +151,8 @@ fn eliminated<const N: usize>(
         let score = n.gradient[4 + i] - cross.column(i).dot(&response.own);
         response.score[at] = score;
         gradient[at] += score;
+        response.information[at] =
+            n.matrix[4 + i][4 + i] - cross.column(i).dot(&response.by_parameters.column(i));
         for &(j, beside) in &places {
             let follows = cross.column(i).dot(&response.by_parameters.column(j));
             matrix[(at, beside)] += n.matrix[4 + i][4 + j] - follows;

@@ -54,9 +54,10 @@ pub(super) struct Custom {
     columns: Vec<Column>,
 }
 
-/// An expression for what no effect explains, where one helps on held-out data: in the place of all effects that were
-/// named, where it explains the recordings or leaves far less than beside them (effects named by mistake each take a
-/// part of what one expression says), otherwise beside them. `without` are the errors of `named` on held-out data.
+/// An expression for what no effect explains, where one helps on held-out data: beside the effects that were named and
+/// convince beside it, or in the place of all of them, where that explains the recordings and the other does not, or
+/// leaves far less (effects named by mistake each take a part of what one expression says). `without` are the errors of
+/// `named` on held-out data.
 pub(super) fn propose(
     problem: &Problem<'_>,
     folds: &Folds,
@@ -64,17 +65,17 @@ pub(super) fn propose(
     (named, without): (&Fit, &[[f64; 2]]),
 ) -> Option<Custom> {
     let data = problem.data;
-    let instead = grow(problem, folds, refitted);
-    let alone = named.model.effects.is_empty();
-    let (fit, columns) = match instead {
-        Some(grown) if alone || problem.explains(&grown.0) => grown,
-        None if alone => return None,
-        instead => match (grow(problem, folds, named), instead) {
-            (Some(beside), Some(instead)) if instead.0.cost < INSTEAD * beside.0.cost => instead,
-            (None, Some(instead)) if instead.0.cost < INSTEAD * named.cost => instead,
-            (beside, _) => beside?,
-        },
-    };
+    let beside = grow(problem, folds, named).map(|grown| needed(problem, grown));
+    let left = |grown: &Option<Grown>| grown.as_ref().map_or(named.cost, |(fit, _)| fit.cost);
+    let explains = |grown: &Option<Grown>| grown.as_ref().is_some_and(|(f, _)| problem.explains(f));
+    let instead = (!named.model.effects.is_empty())
+        .then(|| grow(problem, folds, refitted))
+        .flatten()
+        .filter(|instead| {
+            (problem.explains(&instead.0) && !explains(&beside))
+                || instead.0.cost < INSTEAD * left(&beside)
+        });
+    let (fit, columns) = instead.or(beside)?;
     let fit = problem.fit(&fit.model, fit.z.clone(), &fit.states, Effort::FULL);
     if !lasts(problem, &[refitted, named], &fit) {
         return None;
@@ -109,8 +110,26 @@ fn lasts(problem: &Problem<'_>, without: &[&Fit], with: &Fit) -> bool {
     error(with) <= least
 }
 
+/// A fit and the terms in it, which are its last effects.
+type Grown = (Fit, Vec<Column>);
+
+/// Without the effects, one after the other, that do not convince beside the terms.
+fn needed(problem: &Problem<'_>, (mut fit, columns): Grown) -> Grown {
+    loop {
+        let names = &fit.model.effects[..fit.model.effects.len() - columns.len()];
+        let weakest = (names.iter())
+            .map(|spec| problem.without(&fit, spec.id, Effort::FULL))
+            .filter(|smaller| !problem.evidence(smaller, &fit).convinces())
+            .min_by(|a, b| a.cost.total_cmp(&b.cost));
+        match weakest {
+            Some(smaller) => fit = smaller,
+            None => return (fit, columns),
+        }
+    }
+}
+
 /// Adds terms to `start` as long as they help, each round about the fit with those before.
-fn grow(problem: &Problem<'_>, folds: &Folds, start: &Fit) -> Option<(Fit, Vec<Column>)> {
+fn grow(problem: &Problem<'_>, folds: &Folds, start: &Fit) -> Option<Grown> {
     let library = library(&start.model.sheet.coefficients);
     let (mut here, mut columns) = (start.clone(), Vec::new());
     for _ in 0..ROUNDS {

@@ -15,6 +15,9 @@ pub struct Suspected {
     pub name: String,
     /// Why it is not named, in a sentence.
     pub reason: String,
+    /// Whether the repaired model has it all the same: it imitates what is missing, and predicts better than none.
+    #[serde(default)]
+    pub kept: bool,
 }
 
 /// The horizons of `held_out::Unseen`, in words.
@@ -26,6 +29,7 @@ impl Suspected {
             id: spec.id.into(),
             name: spec.name.into(),
             reason: reason.into(),
+            kept: false,
         }
     }
 
@@ -43,6 +47,64 @@ impl Suspected {
             spec,
             "predicted over 2 s, its recording gains nothing by it",
         )
+    }
+
+    /// One that acts once, where another moment (s, recording) gains nearly as much.
+    pub(crate) fn recurrent(spec: &Spec, (time, recording): (f64, usize)) -> Self {
+        let reason = format!(
+            "what acts once does not come again, and another at {} s of recording {} would gain nearly as much",
+            significant(time, 3),
+            recording + 1
+        );
+        Self::because(spec, reason)
+    }
+
+    /// One whose strength scatters from window to window by this share of its size.
+    pub(crate) fn scattered(spec: &Spec, scatter: f64) -> Self {
+        let reason = format!(
+            "its strength is not the same everywhere: from half-second to half-second it scatters by {} of its size, \
+             so its law is another; the repaired model keeps it as an imitation",
+            significant(scatter, 2)
+        );
+        Self {
+            kept: true,
+            ..Self::because(spec, reason)
+        }
+    }
+
+    /// One in whose place an entry on request explains more.
+    pub(crate) fn explained_better(spec: &Spec, other: &Spec) -> Self {
+        let name = other.name.to_lowercase();
+        let reason = format!(
+            "{name} explains more in its place; to have it compared, ask for candidate {}",
+            other.id
+        );
+        Self::because(spec, reason)
+    }
+
+    /// One that is not needed beside an entry on request.
+    pub(crate) fn unneeded(spec: &Spec, other: &Spec) -> Self {
+        let name = other.name.to_lowercase();
+        let reason = format!(
+            "{name} explains the same; to have it compared, ask for candidate {}",
+            other.id
+        );
+        Self::because(spec, reason)
+    }
+
+    /// One that is not needed beside an expression.
+    pub(crate) fn expressed(spec: &Spec) -> Self {
+        Self::because(spec, "the empirical expression explains the same")
+    }
+
+    /// One that convinces beside an entry on request and not without it.
+    pub(crate) fn needs(spec: &Spec, other: &Spec) -> Self {
+        let name = other.name.to_lowercase();
+        let reason = format!(
+            "it convinces beside {name} alone; to have both compared, ask for candidate {}",
+            other.id
+        );
+        Self::because(spec, reason)
     }
 
     /// From the mean squared errors on data kept apart, with the effect and without it.

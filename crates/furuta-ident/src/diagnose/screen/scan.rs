@@ -35,6 +35,16 @@ pub(in super::super) struct Place {
 impl Screen {
     /// The places of the effect with the largest statistics, the best first.
     pub(in super::super) fn places(&self, spec: &'static Spec, typical: &[f64]) -> Vec<Place> {
+        self.places_where(spec, typical, |_| true)
+    }
+
+    /// The same of the places (by their parameters) that are asked for.
+    pub(in super::super) fn places_where(
+        &self,
+        spec: &'static Spec,
+        typical: &[f64],
+        asked: impl Fn(&[f64]) -> bool + Sync,
+    ) -> Vec<Place> {
         let mut grid: Vec<Vec<f64>> = vec![Vec::new()];
         for (p, typical) in spec.parameters.iter().zip(typical) {
             let values = self.grid(p, *typical);
@@ -51,6 +61,7 @@ impl Screen {
         }
         let mut tried: Vec<Place> = grid
             .into_par_iter()
+            .filter(|values| asked(values))
             .filter_map(|values| self.gain(spec, values))
             .collect();
         // A stable sort: the same starts whatever the number of threads.

@@ -1,0 +1,107 @@
+//! Names beside something that no catalogue has: what only imitates it is suspected, not named.
+
+mod common;
+
+use common::{RunSetup, diagnosis, names, qube, record, sweep};
+use furuta_ident::diagnose::{Diagnosis, Verdict};
+use furuta_ident::recording::Recording;
+use furuta_model::signals::random::normal;
+use furuta_model::{Effect, Rig, State};
+
+/// A sweep from which the arm returns to its middle.
+fn swept(name: &str, rig: &Rig, amplitude: f64, phase: f64) -> Recording {
+    let sweep = sweep(amplitude, phase);
+    record(name, rig, RunSetup::default(), |t, x| {
+        sweep(t, x) - 0.2 * x.theta
+    })
+}
+
+/// Why an effect is suspected.
+fn suspicion<'a>(found: &'a Diagnosis, id: &str) -> &'a str {
+    let suspected = found.suspected.iter().find(|s| s.id == id);
+    &suspected
+        .unwrap_or_else(|| panic!("{id} in {:?}", found.suspected))
+        .reason
+}
+
+/// A limit of the current was called one of the voltage.
+#[test]
+fn a_limit_of_the_current_is_not_called_a_saturation() {
+    let mut rig = qube();
+    // Of 0.020 and 0.025 N m that the motor gives at rest under these sweeps; all of the damping is back-EMF.
+    rig.effects = vec![Effect::new("motor.current_limit", &[0.012, 1.0]).expect("valid")];
+    let recordings = [
+        swept("a.csv", &rig, 4.0, 0.0),
+        swept("b.csv", &rig, 5.0, 2.0),
+    ];
+    let found = diagnosis(&recordings, &qube());
+    assert_eq!(names(&found), [""; 0], "{:?}", found.suspected);
+    assert_eq!(found.verdict, Verdict::Unexplained);
+    let reason = suspicion(&found, "motor.saturation");
+    assert!(
+        reason.contains("ask for candidate motor.current_limit"),
+        "{reason}"
+    );
+}
+
+/// Knocks at the table in every recording were called one push of the arm.
+#[test]
+fn what_comes_again_is_no_kick() {
+    let knocked = |name: &str, amplitude, phase, time| {
+        let mut rig = qube();
+        rig.effects =
+            vec![Effect::new("disturbance.arm_kick", &[0.02, time, 0.03, 0.0]).expect("valid")];
+        swept(name, &rig, amplitude, phase)
+    };
+    let recordings = [
+        knocked("a.csv", 2.0, 0.0, 3.1),
+        knocked("b.csv", 3.0, 2.0, 5.7),
+        knocked("c.csv", 2.5, 4.0, 4.4),
+        knocked("d.csv", 3.0, 5.0, 6.9),
+    ];
+    let found = diagnosis(&recordings, &qube());
+    assert_eq!(names(&found), [""; 0], "{:?}", found.suspected);
+    assert_eq!(found.verdict, Verdict::Unexplained);
+    let reason = suspicion(&found, "disturbance.arm_kick");
+    assert!(reason.contains("another at"), "{reason}");
+}
+
+/// Dry friction that wears off as the rig warms up, and an arm that is read by an encoder with some noise.
+#[test]
+fn friction_that_fades_is_not_called_a_law_of_the_speed() {
+    let rig = qube();
+    let run = |name: &str, amplitude, phase: f64, seed: u64| {
+        let h = 2e-3;
+        let sweep = sweep(amplitude, phase);
+        let mut plant = rig.plant::<f64>();
+        let mut s = plant.rest(State::hanging());
+        let mut samples = Vec::new();
+        for k in 0..5000_u32 {
+            let t = f64::from(k) * h;
+            let friction = 4e-3 * (-t / 3.0).exp();
+            let coulomb = Effect::new("arm.coulomb", &[friction]).expect("valid");
+            plant = furuta_model::Plant::new(&rig.params, &[coulomb]).expect("valid");
+            let y = plant.measure(&s);
+            let u = sweep(t, &s.x) - 0.2 * s.x.theta;
+            let noise = |c: u64| 3e-4 * normal(2 * seed + c, u64::from(k));
+            let [theta, alpha] = rig.sensors.quantised([y[0] + noise(0), y[1] + noise(1)]);
+            samples.push([t, u, theta, alpha]);
+            plant.step(&mut s, u, h);
+        }
+        Recording::from_samples(name, samples).expect("valid").0
+    };
+    let found = diagnosis(
+        &[run("a.csv", 2.0, 0.0, 1), run("b.csv", 3.0, 2.0, 2)],
+        &qube(),
+    );
+    assert_eq!(found.verdict, Verdict::Unexplained);
+    assert_eq!(names(&found), [""; 0], "{:?}", found.suspected);
+    let scattered = |s: &furuta_ident::diagnose::result::Suspected| {
+        s.reason.contains("not the same everywhere")
+    };
+    assert!(
+        found.suspected.iter().any(scattered),
+        "{:?}",
+        found.suspected
+    );
+}
