@@ -51,7 +51,8 @@ pub(crate) struct Rules {
     pub(crate) abandoned: f64,
 }
 
-/// The best place found from `start`, and the problem linearised there, unless the steps ran out.
+/// The best place found from `start`, and the problem linearised there, or before a last step that was not worth
+/// another; `None` where the steps ran out.
 pub(crate) fn minimise<Place, P: LeastSquares<Place>>(
     problem: &P,
     start: Place,
@@ -78,10 +79,10 @@ pub(crate) fn minimise<Place, P: LeastSquares<Place>>(
             if last {
                 return (here, None);
             }
-            linear = problem.linearise(&mut here);
             if !on {
                 break;
             }
+            linear = problem.linearise(&mut here);
         } else {
             if predicted.abs() < rules.abandoned * before {
                 break;

@@ -56,6 +56,15 @@ pub(super) fn can_hold(h: &Hypothesis, spec: &Spec) -> bool {
             .all(|e| e.id != spec.id && !(is_late(e) && is_late(spec)))
 }
 
+/// An effect in whose place others are tried.
+pub(super) struct Instead<'a> {
+    pub(super) spec: &'static Spec,
+    /// The fit that has it.
+    pub(super) known: &'a Fit,
+    /// The cost that others must reach: somewhat more than that fit's.
+    pub(super) goal: f64,
+}
+
 /// A start, and its score statistic.
 struct FitStart {
     /// By how much the score test says that the cost will fall.
@@ -67,20 +76,27 @@ struct FitStart {
 impl Problem<'_> {
     /// Where to start a fit with `spec` added to `from`.
     pub(super) fn starts(&self, from: &Fit, spec: &'static Spec, screen: &Screen) -> Vec<Vec<f64>> {
-        // Parameters refitted without the effect may be far off: where the gap is large, the data sheet is a better
-        // start.
+        let shapes = self.shapes(from, spec, screen);
+        self.bases(from)
+            .iter()
+            .flat_map(|base| shapes.iter().map(|z| with_base(z, base)))
+            .collect()
+    }
+
+    /// Where the base parameters of a fit with one more effect may start. Those refitted without the effect may be far
+    /// off: where the gap is large, the data sheet is a better start.
+    fn bases(&self, from: &Fit) -> Vec<[f64; FIRST_EFFECT]> {
+        let refitted = std::array::from_fn(|i| from.z[i]);
         let far = !self.explains(from) && from.model.effects.is_empty();
-        let mut starts = Vec::new();
-        for sheet in [true, false] {
-            if sheet && !far {
-                continue;
-            }
-            let mut z = from.z.clone();
-            if sheet {
-                z[..FIRST_EFFECT].fill(0.0);
-            }
-            starts.push(z);
+        if far {
+            vec![[0.0; FIRST_EFFECT], refitted]
+        } else {
+            vec![refitted]
         }
+    }
+
+    /// Where `spec` may start in a fit that adds it to `from`, everything else as it is there.
+    pub(super) fn shapes(&self, from: &Fit, spec: &'static Spec, screen: &Screen) -> Vec<Vec<f64>> {
         let typical: Vec<f64> = spec
             .parameters
             .iter()
@@ -116,18 +132,16 @@ impl Problem<'_> {
         };
         let h = from.model.with(spec);
         let layout = h.layout();
-        starts
+        places
             .iter()
-            .flat_map(|z| {
-                places.iter().map(|(values, zeros)| {
-                    let mut z = from.model.extended(z, values);
-                    if let (Some(zeros), true) = (zeros, layout.zeros > 0) {
-                        for (r, zero) in zeros.iter().enumerate().skip(1) {
-                            z[layout.zero(r, 0)] += zero;
-                        }
+            .map(|(values, zeros)| {
+                let mut z = from.model.extended(&from.z, values);
+                if let (Some(zeros), true) = (zeros, layout.zeros > 0) {
+                    for (r, zero) in zeros.iter().enumerate().skip(1) {
+                        z[layout.zero(r, 0)] += zero;
                     }
-                    z
-                })
+                }
+                z
             })
             .collect()
     }
@@ -141,14 +155,77 @@ impl Problem<'_> {
     }
 
     /// Fits every candidate added to `from`, the best first; `report` is told of each. `instead` is an effect that is
-    /// known to bring the cost down to somewhat less than the number beside it: others that cannot are given up.
+    /// known to bring the cost down to somewhat less than a goal: others that cannot are given up. Where `from` is far
+    /// from the data, a part of the windows says which cannot.
     pub(super) fn additions(
+        &self,
+        from: &Fit,
+        instead: Option<&Instead<'_>>,
+        savers: &Savers,
+        report: &(dyn Fn(&str) + Sync),
+    ) -> Vec<Trial> {
+        let part = instead.and_then(|i| Some((i, self.thinned(from, savers.windows)?)));
+        let mut fits = match part {
+            Some((instead, part)) => {
+                let goal = part.cost(instead.known) + (instead.goal - instead.known.cost);
+                let there =
+                    part.problem
+                        .quickly(&part.start, Some((instead.spec, goal)), savers, report);
+                let least = part.start.cost - savers.close * (part.start.cost - goal);
+                there
+                    .into_par_iter()
+                    .filter(|(_, fit)| fit.cost <= least)
+                    .map(|(spec, fit)| {
+                        let effort = Effort::QUICK.towards(instead.goal);
+                        (
+                            spec,
+                            self.fit(&fit.model, fit.z.clone(), &from.states, effort),
+                        )
+                    })
+                    .collect()
+            }
+            None => self.quickly(from, instead.map(|i| (i.spec, i.goal)), savers, report),
+        };
+        fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let gain = from.cost - lowest(&fits, from.cost);
+        let near = close(from, &fits, savers);
+        let known = instead.map_or(f64::INFINITY, |i| i.goal);
+        let mut trials: Vec<Trial> = fits
+            .into_par_iter()
+            .enumerate()
+            .map(|(rank, (spec, fit))| {
+                let fit = if rank < savers.short_list && fit.cost <= near {
+                    let beside_best = from.cost - (1.0 - 0.5 * (1.0 - savers.close)) * gain;
+                    let goal = known.min(if rank == 0 {
+                        f64::INFINITY
+                    } else {
+                        beside_best
+                    });
+                    let effort = Effort::FULL.within(savers.full_steps).towards(goal);
+                    self.fit(&fit.model.clone(), fit.z.clone(), &fit.states, effort)
+                } else {
+                    fit
+                };
+                let evidence = self.evidence(from, &fit);
+                Trial {
+                    spec,
+                    fit,
+                    evidence,
+                }
+            })
+            .collect();
+        trials.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+        trials
+    }
+
+    /// Quick fits of the candidates that the screen leaves; none of those that cannot reach the goal of `instead`.
+    fn quickly(
         &self,
         from: &Fit,
         instead: Option<(&'static Spec, f64)>,
         savers: &Savers,
         report: &(dyn Fn(&str) + Sync),
-    ) -> Vec<Trial> {
+    ) -> Vec<(&'static Spec, Fit)> {
         let screen = Screen::new(self, from);
         let mut starts = self.scored(from, &screen, report);
         let per_sample = self.per_sample(from);
@@ -183,36 +260,7 @@ impl Problem<'_> {
             });
         }
         fits.extend(self.quick(from, others, goal, savers, report));
-        fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-        let gain = from.cost - lowest(&fits, from.cost);
-        let near = close(from, &fits, savers);
-        let known = instead.map_or(f64::INFINITY, |(_, reaches)| reaches);
-        let mut trials: Vec<Trial> = fits
-            .into_par_iter()
-            .enumerate()
-            .map(|(rank, (spec, fit))| {
-                let fit = if rank < savers.short_list && fit.cost <= near {
-                    let beside_best = from.cost - (1.0 - 0.5 * (1.0 - savers.close)) * gain;
-                    let goal = known.min(if rank == 0 {
-                        f64::INFINITY
-                    } else {
-                        beside_best
-                    });
-                    let effort = Effort::FULL.within(savers.full_steps).towards(goal);
-                    self.fit(&fit.model.clone(), fit.z.clone(), &fit.states, effort)
-                } else {
-                    fit
-                };
-                let evidence = self.evidence(from, &fit);
-                Trial {
-                    spec,
-                    fit,
-                    evidence,
-                }
-            })
-            .collect();
-        trials.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
-        trials
+        fits
     }
 
     /// A score test for each start of each candidate, with one simulation; the largest statistic first.
@@ -220,45 +268,47 @@ impl Problem<'_> {
         let jobs: Vec<(&'static Spec, Vec<f64>)> = self
             .addable(from)
             .flat_map(|s| {
-                self.starts(from, s, screen)
+                self.shapes(from, s, screen)
                     .into_iter()
                     .map(move |z| (s, z))
             })
             .collect();
         let small = self.chi(from) < SMALL;
+        let bases = self.bases(from);
         let mut starts: Vec<FitStart> = jobs
             .into_par_iter()
-            .map(|(spec, mut z)| {
-                if self.stop.wanted() {
-                    let statistic = f64::NEG_INFINITY;
-                    return FitStart { statistic, spec, z };
-                }
-                let h = from.model.with(spec);
-                let first = from.model.shared();
-                let strengths = first..first + spec.strengths;
-                // About the fit: its own base parameters, with this effect.
-                let mut here = z.clone();
-                here[..FIRST_EFFECT].copy_from_slice(&from.z[..FIRST_EFFECT]);
-                // A start at no strength at all says nothing about what the effect changes.
-                if here[strengths.clone()].iter().all(|s| *s == 0.0) {
-                    here[strengths.clone()].fill(TOUCH);
-                }
-                let one_way = spec.parameters[0].min >= spec.parameters[0].off;
-                let score = screen.score(self, from, &h, &here);
-                let statistic = score.map_or(f64::INFINITY, |s| s.statistic(one_way));
-                if small && !screen::is_placed(spec) && statistic > 0.0 {
-                    // What is missing is small: so is this effect, if it is the one.
-                    let factor = score.map_or(1.0, |s| s.product / s.square);
-                    for i in strengths {
-                        z[i] = if spec.acts.includes(Acts::BACKWARDS) {
-                            (here[i] / factor).max(1.0 / STRONGEST)
-                        } else {
-                            (here[i] * factor).clamp(-STRONGEST, STRONGEST)
-                        };
+            .flat_map_iter(|(spec, mut z)| {
+                let mut statistic = f64::NEG_INFINITY;
+                if !self.stop.wanted() {
+                    let h = from.model.with(spec);
+                    let first = from.model.shared();
+                    let strengths = first..first + spec.strengths;
+                    let mut here = z.clone();
+                    // A start at no strength at all says nothing about what the effect changes.
+                    if here[strengths.clone()].iter().all(|s| *s == 0.0) {
+                        here[strengths.clone()].fill(TOUCH);
                     }
+                    let one_way = spec.parameters[0].min >= spec.parameters[0].off;
+                    let score = screen.score(self, from, &h, &here);
+                    statistic = score.map_or(f64::INFINITY, |s| s.statistic(one_way));
+                    if small && !screen::is_placed(spec) && statistic > 0.0 {
+                        // What is missing is small: so is this effect, if it is the one.
+                        let factor = score.map_or(1.0, |s| s.product / s.square);
+                        for i in strengths {
+                            z[i] = if spec.acts.includes(Acts::BACKWARDS) {
+                                (here[i] / factor).max(1.0 / STRONGEST)
+                            } else {
+                                (here[i] * factor).clamp(-STRONGEST, STRONGEST)
+                            };
+                        }
+                    }
+                    report(spec.id);
                 }
-                report(spec.id);
-                FitStart { statistic, spec, z }
+                bases.iter().map(move |base| FitStart {
+                    statistic,
+                    spec,
+                    z: with_base(&z, base),
+                })
             })
             .collect();
         starts.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
@@ -309,6 +359,13 @@ impl Problem<'_> {
         }
         best
     }
+}
+
+/// A vector with these base parameters.
+fn with_base(z: &[f64], base: &[f64; FIRST_EFFECT]) -> Vec<f64> {
+    let mut z = z.to_vec();
+    z[..FIRST_EFFECT].copy_from_slice(base);
+    z
 }
 
 /// Whether a start is the first of its effect, asked of one after the other.

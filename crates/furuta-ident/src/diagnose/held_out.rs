@@ -149,12 +149,26 @@ impl Unseen {
 /// number.
 type OfPart = (Vec<[f64; 2]>, [(f64, usize); 4]);
 
-/// What a model leaves on every part, its parameters fitted to the others (`refit`) or taken as they are.
-/// Where `stop` is wanted, fits end where they are: what is left then says nothing.
-pub(super) fn unseen(data: &Data, folds: &Folds, fit: &Fit, refit: bool, stop: Stop<'_>) -> Unseen {
+/// What is asked of a model.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Asked {
+    /// Whether its parameters are fitted to the other parts, or taken as they are.
+    pub(super) refit: bool,
+    /// Whether the horizons are wanted, beside the errors.
+    pub(super) horizons: bool,
+}
+
+/// What a model leaves on every part. Where `stop` is wanted, fits end where they are: what is left then says nothing.
+pub(super) fn unseen(
+    data: &Data,
+    folds: &Folds,
+    fit: &Fit,
+    asked: Asked,
+    stop: Stop<'_>,
+) -> Unseen {
     let parts: Vec<OfPart> = (0..folds.count())
         .into_par_iter()
-        .map(|part| of_part(data, folds, part, (fit, refit), stop))
+        .map(|part| of_part(data, folds, part, (fit, asked), stop))
         .collect();
     let horizons = std::array::from_fn(|h| {
         let (sum, count) = parts
@@ -172,7 +186,7 @@ fn of_part(
     data: &Data,
     folds: &Folds,
     part: usize,
-    (fit, refit): (&Fit, bool),
+    (fit, asked): (&Fit, Asked),
     stop: Stop<'_>,
 ) -> OfPart {
     // The states of the full fit belong to the same windows.
@@ -185,9 +199,9 @@ fn of_part(
     if kept.is_empty() {
         return (Vec::new(), [(0.0, 0); 4]);
     }
-    let fitted = if refit {
+    let fitted = if asked.refit {
         let problem = Problem::new(data, kept).until(stop);
-        problem.fit(&fit.model, fit.z.clone(), &states, Effort::FULL)
+        problem.fit(&fit.model, fit.z.clone(), &states, Effort::APART)
     } else {
         fit.clone()
     };
@@ -213,6 +227,9 @@ fn of_part(
         predict::errors(&problem, &predictions)
     };
     let errors = windowed(REPORT, &|_| true);
+    if !asked.horizons {
+        return (errors.concat(), [(0.0, 0); 4]);
+    }
     let whole: Vec<Vec<[f64; 2]>> = match folds {
         Folds::Blocks => Vec::new(),
         Folds::Recordings(_) => (data.runs.iter().enumerate())

@@ -37,6 +37,8 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
                 && s.parameters[0].kind == Kind::Real
                 && !screen::is_scanned(s)
                 && !s.acts.touches(Acts::DRIVE)
+                // Of what does less the larger it is there is no largest one.
+                && !s.acts.includes(Acts::BACKWARDS)
         })
         .collect();
     let actuation = named.model.sheet.params.motor.actuation;
@@ -44,7 +46,7 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
         .into_par_iter()
         .filter_map(|spec| {
             let (bound, deviation) = problem
-                .starts(named, spec, &screen)
+                .shapes(named, spec, &screen)
                 .into_iter()
                 .filter_map(|z| upper_bound(problem, named, spec, &screen, &z))
                 .max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -80,15 +82,13 @@ fn upper_bound(
     let one_way = spec.parameters[0].min >= spec.parameters[0].off;
     let first = named.model.shared();
     let h = named.model.with(spec);
-    let score = |strength: f64| {
+    let at = |strength: f64| {
         let mut here = z.to_vec();
-        here[..first].copy_from_slice(&named.z[..first]);
         here[first] = strength;
         let score = screen.score(problem, named, &h, &here)?;
-        (score.square > 0.0).then_some(score)
-    };
-    let at = |strength: f64| {
-        let score = score(strength)?;
+        if score.square <= 0.0 {
+            return None;
+        }
         let (best, deviation) = (
             strength * score.product / score.square,
             named.widened * strength * (per_sample / score.square).sqrt(),
@@ -100,10 +100,6 @@ fn upper_bound(
         };
         Some((limit, deviation))
     };
-    // A limit of the voltage does more the smaller it is: of that there is no largest one.
-    if score(FIRST)?.square <= score(0.5 * FIRST)?.square {
-        return None;
-    }
     // What sticks is not in proportion to its strength: the second test is made where it matters.
     let first = at(FIRST)?;
     at(first.0.clamp(TESTED[0], TESTED[1])).or(Some(first))

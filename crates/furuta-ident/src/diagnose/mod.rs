@@ -308,9 +308,9 @@ fn search(
     let part = short.thinned(&refitted, savers.windows);
     let from = |problem, start| Search::new(problem, start, &|_| true, savers, &searching);
     let mut search = match &part {
-        Some((part, start)) => {
-            let mut search = from(part, start.clone());
-            search.run_while(|f| part.is_far(f));
+        Some(part) => {
+            let mut search = from(&part.problem, part.start.clone());
+            search.run_while(|f| part.problem.is_far(f));
             search.onto(&short, refitted.clone())
         }
         None => from(&short, refitted.clone()),
@@ -356,7 +356,11 @@ fn search(
     }
 
     let folds = held_out::folds(&data);
-    let unseen = |fit: &Fit| held_out::unseen(&data, &folds, fit, true, out_of_time);
+    let apart = |fit: &Fit, refit, horizons| {
+        let asked = held_out::Asked { refit, horizons };
+        held_out::unseen(&data, &folds, fit, asked, out_of_time)
+    };
+    let unseen = |fit: &Fit| apart(fit, true, true);
     let mut after = None;
     // A model that leaves no more than the noise has nothing that a name could stand in for.
     if !explains(&named) {
@@ -430,13 +434,13 @@ fn search(
             let without = if without.model.effects.is_empty() {
                 before.clone()
             } else {
-                unseen(without)
+                apart(without, true, false)
             };
             held_out::removed(&data, &without.errors, &after.errors)
         };
         let gains: Vec<f64> = rivals.iter().map(|r| gain(&r.without)).collect();
         let repaired = custom.as_ref().map(|c| unseen(&c.fit));
-        let given = held_out::unseen(&data, &folds, &as_given, false, out_of_time);
+        let given = apart(&as_given, false, true);
         let best = held_out::best(&given, &before, repaired.as_ref().unwrap_or(&after));
         (held_out, gains, best)
     });

@@ -12,7 +12,8 @@ use furuta_model::Spec;
 use rayon::prelude::*;
 
 use super::Fit;
-use super::additions::Trial;
+use super::additions::{Instead, Trial};
+use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use super::savers::Savers;
 use super::thinned::FAR;
@@ -43,8 +44,10 @@ struct Node {
     /// Whether one more effect was tried, and others in the place of each.
     grown: bool,
     exchanged: bool,
-    /// The cost towards which additions to it were followed; none were: infinite.
-    followed: f64,
+    /// Whether its fit was tried without each effect.
+    reduced: bool,
+    /// The cost towards which additions to it were followed, where they were.
+    followed: Option<f64>,
 }
 
 /// What could stand in the place of an effect.
@@ -144,7 +147,14 @@ impl<'a> Search<'a> {
             .map(|(s, node)| {
                 let (model, z) = (&node.fit.model, node.fit.z.clone());
                 let fit = problem.fit(model, z, &start.states, Effort::FULL);
-                (s, Node { fit, ..node })
+                (
+                    s,
+                    Node {
+                        fit,
+                        reduced: false,
+                        ..node
+                    },
+                )
             })
             .collect();
         let mut search = Self::new(problem, start, self.acceptable, self.savers, self.report);
@@ -154,7 +164,7 @@ impl<'a> Search<'a> {
             search.left = if ended { 0 } else { search.left };
         } else {
             for node in search.known.values_mut() {
-                (node.grown, node.exchanged) = (false, false);
+                (node.grown, node.exchanged, node.followed) = (false, false, None);
             }
         }
         search
@@ -172,11 +182,13 @@ impl<'a> Search<'a> {
             eligible,
             grown: false,
             exchanged: false,
-            followed: f64::INFINITY,
+            reduced: false,
+            followed: None,
         });
         node.eligible |= eligible && !node.grown;
         if fit.cost < node.fit.cost {
             node.fit = fit;
+            node.reduced = false;
         }
     }
 
@@ -244,16 +256,15 @@ impl<'a> Search<'a> {
     /// Tries the set without each of its effects, and with one more.
     fn grow(&mut self, here: &Set) {
         let fit = self.known[here].fit.clone();
+        let mut convinces = true;
         for (spec, smaller) in self.without_each(&fit) {
-            let stays = self.fixed.has(spec.id);
-            let convinces = self.problem.evidence(&smaller, &fit).convinces();
+            let needed = self.problem.evidence(&smaller, &fit).convinces();
+            convinces &= needed || self.fixed.has(spec.id);
             self.keep(smaller, true);
-            if !stays
-                && !convinces
-                && let Some(node) = self.known.get_mut(here)
-            {
-                node.eligible = false;
-            }
+        }
+        if let Some(node) = self.known.get_mut(here) {
+            node.eligible &= convinces;
+            node.reduced = true;
         }
         let Some(node) = self.known.get_mut(here) else {
             return;
@@ -266,7 +277,7 @@ impl<'a> Search<'a> {
 
     /// Adds one effect to a fit. `instead` is an effect that is known to bring the cost down to somewhat less than the
     /// number beside it: others that cannot are abandoned, and none is taken up that does not convince beside the rest.
-    fn add(&mut self, from: &Fit, instead: Option<(&'static Spec, f64)>) {
+    fn add(&mut self, from: &Fit, instead: Option<&Instead<'_>>) {
         let trials = self
             .problem
             .additions(from, instead, self.savers, self.report);
@@ -275,7 +286,8 @@ impl<'a> Search<'a> {
             return;
         }
         if let Some(node) = self.known.get_mut(&set(&from.model)) {
-            node.followed = instead.map_or(f64::INFINITY, |(_, goal)| goal);
+            let goal = instead.map_or(f64::INFINITY, |i| i.goal);
+            node.followed = Some(node.followed.map_or(goal, |known| known.max(goal)));
         }
         if self.first.is_empty() && instead.is_none() {
             self.first.clone_from(&trials);
@@ -295,11 +307,13 @@ impl<'a> Search<'a> {
             if self.fixed.has(spec.id) {
                 continue;
             }
-            let looked_at = !smaller.model.effects.is_empty()
-                && self.known[&set(&smaller.model)].followed >= goal
-                && self.known[&set(&smaller.model)].grown;
+            // Costs that differ by less than what an effect must gain are one goal.
+            let least = CRITERIA.effect * self.problem.per_sample(&fit);
+            let followed = self.known[&set(&smaller.model)].followed;
+            let looked_at = followed.is_some_and(|known| known + least >= goal);
             if !smaller.model.effects.is_empty() && !looked_at {
-                self.add(&smaller, Some((spec, goal)));
+                let known = &fit;
+                self.add(&smaller, Some(&Instead { spec, known, goal }));
             }
             if self.problem.stop.wanted() {
                 return;
@@ -380,6 +394,21 @@ impl<'a> Search<'a> {
 
     /// The set without each of its effects: the better of what was known and what is found from where the set ended.
     fn without_each(&self, here: &Fit) -> Vec<(&'static Spec, Fit)> {
+        let is_known = |fit: &Fit| {
+            self.known
+                .get(&set(&here.model))
+                .is_some_and(|n| n.reduced && n.fit.cost == fit.cost)
+        };
+        if is_known(here) {
+            let smaller = |spec: &&'static Spec| {
+                let known = self.known.get(&set(&here.model.without(spec.id)))?;
+                Some((*spec, known.fit.clone()))
+            };
+            let all: Option<Vec<_>> = here.model.effects.iter().map(smaller).collect();
+            if let Some(all) = all {
+                return all;
+            }
+        }
         let effort = Effort::FULL.above(here.cost);
         here.model
             .effects

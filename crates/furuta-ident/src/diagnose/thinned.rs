@@ -21,9 +21,9 @@ impl<'a> Problem<'a> {
             .is_some_and(|m| *m > FAR * FAR)
     }
 
-    /// The problem with about `most` windows of every recording's whole length, and the fit to them from where `fit`
-    /// ended; `None` where it has no more, or where all may be needed.
-    pub(super) fn thinned(&self, fit: &Fit, most: usize) -> Option<(Problem<'a>, Fit)> {
+    /// About `most` windows of every recording's whole length, and the fit to them from where `fit` ended; `None` where
+    /// there are no more, or where all may be needed.
+    pub(super) fn thinned(&self, fit: &Fit, most: usize) -> Option<Part<'a>> {
         let every = self.windows.len() / most;
         if every < 2 || !self.is_far(fit) {
             return None;
@@ -34,12 +34,39 @@ impl<'a> Problem<'a> {
             of_run.map(blocks).max().unwrap_or(0)
         };
         let is_kept = |w: &Window| blocks(w) % every == (every / 2).min(last(w.run));
-        let (windows, states) = (self.windows.iter().zip(&fit.states))
-            .filter(|(w, _)| is_kept(w))
-            .map(|(w, x)| (*w, *x))
-            .unzip::<_, _, Vec<_>, Vec<_>>();
-        let part = Problem::new(self.data, windows).until(self.stop);
-        let fit = part.fit(&fit.model, fit.z.clone(), &states, Effort::FULL);
-        Some((part, fit))
+        let kept: Vec<bool> = self.windows.iter().map(is_kept).collect();
+        let windows = only(&kept, &self.windows).copied().collect();
+        let states: Vec<_> = only(&kept, &fit.states).copied().collect();
+        let problem = Problem::new(self.data, windows).until(self.stop);
+        let start = problem.fit(&fit.model, fit.z.clone(), &states, Effort::FULL);
+        Some(Part {
+            problem,
+            start,
+            kept,
+        })
     }
+}
+
+/// A part of a problem.
+pub(super) struct Part<'a> {
+    pub(super) problem: Problem<'a>,
+    /// What was fitted to the whole, fitted to the part.
+    pub(super) start: Fit,
+    /// Which windows of the whole it has.
+    kept: Vec<bool>,
+}
+
+impl Part<'_> {
+    /// What a fit to the whole leaves of the part.
+    pub(super) fn cost(&self, fit: &Fit) -> f64 {
+        only(&self.kept, &fit.costs).sum()
+    }
+}
+
+/// The elements that are kept.
+fn only<'a, T>(kept: &'a [bool], all: &'a [T]) -> impl Iterator<Item = &'a T> {
+    all.iter()
+        .zip(kept)
+        .filter(|(_, kept)| **kept)
+        .map(|(x, _)| x)
 }

@@ -32,6 +32,9 @@ pub(crate) struct Fit<M> {
     pub(crate) z: Vec<f64>,
     /// Start of each window, its state from the zeros of its recording.
     pub(crate) states: Vec<Start>,
+    /// What each window cost when it was started again in vain, since it fits far worse than the others: it is not its
+    /// start that is wrong. Infinite: it was not.
+    pub(super) in_vain: Vec<f64>,
     /// Cost of each window: squared residuals in units of the noise.
     pub(crate) costs: Vec<f64>,
     /// What each parameter costs by what is known of it beforehand, in units of what is left per sample.
@@ -110,6 +113,14 @@ impl Effort {
     pub(crate) const TIGHT: Self = Self {
         iterations: 40,
         tolerance: 1e-5,
+        goal: f64::INFINITY,
+        reference: f64::INFINITY,
+    };
+
+    /// For errors on data that the fit has not seen, which are known to per cents.
+    pub(crate) const APART: Self = Self {
+        iterations: 40,
+        tolerance: 1e-3,
         goal: f64::INFINITY,
         reference: f64::INFINITY,
     };
@@ -204,6 +215,7 @@ impl<'a> Problem<'a> {
         let mut here = Fit {
             model: model.clone(),
             states: states.to_vec(),
+            in_vain: vec![f64::INFINITY; states.len()],
             costs: Vec::new(),
             priors: Vec::new(),
             cost: 0.0,
@@ -211,7 +223,7 @@ impl<'a> Problem<'a> {
             std: vec![f64::NAN; z.len()],
             z,
         };
-        self.refine_states(&mut here, FOLLOWING);
+        self.refine_states(&mut here);
         if !here.cost.is_finite() {
             return here;
         }
@@ -348,9 +360,14 @@ impl<M: Model> LeastSquares<Fit<M>> for Fitting<'_, '_> {
 
     fn reached(&self, place: &mut Fit<M>, gain: f64, iteration: usize) -> bool {
         let before = place.cost + gain;
-        let small = gain < self.effort.tolerance * place.cost
-            || gain < FINE * (place.cost - self.effort.reference);
-        self.problem.restart(place);
+        let is_small = |gain: f64, cost: f64| {
+            gain < self.effort.tolerance * cost || gain < FINE * (cost - self.effort.reference)
+        };
+        // Before a fit ends, every window is looked at once more.
+        let ends = is_small(gain, place.cost);
+        let reached = place.cost;
+        self.problem.restart(place, ends);
+        let small = ends && is_small(reached - place.cost, place.cost);
         let missing = place.cost - self.effort.goal;
         let abandoned = self.may_end(place, iteration)
             && missing > Self::ratio(iteration) * (before - place.cost);

@@ -16,6 +16,9 @@ const THROWN_OFF: f64 = 0.2;
 /// Steps with which a window that was thrown off is tried again.
 const RESCUE: usize = 5;
 
+/// A window whose cost has changed by this share since it was started again in vain is tried once more.
+const MOVED: f64 = 0.1;
+
 /// A flexible coupling that takes more steps of the integrator a sample than this, four a radian, rings (or creeps)
 /// faster than half the sampling rate. It shows no more than a rigid one, and a fit that has no use for a coupling
 /// would make it stiffer and stiffer, and every simulation longer.
@@ -39,6 +42,7 @@ impl Problem<'_> {
         let mut fit = Fit {
             model: model.clone(),
             z: z.to_vec(),
+            in_vain: vec![f64::INFINITY; states.len()],
             states,
             costs,
             priors: Vec::new(),
@@ -73,7 +77,7 @@ impl Problem<'_> {
 
     /// Brings every window's initial state to its optimum; the cost is infinite where a coupling is stiffer than
     /// samples follow.
-    pub(crate) fn refine_states<M: Model>(&self, f: &mut Fit<M>, iterations: usize) {
+    pub(super) fn refine_states<M: Model>(&self, f: &mut Fit<M>) {
         let windows = Windows::<4>::new(&f.model, &f.z);
         let plant = &windows.plain().plant;
         let period = self.data.runs.first().map_or(0.0, |r| r.h);
@@ -85,7 +89,7 @@ impl Problem<'_> {
                 .windows
                 .par_iter()
                 .zip(&f.states)
-                .map(|(w, x)| windows.solve(self.data, w, x, iterations))
+                .map(|(w, x)| windows.solve(self.data, w, x, FOLLOWING))
                 .unzip();
         }
         f.add_up(self.floor());
@@ -126,7 +130,7 @@ impl Problem<'_> {
             *x = response.follow(x, &layout, self.data.runs[w.run].recording, step);
         }
         let moved = trial.states.clone();
-        self.refine_states(&mut trial, FOLLOWING);
+        self.refine_states(&mut trial);
         if !trial.cost.is_finite() {
             return trial;
         }
@@ -152,8 +156,8 @@ impl Problem<'_> {
     }
 
     /// Solves windows that fit far worse than the others again from other starts: where the window before ends, at
-    /// rest, and smoothed.
-    pub(super) fn restart<M: Model>(&self, f: &mut Fit<M>) {
+    /// rest, and smoothed. Those that did in vain at about this cost are left out, unless `all` are wanted.
+    pub(super) fn restart<M: Model>(&self, f: &mut Fit<M>, all: bool) {
         let mut sorted = f.costs.clone();
         sorted.sort_by(f64::total_cmp);
         let Some(median) = sorted.get(sorted.len() / 2) else {
@@ -167,6 +171,7 @@ impl Problem<'_> {
         let again: Vec<(usize, Start, f64)> = (0..self.windows.len())
             .into_par_iter()
             .filter(|&i| f.costs[i] > bad)
+            .filter(|&i| all || (f.costs[i] - f.in_vain[i]).abs() > MOVED * f.costs[i])
             .map(|i| {
                 let w = &self.windows[i];
                 let mut starts = vec![];
@@ -194,6 +199,9 @@ impl Problem<'_> {
             })
             .collect();
         for (i, state, cost) in again {
+            if cost == f.costs[i] {
+                f.in_vain[i] = cost;
+            }
             f.states[i] = state;
             f.costs[i] = cost;
         }

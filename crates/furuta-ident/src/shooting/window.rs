@@ -246,6 +246,9 @@ const SMOOTHED: [usize; 3] = [10, 5, 20];
 /// A start that costs more than this many times the best end is not followed.
 const FAR_OFF: f64 = 4.0;
 
+/// A window is linear between two starts where it costs at one, within this share, what its linear form at the other
+/// says. Where bodies stick, slide or meet otherwise from one than from the other, the costs differ by far more.
+const LINEAR: f64 = 0.1;
 /// The initial state of one window as a problem of its own.
 struct Initial<'a> {
     windows: &'a Windows,
@@ -345,6 +348,11 @@ impl Windows {
         start: &Start,
         iterations: usize,
     ) -> (Start, f64) {
+        let end = self.solved(data, w, start, iterations);
+        (end.start, end.cost)
+    }
+
+    fn solved(&self, data: &Data, w: &Window, start: &Start, iterations: usize) -> Solved {
         let initial = Initial {
             windows: self,
             data,
@@ -356,25 +364,62 @@ impl Windows {
             iterations,
             ..RULES
         };
-        let (end, _) = minimise(&initial, initial.at(start.x, true), &rules);
-        (Start { x: end.x, ..*start }, end.cost)
+        let (end, normal) = minimise(&initial, initial.at(start.x, true), &rules);
+        Solved {
+            start: Start { x: end.x, ..*start },
+            cost: end.cost,
+            normal,
+        }
+    }
+
+    /// What a window costs from its start.
+    pub(crate) fn cost(&self, data: &Data, w: &Window, start: &Start) -> f64 {
+        cost(&self.plain, data, w, start)
     }
 
     /// The best of several starts: what smoothing over several widths says, and the state given.
     pub(crate) fn search(&self, data: &Data, w: &Window, known: Option<&Start>) -> (Start, f64) {
         let before = known.and_then(|k| k.before);
         let at = |x| Start { x, before };
-        let mut best = known.map(|x| self.solve(data, w, x, RULES.iterations));
+        let mut best = known.map(|x| self.solved(data, w, x, RULES.iterations));
         for half in SMOOTHED {
             let guess = at(data.guess(w, half));
-            let begin = cost(&self.plain, data, w, &guess);
-            if best.as_ref().is_none_or(|b| begin < FAR_OFF * b.1) {
-                let found = self.solve(data, w, &guess, RULES.iterations);
-                if best.as_ref().is_none_or(|b| found.1 < b.1) {
+            let begin = self.cost(data, w, &guess);
+            if best.as_ref().is_none_or(|b| b.may_be_beaten(&guess, begin)) {
+                let found = self.solved(data, w, &guess, RULES.iterations);
+                if best.as_ref().is_none_or(|b| found.cost < b.cost) {
                     best = Some(found);
                 }
             }
         }
-        best.unwrap_or((at(data.guess(w, SMOOTHED[0])), f64::INFINITY))
+        best.map_or((at(data.guess(w, SMOOTHED[0])), f64::INFINITY), |b| {
+            (b.start, b.cost)
+        })
+    }
+}
+
+/// An initial state that was solved for.
+struct Solved {
+    start: Start,
+    cost: f64,
+    /// How the window looks there, unless the steps ran out.
+    normal: Option<WindowNormal<4>>,
+}
+
+impl Solved {
+    /// Whether solving from another start, which costs `begin`, may end elsewhere: not where the window costs there what
+    /// its linear form here says, nor where it costs far too much.
+    fn may_be_beaten(&self, start: &Start, begin: f64) -> bool {
+        let Some(normal) = &self.normal else {
+            return begin < FAR_OFF * self.cost;
+        };
+        let (there, here) = (start.x.to_array(), self.start.x.to_array());
+        let by: [f64; 4] = std::array::from_fn(|i| there[i] - here[i]);
+        let mut expected = self.cost;
+        for (i, row) in normal.matrix.iter().enumerate() {
+            expected += 2.0 * normal.gradient[i] * by[i];
+            expected += row.iter().zip(by).map(|(m, b)| by[i] * m * b).sum::<f64>();
+        }
+        begin < FAR_OFF * self.cost && (begin - expected).abs() > LINEAR * expected.abs()
     }
 }

@@ -80,7 +80,11 @@ pub(super) fn propose(
     if !lasts(problem, &[refitted, named], &fit) {
         return None;
     }
-    let with = held_out::unseen(data, folds, &fit, true, problem.stop).errors;
+    let asked = held_out::Asked {
+        refit: true,
+        horizons: false,
+    };
+    let with = held_out::unseen(data, folds, &fit, asked, problem.stop).errors;
     if problem.stop.wanted() {
         return None;
     }

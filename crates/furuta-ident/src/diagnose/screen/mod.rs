@@ -14,6 +14,7 @@ use furuta_model::params::Coefficients;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector, Vector4};
 
 mod scan;
+mod spectrum;
 mod sums;
 
 use super::Fit;

@@ -59,9 +59,10 @@ impl Screen {
                 })
                 .collect();
         }
-        let mut tried: Vec<Place> = grid
+        grid.retain(|values| asked(values));
+        let mut tried: Vec<Place> = self
+            .promising(spec, grid, self.step(Kind::Frequency))
             .into_par_iter()
-            .filter(|values| asked(values))
             .filter_map(|values| self.gain(spec, values))
             .collect();
         // A stable sort: the same starts whatever the number of threads.

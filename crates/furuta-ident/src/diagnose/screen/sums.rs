@@ -42,6 +42,9 @@ impl Screen {
         let mut cross = [Vector4::zeros(); 2];
         for block in blocks {
             let torques = self.torques(response, block, first, second);
+            if torques[..count] == [[0.0; 2]; 2][..count] && moved == [Vector4::zeros(); 2] {
+                continue;
+            }
             let mut follows = [Vector4::zeros(); 2];
             for i in 0..count {
                 let [arm, pendulum] = torques[i];
@@ -83,24 +86,9 @@ impl Screen {
         second: &Second<'_>,
     ) -> [[f64; 2]; 2] {
         let torque = |effect: &Effect<f64>, by: f64| {
-            let x = State::new(
-                block.x.theta + by,
-                block.x.alpha,
-                block.x.theta_dot,
-                block.x.alpha_dot,
-            );
-            effect.torque(&Instant {
-                clock: Clock {
-                    run: response.recording,
-                    t: block.t,
-                    within: block.t,
-                },
-                x: &x,
-                angle: Angle::of(x.alpha),
-                coefficients: &self.coefficients,
-                memory: 0.0,
-                volts: block.volts,
-            })
+            let mut x = block.x;
+            x.theta += by;
+            self.torque(response, block, (block.t, &x), effect)
         };
         let beside = match second {
             Second::None => [0.0; 2],
@@ -111,6 +99,39 @@ impl Screen {
             }
         };
         [torque(first, 0.0), beside]
+    }
+
+    /// The torque of an effect over a block, as if the time were `t`.
+    pub(super) fn torques_at(
+        &self,
+        response: &Response,
+        block: &Block<FOLLOW>,
+        t: f64,
+        effect: &Effect<f64>,
+    ) -> [f64; 2] {
+        self.torque(response, block, (t, &block.x), effect)
+    }
+
+    #[inline(always)]
+    fn torque(
+        &self,
+        response: &Response,
+        block: &Block<FOLLOW>,
+        (t, x): (f64, &State<f64>),
+        effect: &Effect<f64>,
+    ) -> [f64; 2] {
+        effect.torque(&Instant {
+            clock: Clock {
+                run: response.recording,
+                t,
+                within: t,
+            },
+            x,
+            angle: Angle::of(x.alpha),
+            coefficients: &self.coefficients,
+            memory: 0.0,
+            volts: block.volts,
+        })
     }
 
     /// The best strengths of both courses for each place in the turn, and what they gain; the base parameters follow.
