@@ -83,13 +83,23 @@ impl StandIns {
         fit: &Fit,
     ) -> Option<(&'static Spec, &'static Spec, Fit)> {
         let limit = fit.cost - problem.tolerance(fit);
+        let contests = |spec: &'static Spec| {
+            let without = problem.without(fit, spec.id, Effort::FULL);
+            let mut screen = None;
+            let better: Vec<_> = others(spec)
+                .filter(|other| can_hold(&without.model, other))
+                .map(|other| {
+                    let screen = screen.get_or_insert_with(|| Screen::new(problem, &without));
+                    (spec, other, added(problem, &without, other, screen, limit))
+                })
+                .filter(|(_, _, better)| better.as_ref().is_some_and(|b| b.cost < limit))
+                .collect();
+            better
+        };
         self.named(fit)
-            .flat_map(|spec| others(spec).map(move |other| (spec, other)))
-            .filter_map(|(spec, other)| {
-                let without = problem.without(fit, spec.id, Effort::FULL);
-                let better = added(problem, &without, other, limit)?;
-                (better.cost < limit).then_some((spec, other, better))
-            })
+            .filter(|spec| others(spec).next().is_some())
+            .flat_map(contests)
+            .filter_map(|(spec, other, better)| Some((spec, other, better?)))
             .min_by(|a, b| a.2.cost.total_cmp(&b.2.cost))
     }
 
@@ -118,15 +128,17 @@ fn others(spec: &'static Spec) -> impl Iterator<Item = &'static Spec> {
     (ON_REQUEST.iter().copied()).filter(|other| other.look_alikes.contains(&spec.id))
 }
 
-/// The best fit with one more effect; none where the plant has no room for it.
-fn added(problem: &Problem<'_>, from: &Fit, spec: &'static Spec, goal: f64) -> Option<Fit> {
-    if !can_hold(&from.model, spec) {
-        return None;
-    }
+/// The best fit with one more effect, as long as it can come down to `goal`.
+fn added(
+    problem: &Problem<'_>,
+    from: &Fit,
+    spec: &'static Spec,
+    screen: &Screen,
+    goal: f64,
+) -> Option<Fit> {
     let model = from.model.with(spec);
-    let screen = Screen::new(problem, from);
     let quick = problem
-        .starts(from, spec, &screen)
+        .starts(from, spec, screen)
         .into_par_iter()
         .map(|z| problem.fit(&model, z, &from.states, Effort::QUICK.towards(goal)))
         .min_by(|a, b| a.cost.total_cmp(&b.cost))?;

@@ -93,7 +93,8 @@ impl Judge<'_> {
                 judged.rivals = Vec::new();
                 return;
             }
-            let here = (self.unseen)(&judged.named);
+            let known = judged.unseen.take();
+            let here = known.unwrap_or_else(|| (self.unseen)(&judged.named));
             let worst = judged
                 .rivals
                 .iter()
@@ -111,12 +112,13 @@ impl Judge<'_> {
             };
             let why = Suspected::new(rival.spec, here.horizons, without.horizons);
             let again = self.without(&judged.named, rival.spec);
-            let smaller = if again.cost < rival.without.cost {
-                again
+            if again.cost < rival.without.cost {
+                self.drop(judged, again, why);
             } else {
-                rival.without.clone()
-            };
-            self.drop(judged, smaller, why);
+                let smaller = rival.without.clone();
+                self.drop(judged, smaller, why);
+                judged.unseen = Some(without);
+            }
         }
     }
 }
