@@ -186,7 +186,7 @@ impl<S: Scalar> Plant<S> {
                 TwoBody {
                     x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),
                     rotor: [m.x.theta_dot, a[0]],
-                    inner: self.inner_rates(m, at.volts),
+                    inner: self.inner_rates(m, &at),
                 }
             });
         }
@@ -222,7 +222,7 @@ impl<S: Scalar> Plant<S> {
             TwoBody {
                 x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),
                 rotor: [m.rotor[1], rotor],
-                inner: self.inner_rates(m, at.volts),
+                inner: self.inner_rates(m, &at),
             }
         })
     }
@@ -378,7 +378,7 @@ impl<S: Scalar> Plant<S> {
                 let rate = TwoBody {
                     x: State::new(end.x.theta_dot, end.x.alpha_dot, a[0], a[1]),
                     rotor: [end.rotor[1], now.rotor],
-                    inner: self.inner_rates(end, at.volts),
+                    inner: self.inner_rates(end, &at),
                 };
                 *end = TwoBody {
                     x: end.x + rate.x * late,
@@ -386,7 +386,7 @@ impl<S: Scalar> Plant<S> {
                         end.rotor[0] + rate.rotor[0] * late,
                         end.rotor[1] + rate.rotor[1] * late,
                     ],
-                    inner: [0, 1].map(|i| end.inner[i] + rate.inner[i] * late),
+                    inner: core::array::from_fn(|i| end.inner[i] + rate.inner[i] * late),
                 };
             }
         }
