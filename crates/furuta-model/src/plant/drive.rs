@@ -26,6 +26,8 @@ pub(super) struct TwoBody<S> {
     /// How far a cable that relaxes is stretched, rad; the voltage across the winding's resistance, V.
     /// Behind these two those of users' own laws.
     pub(super) inner: [S; STATES],
+    /// How many of them, from the first, the plant has: the others are not integrated.
+    pub(super) live: usize,
 }
 
 /// What torques depend on beside the bodies' motion: the time, the voltage at the motor (V), what friction remembers,
@@ -45,8 +47,21 @@ impl<S: Scalar> Add for TwoBody<S> {
         Self {
             x: self.x + o.x,
             rotor: [self.rotor[0] + o.rotor[0], self.rotor[1] + o.rotor[1]],
-            inner: core::array::from_fn(|i| self.inner[i] + o.inner[i]),
+            inner: self.each_inner(|i, x| x + o.inner[i]),
+            live: self.live,
         }
+    }
+}
+
+impl<S: Scalar> TwoBody<S> {
+    /// The inner states that there are through `f`.
+    #[inline(always)]
+    fn each_inner(&self, f: impl Fn(usize, S) -> S) -> [S; STATES] {
+        let mut inner = self.inner;
+        for (i, x) in inner.iter_mut().enumerate().take(self.live) {
+            *x = f(i, *x);
+        }
+        inner
     }
 }
 
@@ -56,7 +71,8 @@ impl<S: Scalar> Vector<S> for TwoBody<S> {
         Self {
             x: self.x.map(&f),
             rotor: self.rotor.map(&f),
-            inner: self.inner.map(f),
+            inner: self.each_inner(|_, x| f(x)),
+            live: self.live,
         }
     }
 }
@@ -269,6 +285,7 @@ impl<S: Scalar> Plant<S> {
             x: s.x,
             rotor: [s.x.theta, s.x.theta_dot],
             inner: s.inner,
+            live: self.live(),
         };
         let balance = self.whole(&m, at);
         let (acceleration, friction) = balance.solve(balance.decide(speed, [None; 2]));
@@ -306,6 +323,7 @@ impl<S: Scalar> Plant<S> {
             x: *x,
             rotor,
             inner: [S::ZERO; STATES],
+            live: 0,
         };
         let at = Moment {
             clock: Clock::at(S::ZERO),

@@ -10,7 +10,7 @@ use crate::state::State;
 /// The most users' own laws with a state that one plant can have.
 pub const MAX_OWN_STATES: usize = 2;
 /// Their place among the inner states: behind those of a cable and a winding.
-const FIRST: usize = 2;
+pub(super) const FIRST: usize = 2;
 /// How many inner states there can be.
 pub(super) const STATES: usize = FIRST + MAX_OWN_STATES;
 
