@@ -132,7 +132,7 @@ fn named(outcome: &Outcome) -> Vec<&str> {
     ids
 }
 
-/// The value of a named effect's parameter lies within three of its standard deviations, and these are no excuse.
+/// The value of a named effect's parameter is that of the rig to 15 %, and known as well.
 fn near(outcome: &Outcome, id: &str, parameter: &str, wanted: f64) {
     let effects = &outcome.diagnosis.effects;
     let effect = effects.iter().find(|e| e.id == id).expect("named");

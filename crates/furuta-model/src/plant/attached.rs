@@ -5,7 +5,7 @@ use super::crossing::Cubic;
 use super::drive::{Bodies, Moment, TwoBody};
 use super::events::{Event, Stages};
 use super::friction::Balance;
-use super::own::{FIRST, STATES};
+use super::own::STATES;
 use super::regime::{How, Regime};
 use super::state::{Contact, PlantState};
 use crate::effects::Acts;
@@ -36,19 +36,7 @@ impl<S: Scalar> Plant<S> {
                 [s.x.theta, s.x.theta_dot]
             },
             inner: s.inner,
-            live: self.live(),
-        }
-    }
-
-    /// How many inner states there are: those of a cable and a winding come first.
-    #[inline(always)]
-    pub(super) fn live(&self) -> usize {
-        if self.acts.includes(Acts::STATE) {
-            STATES
-        } else if self.acts.includes(Acts::INNER) {
-            FIRST
-        } else {
-            0
+            own: self.acts.includes(Acts::STATE),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Rotor and arm as two bodies, with backlash or a spring between them.
 
-use super::own::STATES;
+use super::own::{FIRST, STATES};
 use super::state::{Contact, Twist};
 use super::{MAX_SUBSTEPS, Plant, PlantState};
 use crate::dynamics::Angle;
@@ -26,8 +26,8 @@ pub(super) struct TwoBody<S> {
     /// How far a cable that relaxes is stretched, rad; the voltage across the winding's resistance, V.
     /// Behind these two those of users' own laws.
     pub(super) inner: [S; STATES],
-    /// How many of them, from the first, the plant has: the others are not integrated.
-    pub(super) live: usize,
+    /// Whether the plant has such laws: else their states are not integrated.
+    pub(super) own: bool,
 }
 
 /// What torques depend on beside the bodies' motion: the time, the voltage at the motor (V), what friction remembers,
@@ -48,7 +48,7 @@ impl<S: Scalar> Add for TwoBody<S> {
             x: self.x + o.x,
             rotor: [self.rotor[0] + o.rotor[0], self.rotor[1] + o.rotor[1]],
             inner: self.each_inner(|i, x| x + o.inner[i]),
-            live: self.live,
+            own: self.own,
         }
     }
 }
@@ -58,8 +58,13 @@ impl<S: Scalar> TwoBody<S> {
     #[inline(always)]
     fn each_inner(&self, f: impl Fn(usize, S) -> S) -> [S; STATES] {
         let mut inner = self.inner;
-        for (i, x) in inner.iter_mut().enumerate().take(self.live) {
+        for (i, x) in inner.iter_mut().enumerate().take(FIRST) {
             *x = f(i, *x);
+        }
+        if self.own {
+            for (i, x) in inner.iter_mut().enumerate().skip(FIRST) {
+                *x = f(i, *x);
+            }
         }
         inner
     }
@@ -72,7 +77,7 @@ impl<S: Scalar> Vector<S> for TwoBody<S> {
             x: self.x.map(&f),
             rotor: self.rotor.map(&f),
             inner: self.each_inner(|_, x| f(x)),
-            live: self.live,
+            own: self.own,
         }
     }
 }
@@ -285,7 +290,7 @@ impl<S: Scalar> Plant<S> {
             x: s.x,
             rotor: [s.x.theta, s.x.theta_dot],
             inner: s.inner,
-            live: self.live(),
+            own: self.acts.includes(Acts::STATE),
         };
         let balance = self.whole(&m, at);
         let (acceleration, friction) = balance.solve(balance.decide(speed, [None; 2]));
@@ -323,7 +328,7 @@ impl<S: Scalar> Plant<S> {
             x: *x,
             rotor,
             inner: [S::ZERO; STATES],
-            live: 0,
+            own: false,
         };
         let at = Moment {
             clock: Clock::at(S::ZERO),

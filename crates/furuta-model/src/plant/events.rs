@@ -187,7 +187,7 @@ impl<S: Scalar> Plant<S> {
                     x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),
                     rotor: [m.x.theta_dot, a[0]],
                     inner: self.inner_rates(m, &at),
-                    live: m.live,
+                    own: m.own,
                 }
             });
         }
@@ -199,7 +199,7 @@ impl<S: Scalar> Plant<S> {
                     x: *x,
                     rotor: [x.theta + shift, x.theta_dot],
                     inner: s.inner,
-                    live: 0,
+                    own: false,
                 };
                 let at = stages.moment(i, self.memory_at(s, &m), s.pressed);
                 let (a, _) = self.whole(&m, at).solve(regime.dry);
@@ -209,7 +209,7 @@ impl<S: Scalar> Plant<S> {
                 x,
                 rotor: [x.theta + shift, x.theta_dot],
                 inner: s.inner,
-                live: 0,
+                own: false,
             };
         }
         let start = self.body(s);
@@ -226,7 +226,7 @@ impl<S: Scalar> Plant<S> {
                 x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),
                 rotor: [m.rotor[1], rotor],
                 inner: self.inner_rates(m, &at),
-                live: m.live,
+                own: m.own,
             }
         })
     }
@@ -383,7 +383,7 @@ impl<S: Scalar> Plant<S> {
                     x: State::new(end.x.theta_dot, end.x.alpha_dot, a[0], a[1]),
                     rotor: [end.rotor[1], now.rotor],
                     inner: self.inner_rates(end, &at),
-                    live: end.live,
+                    own: end.own,
                 };
                 *end = TwoBody {
                     x: end.x + rate.x * late,
@@ -392,7 +392,7 @@ impl<S: Scalar> Plant<S> {
                         end.rotor[1] + rate.rotor[1] * late,
                     ],
                     inner: core::array::from_fn(|i| end.inner[i] + rate.inner[i] * late),
-                    live: end.live,
+                    own: end.own,
                 };
             }
         }

@@ -65,6 +65,7 @@ pub struct OwnLaws {
 }
 
 /// A state of a hypothesis.
+#[cfg_attr(not(feature = "std"), allow(dead_code))] // only a parser makes them
 #[derive(Debug)]
 struct OwnState {
     /// How fast it changes, its unit per second.
