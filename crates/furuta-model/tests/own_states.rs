@@ -167,6 +167,7 @@ fn a_law_with_a_state_follows_its_differential_equation() {
     p.pendulum.mass = 1e-12;
     p.pendulum.inertia = 1e-12;
     p.pendulum.inertia_transverse = 0.0;
+    p.pendulum.viscous = 0.0;
     let c = p.coefficients();
     let text = Definition {
         state: Some(InternalState {

@@ -209,7 +209,7 @@ impl Screen {
     }
 
     /// By how much a phase or an angle of rest changes to do what turning the arm by one radian does.
-    fn per_turn(&self, spec: &Spec, i: usize, values: &[f64]) -> f64 {
+    fn per_turn(&self, spec: &'static Spec, i: usize, values: &[f64]) -> f64 {
         let torque = |effect: &Effect<f64>, by: f64| {
             let x = State::new(0.3 + by, 0.7, 0.0, 0.0);
             let at = Instant {
