@@ -136,7 +136,7 @@ fn one(all: &[&'static Spec], id: Option<&str>) -> PyResult<PyHypothesis> {
         Some(id) => all.iter().find(|spec| spec.id == id),
         None => all.first().filter(|_| all.len() == 1),
     };
-    let chosen = chosen.map(|spec| PyHypothesis { spec });
+    let chosen = chosen.copied().map(|spec| PyHypothesis { spec });
     chosen.ok_or_else(|| {
         let ids: Vec<_> = all.iter().map(|s| s.id).collect();
         error::rig(format!("it has {}: give id= one of them", ids.join(", ")))

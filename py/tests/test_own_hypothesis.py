@@ -180,7 +180,7 @@ def test_it_is_found_beside_a_catalogue_effect_on_a_sheet_that_is_off(given, bra
     brake.save(path)
     found = furuta.diagnose(recordings, sheet, candidates=[brake if given == "object" else path], time_limit=None)
     assert sorted(e["id"] for e in found.effects) == ["arm.spring", "user.brake"]
-    fitted = found.rig.effects["user.brake"]
+    fitted = found.repaired_rig.effects["user.brake"]
     assert fitted["k"] == pytest.approx(2e-3, rel=0.1) and fitted["v"] == pytest.approx(2.0, rel=0.15)
-    calibrated = furuta.calibrate(recordings, found.rig, free=["user.brake.k"])
+    calibrated = furuta.calibrate(recordings, found.repaired_rig, free=["user.brake.k"])
     assert "user.brake.k" in str(calibrated.to_dict())

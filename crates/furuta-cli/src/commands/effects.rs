@@ -46,7 +46,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         if n > 0 {
             writeln!(out)?;
         }
-        explain(&mut out, spec, &rig, (&args.rig, id))?;
+        explain(&mut out, spec, &rig, (args.rig.as_str(), id.as_str()))?;
     }
     Ok(())
 }
