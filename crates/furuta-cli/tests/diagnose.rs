@@ -527,7 +527,7 @@ fn a_law_of_a_file_goes_all_the_way() {
         .args([
             "--amplitude",
             "4",
-            "--seconds",
+            "--duration",
             "6",
             "--hide",
             &hidden,
