@@ -7,7 +7,7 @@ import furuta
 GROUPS = {
     "simulation": (
         "Rigs and simulation",
-        "Rig Simulator Trajectory simulate simulate_batch measure signal catalogue linearize zero_order_hold",
+        "Rig Hypothesis Simulator Trajectory simulate simulate_batch measure signal catalogue linearize zero_order_hold",
     ),
     "diagnosis": ("Recordings and diagnosis", "Recording diagnose Diagnosis Interrupted replay Replay timing"),
     "calibration": (

@@ -408,7 +408,7 @@ fn rollouts(
         // The batch itself names what is wrong with a value, and with whose.
         let effects = all
             .iter()
-            .filter_map(|(spec, values)| Effect::unchecked(spec.id, &values[i]))
+            .filter_map(|(spec, values)| Effect::of(spec, &values[i]))
             .collect();
         rollouts.push(Rollout {
             params: Params::from_array(rig.params.motor.actuation, params),

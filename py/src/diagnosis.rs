@@ -407,8 +407,9 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// thorough : bool, optional
 ///     Follow every candidate from every start to the end, however little it promises: several times as slow, and to
 ///     the same names where what saves time is sound.
-/// candidates : list of str, optional
-///     Ids of effects to be looked for beside those that always are (`catalogue()[id]["offered"]`).
+/// candidates : list of str, Hypothesis or path, optional
+///     Effects to be looked for beside those that always are: ids of the catalogue (`catalogue()[id]["offered"]`), laws
+///     of your own, or files with some (`.toml`).
 /// pendulum : {"swings", "removed", "locked"}, optional
 ///     What the pendulum did in the recordings: it swings as it is built, was taken off, or was locked hanging. In the
 ///     latter two the arm alone is diagnosed, whatever alpha says; no experiment is planned.
@@ -472,7 +473,7 @@ pub(crate) fn diagnose(
     same_zero: bool,
     time_limit: Option<f64>,
     thorough: bool,
-    candidates: Option<Vec<String>>,
+    candidates: Option<Vec<Bound<'_, PyAny>>>,
     pendulum: &str,
     every: usize,
     span: Option<(f64, f64)>,
@@ -489,7 +490,7 @@ pub(crate) fn diagnose(
             "plan: an experiment is planned for a rig whose pendulum swings",
         ));
     }
-    let candidates = crate::rig::entries(&candidates.unwrap_or_default())?;
+    let candidates = crate::hypothesis::candidates(&candidates.unwrap_or_default())?;
     let rig = rig.rig.clone();
     let Chosen {
         recordings,

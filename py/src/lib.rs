@@ -19,6 +19,7 @@ mod estimator;
 mod experiments;
 mod file;
 mod frequency;
+mod hypothesis;
 mod kept;
 mod linear;
 mod matrix;
@@ -40,6 +41,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     error::register(m)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     m.add_class::<rig::PyRig>()?;
+    m.add_class::<hypothesis::PyHypothesis>()?;
     m.add_function(wrap_pyfunction!(rig::catalogue, m)?)?;
     m.add_function(wrap_pyfunction!(simulate::simulate, m)?)?;
     m.add_function(wrap_pyfunction!(batch::simulate_batch, m)?)?;

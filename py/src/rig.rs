@@ -1,7 +1,7 @@
 //! The class `Rig` and the catalogue of effects.
 
 use crate::error;
-use furuta_hw::emulate::hidden_effect;
+use crate::hypothesis::EffectLike;
 use furuta_model::effects::{Kind, ParameterSpec};
 use furuta_model::params::{ParamRange, RANGES};
 use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Params, Rig, Spec, effects};
@@ -398,8 +398,8 @@ impl PyRig {
     ///
     /// Parameters
     /// ----------
-    /// id : str
-    ///     Its id in the catalogue, for example "arm.coulomb".
+    /// id : str or Hypothesis
+    ///     Its id in the catalogue, for example "arm.coulomb", or a law of your own.
     /// **parameters : float or str
     ///     Its parameters in SI units, a word where there is a choice; all that have no default. See `catalogue`.
     ///     Without any the effect has its typical size on this rig, as with `--hide ID` on the command line.
@@ -415,23 +415,31 @@ impl PyRig {
     /// >>> rig.with_effect("arm.coulomb").effects["arm.coulomb"]["torque"] > 0  # typical
     /// True
     #[pyo3(signature = (id, /, **parameters))]
-    fn with_effect(&self, id: &str, parameters: Option<BTreeMap<String, Value>>) -> PyResult<Self> {
-        let spec = known(id)?;
+    fn with_effect(
+        &self,
+        id: EffectLike<'_>,
+        parameters: Option<BTreeMap<String, Value>>,
+    ) -> PyResult<Self> {
+        let spec = id.spec()?;
         let mut given = BTreeMap::new();
-        let parameters = parameters.unwrap_or_default();
-        let typical = parameters.is_empty();
-        for (name, value) in parameters {
+        for (name, value) in parameters.unwrap_or_default() {
             let number = value.number(spec, place(spec, &name)?)?;
             given.insert(name, number);
         }
-        let effect = if typical {
-            hidden_effect(id, &self.rig.params).map_err(error::rig)?
-        } else {
-            let values = spec.values(|name| given.get(name).copied());
-            Effect::new(id, &values.map_err(error::rig)?).map_err(error::rig)?
-        };
+        let typical = given.is_empty();
+        let params = &self.rig.params;
+        let values = spec.values(|name| {
+            let p = spec.parameters.iter().find(|p| p.name == name);
+            let size = || p.map(|p| p.default.unwrap_or(p.off + p.typical(params)));
+            given
+                .get(name)
+                .copied()
+                .or_else(|| size().filter(|_| typical))
+        });
+        let values = values.map_err(error::rig)?;
+        let effect = Effect::checked(spec, &values).map_err(error::rig)?;
         let mut rig = self.rig.clone();
-        rig.effects.retain(|e| e.spec().id != id);
+        rig.effects.retain(|e| e.spec().id != spec.id);
         rig.effects.push(effect);
         rig.try_plant::<f64>().map_err(error::rig)?;
         Ok(Self { rig })
@@ -509,18 +517,15 @@ pub(crate) fn parameter(key: &str) -> PyResult<usize> {
     })
 }
 
-/// The catalogue's entries of these ids, which are to be looked for beside those that always are.
-pub(crate) fn entries(ids: &[String]) -> PyResult<Vec<&'static Spec>> {
-    let entry = |id: &String| {
-        effects::all().find(|s| s.id == id).ok_or_else(|| {
-            let on_request: Vec<_> = ON_REQUEST.iter().map(|s| s.id).collect();
-            error::rig(format!(
-                "candidates: effect `{id}` is not in the catalogue; looked for on request are {}",
-                on_request.join(", ")
-            ))
-        })
-    };
-    ids.iter().map(entry).collect()
+/// The catalogue's entry of this id, which is to be looked for beside those that always are.
+pub(crate) fn entry(id: &str) -> PyResult<&'static Spec> {
+    effects::all().find(|s| s.id == id).ok_or_else(|| {
+        let on_request: Vec<_> = ON_REQUEST.iter().map(|s| s.id).collect();
+        error::rig(format!(
+            "candidates: effect `{id}` is not in the catalogue; looked for on request are {}",
+            on_request.join(", ")
+        ))
+    })
 }
 
 /// The catalogue's entry.

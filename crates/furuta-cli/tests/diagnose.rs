@@ -502,3 +502,110 @@ fn candidates_that_are_refused() {
         "{line}"
     );
 }
+
+const BRAKE: &str = r#"[hypothesis."user.eddy-brake"]
+name = "Eddy-current brake at the arm"
+arm = "-k*theta_dot/(1 + (theta_dot/v)^2)"
+parameters.k = { unit = "N m s/rad", min = 0.0, max = 0.1, typical = 1e-3, strength = true }
+parameters.v = { unit = "rad/s", min = 0.3, max = 100.0, typical = 3.0 }
+"#;
+
+/// A law of a file is hidden, looked for, found, written into the rig file, simulated and calibrated from there.
+#[test]
+fn a_law_of_a_file_goes_all_the_way() {
+    let folder = Folder::new("diagnose-own");
+    let law = folder.file("brake.toml", BRAKE);
+    let (data, rig) = (folder.path("run.csv"), folder.path("repaired.toml"));
+    let run = |output: std::process::Output| {
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{said}");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let hidden = format!("{}:k=2e-3,v=2", law.display());
+    let input = ["simulate", "--rig", "qube-servo-2", "--input", "chirp"];
+    let output = furuta(&input)
+        .args([
+            "--amplitude",
+            "4",
+            "--duration",
+            "6",
+            "--hide",
+            &hidden,
+            "--output",
+        ])
+        .arg(&data)
+        .output();
+    run(output.expect("the binary runs"));
+    let output = furuta(&["diagnose", "--rig", "qube-servo-2", "--json", "--candidate"])
+        .args([&law, &data])
+        .arg("--write-rig")
+        .arg(&rig)
+        .output();
+    let json = run(output.expect("the binary runs"));
+    let answer: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(answer["verdict"], "missing_effects", "{json}");
+    assert_eq!(answer["effects"][0]["id"], "user.eddy-brake");
+    let k = answer["effects"][0]["parameters"]["k"]["value"].as_f64();
+    assert!((k.expect("a number") - 2e-3).abs() < 1e-4, "{json}");
+    let text = std::fs::read_to_string(&rig).expect("written");
+    assert!(
+        text.contains("[hypothesis.\"user.eddy-brake\"]\nname = \"Eddy"),
+        "{text}"
+    );
+    // The rig file needs nothing beside it.
+    let again = furuta(&["simulate", "--input", "step", "--amplitude", "1", "--rig"])
+        .arg(&rig)
+        .arg("--output")
+        .arg(folder.path("step.csv"))
+        .output();
+    run(again.expect("the binary runs"));
+    let design = furuta(&["design", "lqr", "--rig"]).arg(&rig).output();
+    run(design.expect("the binary runs"));
+    let calibrated = furuta(&[
+        "identify",
+        "calibrate",
+        "--free",
+        "user.eddy-brake.k",
+        "--json",
+        "--rig",
+    ])
+    .arg(&rig)
+    .arg(&data)
+    .output();
+    let json = run(calibrated.expect("the binary runs"));
+    assert!(json.contains("user.eddy-brake.k"), "{json}");
+    let explained = furuta(&["effects"]).arg(&law).output();
+    let said = run(explained.expect("the binary runs"));
+    assert!(
+        said.contains("arm: -k*theta_dot/(1 + (theta_dot/v)^2)"),
+        "{said}"
+    );
+}
+
+/// A mistake in a file of laws is shown where it is.
+#[test]
+fn a_law_with_a_mistake_is_marked() {
+    let folder = Folder::new("diagnose-own-wrong");
+    let data = folder.file("run.csv", swing());
+    let law = folder.file("brake.toml", &BRAKE.replace("theta_dot/v", "thetta_dot/v"));
+    let other = folder.file("other.toml", BRAKE);
+    let same_id = folder.file("same-id.toml", &BRAKE.replace("1 + (", "2 + ("));
+    let said = |candidates: &[&std::path::PathBuf]| {
+        let mut command = furuta(&["diagnose", "--rig", "qube-servo-2"]);
+        for file in candidates {
+            command.arg("--candidate").arg(file);
+        }
+        let output = command.arg(&data).output().expect("the binary runs");
+        assert!(!output.status.success());
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let marked = said(&[&law]);
+    assert!(
+        marked.contains(
+            "hypothesis user.eddy-brake, arm (line 3), character 20: `thetta_dot` is no variable"
+        ) && marked.contains("                     ^^^^^^^^^^"),
+        "{marked}"
+    );
+    assert!(said(&[&other, &same_id]).contains("two different laws are called user.eddy-brake"));
+    assert!(said(&[&folder.path("none.toml")]).contains("none.toml"));
+}

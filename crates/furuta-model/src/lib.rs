@@ -67,7 +67,7 @@ pub use lanes::Lanes;
 pub use linear_plant::{LinearPlant, linear_plant};
 pub use linearize::{Linear, linearize};
 pub use params::{Arm, Motor, ParamError, Params, Pendulum};
-pub use plant::{Plant, PlantError, PlantState, Twist};
+pub use plant::{MAX_OWN_STATES, Plant, PlantError, PlantState, Twist};
 #[cfg(feature = "std")]
 pub use rig::{Limits, Rig, RigError, Sensors, Tolerance, published};
 pub use scalar::Scalar;

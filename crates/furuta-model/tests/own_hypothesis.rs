@@ -233,6 +233,58 @@ fn the_catalogue_written_as_text_is_the_same() {
     }
 }
 
+/// Limits, which are off at infinity, have a switch as their strength.
+#[test]
+fn limits_written_as_text_are_the_same() {
+    let c = qube().params.coefficients();
+    let limit = |text: &str, unit: &str, value: f64, voltage: bool| {
+        let text = |wanted: bool| (voltage == wanted).then(|| text.to_owned());
+        Definition {
+            id: "user.copy".to_owned(),
+            arm: text(false),
+            voltage: text(true),
+            parameters: vec![strength("on", "-")],
+            constants: vec![
+                constant("limit", unit, value),
+                constant("drive", "N m/V", c.drive),
+                constant("damping", "N m s/rad", c.arm_damping),
+            ],
+            ..Definition::default()
+        }
+    };
+    let current = "on*(max(-limit, min(limit, drive*u - 0.7*damping*theta_dot)) - drive*u + 0.7*damping*theta_dot)";
+    let torque = 0.5 * c.drive;
+    let without = run::<f64>(&[]);
+    for (id, values, text) in [
+        (
+            "motor.saturation",
+            vec![0.8],
+            limit("on*(max(-limit, min(limit, u)) - u)", "V", 0.8, true),
+        ),
+        (
+            "motor.current_limit",
+            vec![torque, 0.7],
+            limit(current, "N m", torque, false),
+        ),
+    ] {
+        let known = run(&[Effect::new(id, &values).expect(id)]);
+        let own = run(&[Effect::checked(text.compile().expect(id), &[1.0]).expect(id)]);
+        for ((a, b), c) in known
+            .iter()
+            .flatten()
+            .zip(own.iter().flatten())
+            .zip(without.iter().flatten())
+        {
+            assert!((a - b).abs() < 1e-12, "{id}: {a} {b} {c}");
+        }
+        let seen = known.iter().flatten().zip(without.iter().flatten());
+        assert!(
+            seen.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) > 1e-3,
+            "{id} is not seen"
+        );
+    }
+}
+
 /// So are the matrices of a design, by dual numbers.
 #[test]
 fn linear_models_are_the_same() {

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use furuta_ident::diagnose::{Options, Outcome, Request, diagnose_with};
 use furuta_ident::{Pendulum, Task, report};
+use furuta_model::effects::own;
 use furuta_model::{ON_REQUEST, Rig, Spec, effects};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -51,10 +52,10 @@ pub(crate) struct Args {
     /// the same names where what saves time is sound.
     #[arg(long)]
     thorough: bool,
-    /// Look for this effect as well, one of those that are looked for on request alone (furuta effects ID says why);
-    /// may be repeated.
-    #[arg(long = "candidate", value_name = "ID", value_parser = on_request)]
-    candidates: Vec<&'static Spec>,
+    /// Look for this effect as well, one of those that are looked for on request alone (furuta effects ID says why), or
+    /// the laws of your own in this file (its name ends in .toml; docs/own-hypothesis.md); may be repeated.
+    #[arg(long = "candidate", value_name = "ID|FILE.toml", value_parser = candidate)]
+    candidates: Vec<Candidate>,
     /// What the pendulum did in the recordings: swings, removed (taken off) or locked (hanging, held to the arm). Where
     /// it is off or locked the arm alone is diagnosed, whatever alpha says.
     #[arg(
@@ -66,12 +67,41 @@ pub(crate) struct Args {
     pendulum: Pendulum,
 }
 
-/// An entry of the catalogue.
-fn on_request(id: &str) -> Result<&'static Spec, String> {
-    effects::all().find(|s| s.id == id).ok_or_else(|| {
+/// An entry of the catalogue, or the laws of a file.
+#[derive(Clone, Debug)]
+struct Candidate(Vec<&'static Spec>);
+
+fn candidate(given: &str) -> Result<Candidate, String> {
+    if given.ends_with(".toml") {
+        return own::load(given).map(Candidate).map_err(|e| e.to_string());
+    }
+    let entry = effects::all().find(|s| s.id == given);
+    let entry = entry.ok_or_else(|| {
         let ids: Vec<&str> = ON_REQUEST.iter().map(|s| s.id).collect();
-        format!("no such effect: give one of {}", ids.join(", "))
-    })
+        format!(
+            "no such effect: give a file with laws of your own (its name ends in .toml), or one of {}",
+            ids.join(", ")
+        )
+    })?;
+    Ok(Candidate(vec![entry]))
+}
+
+/// All that are to be looked for.
+fn asked(candidates: &[Candidate]) -> Result<Vec<&'static Spec>, Failure> {
+    let mut all: Vec<&'static Spec> = Vec::new();
+    for spec in candidates.iter().flat_map(|c| c.0.iter().copied()) {
+        if all
+            .iter()
+            .any(|other| other.id == spec.id && !other.is_same(spec))
+        {
+            let id = spec.id;
+            return Err(Failure::new(format!(
+                "--candidate: two different laws are called {id}: give one of them another id"
+            )));
+        }
+        all.push(spec);
+    }
+    Ok(all)
 }
 
 /// A time that is more than none, s.
@@ -90,6 +120,7 @@ const MOST_SECONDS: f64 = 365.0 * 86400.0;
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
     let rig = Rig::load(&args.recorded.rig)?;
+    let candidates = asked(&args.candidates)?;
     let mut notices = Vec::new();
     let [recordings, verify] =
         (args.recorded).load(&rig, &args.verify, args.pendulum, &mut notices)?;
@@ -106,7 +137,7 @@ pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
         same_zero: args.same_zero,
         time_limit: Some(Duration::from_secs_f64(args.time_limit)),
         thorough: args.thorough,
-        candidates: &args.candidates,
+        candidates: &candidates,
         pendulum: args.pendulum,
         compare: &there,
         ..Options::default()

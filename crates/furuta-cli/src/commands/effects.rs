@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use furuta_model::effects::{self, Kind, ParameterSpec};
+use furuta_model::effects::{self, Kind, ParameterSpec, own};
 use furuta_model::{Rig, Spec};
 use serde_json::{Value, json};
 
@@ -14,8 +14,9 @@ use crate::streams;
 /// experiment that tells.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
-    /// Effect to explain, for example arm.coulomb; all are listed if not given.
-    #[arg(value_name = "ID")]
+    /// Effect to explain, for example arm.coulomb, or a file with laws of your own (its name ends in .toml); all are
+    /// listed if not given.
+    #[arg(value_name = "ID|FILE.toml")]
     id: Option<String>,
     /// Rig on which the typical sizes are.
     #[arg(
@@ -36,19 +37,33 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let Some(id) = &args.id else {
         return list(&mut out, args.json);
     };
+    let rig = Rig::load(&args.rig)?;
+    for (n, spec) in entries(id)?.into_iter().enumerate() {
+        if args.json {
+            writeln!(out, "{}", explained_json(spec, &rig))?;
+            continue;
+        }
+        if n > 0 {
+            writeln!(out)?;
+        }
+        explain(&mut out, spec, &rig, (args.rig.as_str(), id.as_str()))?;
+    }
+    Ok(())
+}
+
+/// The entry of this id, or the laws of this file.
+fn entries(id: &str) -> Result<Vec<&'static Spec>, Failure> {
+    if id.ends_with(".toml") {
+        return own::load(id).map_err(|e| Failure::new(e.to_string()));
+    }
     let spec = effects::spec(id).ok_or_else(|| {
         let known: Vec<_> = effects::all().map(|s| s.id).collect();
         Failure::new(format!(
-            "unknown effect {id:?}: give one of {}",
+            "unknown effect {id:?}: give a file with laws of your own (its name ends in .toml), or one of {}",
             known.join(", ")
         ))
     })?;
-    let rig = Rig::load(&args.rig)?;
-    if args.json {
-        writeln!(out, "{}", explained_json(spec, &rig))?;
-        return Ok(());
-    }
-    explain(&mut out, spec, &rig, &args.rig)
+    Ok(vec![spec])
 }
 
 fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
@@ -81,15 +96,22 @@ fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// `given` is how the rig was named on the command line.
-fn explain(out: &mut impl Write, spec: &Spec, rig: &Rig, given: &str) -> Result<(), Failure> {
+/// `given` is how rig and effect were named on the command line.
+fn explain(
+    out: &mut impl Write,
+    spec: &Spec,
+    rig: &Rig,
+    given: (&str, &str),
+) -> Result<(), Failure> {
     writeln!(out, "{}: {}\n{}\n", spec.id, spec.name, spec.sentence)?;
     writeln!(out, "law           {}", spec.law)?;
     writeln!(out, "shows         {}", spec.shows)?;
-    writeln!(out, "looks like    {}", spec.look_alikes.join(", "))?;
+    if !spec.look_alikes.is_empty() {
+        writeln!(out, "looks like    {}", spec.look_alikes.join(", "))?;
+    }
     writeln!(out, "to tell       {}", spec.experiment)?;
     if !spec.offered.is_always() {
-        let (id, why) = (spec.id, spec.offered.why());
+        let (id, why) = (given.1, spec.offered.why());
         writeln!(
             out,
             "looked for    with furuta diagnose --candidate {id}: {why}"
@@ -108,8 +130,12 @@ fn explain(out: &mut impl Write, spec: &Spec, rig: &Rig, given: &str) -> Result<
     writeln!(
         out,
         "\nfuruta simulate --rig {} --hide {}:{}",
-        given,
-        spec.id,
+        given.0,
+        if spec.own.is_some() {
+            format!("{}#{}", given.1, spec.id)
+        } else {
+            spec.id.to_owned()
+        },
         hide.join(",")
     )?;
     Ok(())

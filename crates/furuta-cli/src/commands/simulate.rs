@@ -33,7 +33,8 @@ pub(crate) struct Args {
     /// Built-in rig or rig file, with the effects it names.
     #[arg(long, value_name = "RIG")]
     rig: String,
-    /// Add an effect: ID or ID:NAME=VALUE,... in SI units; may be repeated.
+    /// Add an effect: ID or ID:NAME=VALUE,... in SI units, or a law of your own: FILE.toml or FILE.toml:NAME=VALUE,...;
+    /// may be repeated.
     #[arg(long, value_name = "EFFECT")]
     hide: Vec<String>,
     /// Initial theta, alpha, theta_dot, alpha_dot (rad, rad/s); alpha is 0 upright, 3.14159 hanging. Hanging at rest if

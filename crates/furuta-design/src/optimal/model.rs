@@ -18,6 +18,7 @@ type Number = Jet<f64, 6>;
 const LEFT_OUT: Acts = Acts::DELAY
     .and(Acts::LAG)
     .and(Acts::MEMORY)
+    .and(Acts::INNER)
     .and(Acts::JUMPS)
     .and(Acts::DRIVE)
     .and(Acts::READING)

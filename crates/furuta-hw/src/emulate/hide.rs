@@ -1,13 +1,17 @@
 //! Effects to hide, as written on a command line.
 
+use furuta_model::effects::own::{self, HypothesisError};
 use furuta_model::effects::{Kind, ParameterSpec};
-use furuta_model::{CATALOGUE, Effect, EffectError, ON_REQUEST, Params, effects};
+use furuta_model::{CATALOGUE, Effect, EffectError, ON_REQUEST, Params, Spec, effects};
 
 /// A text does not say which effect to hide.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum HideError {
     /// No such effect.
-    #[error("unknown effect {id:?}: give one of {}", known())]
+    #[error(
+        "unknown effect {id:?}: give a file with a law of your own (its name ends in .toml), or one of {}",
+        known()
+    )]
     UnknownEffect {
         /// The id given.
         id: String,
@@ -45,11 +49,23 @@ pub enum HideError {
     /// A value outside its range.
     #[error("{0}")]
     Effect(EffectError),
+    /// A file of laws that cannot be read, or has a mistake in it.
+    #[error("{0}")]
+    Hypothesis(HypothesisError),
+    /// A file with another law, or with several of which none is chosen.
+    #[error("{file} has the laws {has}: write {file}#ID with one of them")]
+    WhichHypothesis {
+        /// The file.
+        file: String,
+        /// The ids that it has.
+        has: String,
+    },
 }
 
 /// Reads an effect to hide: `ID` at the size that would be noticed on this rig, or `ID:NAME=VALUE,NAME=VALUE` in SI
 /// units, words where there is a
-/// choice, with all parameters that have no default.
+/// choice, with all parameters that have no default. In place of the id there may be a file (`FILE.toml`, or
+/// `FILE.toml#ID` where it has several) with a law of the user's own ([`furuta_model::effects::own`]).
 ///
 /// # Errors
 /// [`HideError`].
@@ -69,8 +85,7 @@ pub enum HideError {
 /// ```
 pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, HideError> {
     let (id, assignments) = text.split_once(':').unwrap_or((text, ""));
-    let spec =
-        effects::spec(id.trim()).ok_or_else(|| HideError::UnknownEffect { id: id.to_owned() })?;
+    let spec = named(id.trim())?;
     let typical = |p: &ParameterSpec| p.off + p.typical(params);
     let mut values: Vec<Option<f64>> = match assignments.trim() {
         "" => spec
@@ -125,7 +140,27 @@ pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, Hi
             .and_then(|i| values[i])
     };
     let values = spec.values(given).map_err(HideError::Effect)?;
-    Effect::new(spec.id, &values).map_err(HideError::Effect)
+    Effect::checked(spec, &values).map_err(HideError::Effect)
+}
+
+/// The entry with this id, or the law in this file.
+fn named(id: &str) -> Result<&'static Spec, HideError> {
+    let (file, wanted) = match id.split_once('#') {
+        Some((file, wanted)) => (file, Some(wanted)),
+        None => (id, None),
+    };
+    if !file.ends_with(".toml") {
+        return effects::spec(id).ok_or_else(|| HideError::UnknownEffect { id: id.to_owned() });
+    }
+    let laws = own::load(file).map_err(HideError::Hypothesis)?;
+    let chosen = match wanted {
+        Some(wanted) => laws.iter().find(|spec| spec.id == wanted),
+        None => laws.first().filter(|_| laws.len() == 1),
+    };
+    chosen.copied().ok_or_else(|| HideError::WhichHypothesis {
+        file: file.to_owned(),
+        has: laws.iter().map(|s| s.id).collect::<Vec<_>>().join(", "),
+    })
 }
 
 fn known() -> String {
@@ -175,6 +210,43 @@ mod tests {
             error("drive.backlash:encoder=gear").to_string(),
             "drive.backlash: encoder = \"gear\" must be arm or motor"
         );
+    }
+
+    /// A law of the user's own is hidden by its file.
+    #[test]
+    fn a_law_of_a_file_is_hidden() {
+        let params = Rig::builtin("qube-servo-2").expect("built in").params;
+        let law = |id: &str| {
+            format!(
+                "[hypothesis.\"{id}\"]\narm = \"-k*theta_dot\"\n\
+                 parameters.k = {{ unit = \"N m s/rad\", min = 0.0, max = 1.0, typical = 1e-4 }}\n"
+            )
+        };
+        let folder = std::env::temp_dir().join(format!("furuta-hide-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let file = |name: &str, text: &str| {
+            let path = folder.join(name);
+            std::fs::write(&path, text).expect("written");
+            path.to_str().expect("plain").to_owned()
+        };
+        let one = file("one.toml", &law("user.hidden"));
+        let values = |text: &str| hidden_effect(text, &params).expect(text).values();
+        assert_eq!(values(&one)[..], [1e-4]);
+        assert_eq!(values(&format!("{one}:k=2e-3"))[..], [2e-3]);
+        let two = file("two.toml", &(law("user.hidden") + &law("user.other")));
+        assert_eq!(values(&format!("{two}#user.other:k=0.5"))[..], [0.5]);
+        let error = |text: &str| hidden_effect(text, &params).expect_err(text).to_string();
+        assert!(error(&two).contains("has the laws user.hidden, user.other"));
+        assert!(error(&format!("{one}#user.none")).contains("has the laws user.hidden"));
+        let wrong = file(
+            "wrong.toml",
+            &law("user.hidden").replace("theta_dot", "thetta"),
+        );
+        assert!(
+            error(&wrong).contains("wrong.toml: hypothesis user.hidden, arm (line 2), character 4")
+        );
+        assert!(error("none.toml").contains("none.toml"));
+        std::fs::remove_dir_all(&folder).expect("removed");
     }
 
     /// Sizes are distances from where the effect does nothing; what has a default keeps it.

@@ -1,7 +1,7 @@
 //! One more effect: where each candidate of the catalogue may start, which are fitted, and what the fits say.
 
 use furuta_model::effects::Acts;
-use furuta_model::{CATALOGUE, Spec};
+use furuta_model::{CATALOGUE, MAX_OWN_STATES, Spec};
 use rayon::prelude::*;
 
 use super::Fit;
@@ -13,7 +13,7 @@ use super::screen::{self, Screen};
 use crate::shooting::{Effort, MAX_FREE, Model, Problem};
 
 /// Strength (in units of the typical one) at which a candidate that starts from none is tried.
-const TOUCH: f64 = 0.3;
+pub(super) const TOUCH: f64 = 0.3;
 /// Below this (in units of the noise) what is left is small, and effects of about the strength that the score test
 /// says.
 const SMALL: f64 = 1.5;
@@ -45,12 +45,23 @@ pub(super) fn same_class(spec: &'static Spec) -> impl Iterator<Item = &'static S
         .filter(move |s| s.id != spec.id && is_late(s) && is_late(spec))
 }
 
-/// Whether an effect is neither in the hypothesis nor in the rig file, and a fit can still hold its parameters.
+/// Whether hypothesis and rig file have as many laws with a state as a plant can hold, and this is one more.
+pub(super) fn lacks_room(h: &Hypothesis, spec: &Spec) -> bool {
+    let has_state = |spec: &Spec| spec.acts.includes(Acts::STATE);
+    let present = h.sheet.present.iter().map(|e| e.spec());
+    let others = present.chain(h.effects.iter().copied());
+    has_state(spec) && others.filter(|s| has_state(s)).count() >= MAX_OWN_STATES
+}
+
+/// Whether an effect can act on the rig and is neither in the hypothesis nor in the rig file, and plant and fit can
+/// still hold it.
 pub(super) fn can_hold(h: &Hypothesis, spec: &Spec) -> bool {
     let numbers = h.layout().local() + spec.parameters.len();
     let present = h.sheet.present.iter().map(|e| e.spec());
     !h.has(spec.id)
         && numbers <= MAX_FREE
+        && !lacks_room(h, spec)
+        && spec.acts.not_on(h.sheet.params.motor.actuation).is_none()
         && present
             .into_iter()
             .all(|e| e.id != spec.id && !(is_late(e) && is_late(spec)))

@@ -53,7 +53,7 @@ pub(super) struct Sheet {
     pub(super) reference: Option<usize>,
     /// Effects that the rig file already has: part of every hypothesis, their values fixed.
     pub(super) present: Vec<Effect<f64>>,
-    /// Entries of the catalogue that are looked for on request, and that were asked for.
+    /// Entries that are looked for on request, of the catalogue or the user's own, and that were asked for.
     pub(super) asked: Vec<&'static Spec>,
 }
 
@@ -240,12 +240,12 @@ impl Hypothesis {
             .filter(|(_, e)| e.acts.includes(Acts::JUMPS))
             .filter_map(move |(i, e)| {
                 let first = self.offset(i);
-                Effect::unchecked(e.id, &values[first..first + e.parameters.len()])
+                Effect::of(e, &values[first..first + e.parameters.len()])
             })
     }
 
     /// Whether a window's start holds what is only computed from the motion before: which flanks touch, how far
-    /// bristles are bent, what a cable or a winding remembers.
+    /// bristles are bent, what a cable, a winding or a user's own law remembers.
     pub(super) fn infers(&self) -> bool {
         let inferred = Acts::BLOWS.and(Acts::MEMORY).and(Acts::INNER);
         self.effects.iter().any(|e| e.acts.touches(inferred))
@@ -482,7 +482,7 @@ impl Model for Hypothesis {
             i += spec.parameters.len();
             if is_late(spec) {
                 late += values[0];
-            } else if let Some(e) = Effect::unchecked(spec.id, &values) {
+            } else if let Some(e) = Effect::of(spec, &values) {
                 effects.push(e);
             }
         }

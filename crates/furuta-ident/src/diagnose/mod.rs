@@ -12,6 +12,7 @@
 //! 5. The repaired model goes back into a rig file (`repair`), and whole recordings are predicted with it (`predict`).
 
 mod additions;
+mod asked;
 mod compare;
 mod constancy;
 mod contested;
@@ -108,8 +109,44 @@ pub struct Options<'a> {
     /// Follow every candidate from every start to the end, however small its score statistic: several times as slow,
     /// and to the same names where what saves time is sound.
     pub thorough: bool,
-    /// Entries of the catalogue that are looked for on request ([`furuta_model::effects::Offered`]), to be looked for
-    /// here: fitted, compared and judged as any other. Those that are always looked for change nothing.
+    /// Entries that are looked for on request ([`furuta_model::effects::Offered`]), to be looked for here: of the
+    /// catalogue, or a user's own laws ([`furuta_model::effects::own`]). They are fitted, compared and judged as any
+    /// other. Those that are always looked for change nothing; of several with one id the first counts, and
+    /// [`Diagnosis::notices`] says of each that cannot be looked for why.
+    ///
+    /// ```
+    /// use furuta_ident::diagnose::{Options, Request, Verdict, diagnose_with};
+    /// use furuta_ident::recording::Recording;
+    /// use furuta_model::{Effect, Plant, Rig, State, effects::own};
+    ///
+    /// let brake = own::read(
+    ///     r#"
+    ///     [hypothesis."user.eddy-brake"]
+    ///     arm = "-k*theta_dot/(1 + (theta_dot/v)^2)"
+    ///     parameters.k = { unit = "N m s/rad", min = 0.0, max = 0.1, typical = 1e-3, strength = true }
+    ///     parameters.v = { unit = "rad/s", min = 0.3, max = 100.0, typical = 3.0 }
+    ///     "#,
+    /// )?;
+    /// // A rig that has such a brake, recorded by its encoders.
+    /// let rig = Rig::builtin("qube-servo-2").ok_or("built in")?;
+    /// let plant: Plant<f64> = Plant::new(&rig.params, &[Effect::checked(brake[0], &[2e-3, 2.0])?])?;
+    /// let mut x = plant.rest(State::hanging());
+    /// let mut samples = Vec::new();
+    /// for k in 0..3000 {
+    ///     let t = f64::from(k) * 0.002;
+    ///     let u = 3.0 * (3.0 * t * (1.0 + t)).sin();
+    ///     let [theta, alpha] = rig.sensors.quantised(plant.measure(&x));
+    ///     samples.push([t, u, theta, alpha]);
+    ///     plant.step(&mut x, u, 0.002);
+    /// }
+    /// let recordings = [Recording::from_samples("sweep", samples)?.0];
+    /// let request = Request { recordings: &recordings, rig: &rig, verify: &[] };
+    /// let found = diagnose_with(&request, Options { candidates: &brake, ..Options::default() }, &|_| ())?;
+    /// assert_eq!(found.diagnosis.verdict, Verdict::MissingEffects);
+    /// assert_eq!(found.diagnosis.effects[0].id, "user.eddy-brake");
+    /// assert!(found.repaired.to_toml().contains("[hypothesis.\"user.eddy-brake\"]"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub candidates: &'a [&'static Spec],
     /// What the pendulum does in the recordings. Where it is off or locked, the arm alone is diagnosed: no experiment
     /// is planned, and no expression looked for.
@@ -284,9 +321,10 @@ fn search(
     }
     let data = options.data(request.recordings, request.rig);
     insufficient::check(request.recordings, request.rig, &data)?;
-    let asked = options.candidates.iter().copied();
     let mut sheet = Sheet::new(request.rig, &data, !options.same_zero, options.pendulum);
-    sheet.asked = asked.filter(|s| !s.offered.is_always()).collect();
+    let base = Hypothesis::base(&Arc::new(sheet.clone()));
+    let (asked, mut notices) = asked::asked(&base, options.candidates);
+    sheet.asked = asked;
     let sheet = Arc::new(sheet);
     let teller = Teller::new(progress);
     let stage = |stage| teller.stage(stage);
@@ -502,6 +540,7 @@ fn search(
         let unseen = options.data(request.verify, request.rig);
         verify::verify(&unseen, models, &mut diagnosis, &mut curves);
     }
+    diagnosis.notices.append(&mut notices);
     if let Some(notice) = options.pendulum.notice() {
         diagnosis.notices.push(notice.to_owned());
         diagnosis.forget_pendulum();

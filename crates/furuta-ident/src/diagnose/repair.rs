@@ -62,7 +62,7 @@ pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
         let values: arrayvec::ArrayVec<f64, MAX_PARAMETERS> =
             v[i..i + spec.parameters.len()].iter().copied().collect();
         i += spec.parameters.len();
-        rig.effects.extend(Effect::unchecked(spec.id, &values));
+        rig.effects.extend(Effect::of(spec, &values));
     }
     rig
 }

@@ -254,6 +254,10 @@ fn snippet(effects: &[NamedEffect]) -> String {
         if !text.is_empty() {
             text.push('\n');
         }
+        let own = furuta_model::effects::spec(&effect.id).and_then(|spec| spec.own);
+        if let Some(laws) = own {
+            let _ = writeln!(text, "[hypothesis.\"{}\"]\n{}", effect.id, laws.text());
+        }
         let _ = writeln!(text, "[effects.\"{}\"]", effect.id);
         for (name, estimate) in &effect.parameters {
             // Six digits are beyond any standard deviation; `{:?}` of a float is a float in TOML too.

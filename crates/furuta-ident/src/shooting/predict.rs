@@ -16,7 +16,7 @@ const PAST: usize = 256;
 /// that it stood, or from what is measured there.
 const LEAD: f64 = 0.15;
 
-/// After this many time constants nothing is left of what a cable or a winding remembered.
+/// After this many time constants nothing is left of what an inner state remembered.
 const FORGOTTEN: f64 = 8.0;
 
 /// How a rig with a drive stood some time before a window's start, as the window before says.
@@ -241,7 +241,7 @@ fn enter<S: Scalar<Real = f64>>(
         shifted(x.map(S::from_f64), zero)
     };
     plant.enter(s, at, run.time(first), &past, run.h);
-    remember(plant, s, run, first, late);
+    remember(plant, s, run, first, late, zero);
     s.run = run.recording;
     if let Some(before) = before {
         plant.set_twist(s, before.twist);
@@ -257,23 +257,33 @@ fn enter<S: Scalar<Real = f64>>(
     plant.recall(s, run.reversals.to(start));
 }
 
-/// Lets what a cable or a winding remembers follow the motion before a sample, as it was measured.
+/// Lets what inner states remember follow the motion before a sample, as it was measured: so much of it that what was
+/// before is forgotten.
 fn remember<S: Scalar<Real = f64>>(
     plant: &Plant<S>,
     s: &mut PlantState<S>,
     run: &Run,
     to: usize,
     late: usize,
+    zero: [S; 2],
 ) {
-    let time = plant.memory_time();
-    if time <= 0.0 {
-        return;
+    let between = |k: usize| {
+        let mean = |a: [f64; 2], b: [f64; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+        let angles = mean(run.y[k], run.y[k + 1]);
+        let speeds = mean(run.speed[k], run.speed[k + 1]);
+        let x = State::new(angles[0], angles[1], speeds[0], speeds[1]);
+        shifted(x.map(S::from_f64), zero)
+    };
+    let (mut from, mut left) = (to, FORGOTTEN);
+    while from > 0 && left > 0.0 {
+        let k = from - 1;
+        let Some(rate) = plant.forgetting(run.time(k), &between(k), run.command(k, late)) else {
+            return;
+        };
+        left -= rate * run.h;
+        from = k;
     }
-    let from = to.saturating_sub((FORGOTTEN * time / run.h).ceil() as usize);
-    let past = (from..to).map(|k| {
-        let speed = 0.5 * (run.speed[k][0] + run.speed[k + 1][0]);
-        (speed, run.command(k, late))
-    });
+    let past = (from..to).map(|k| (between(k), run.command(k, late)));
     plant.remember(s, past, run.h);
 }
 

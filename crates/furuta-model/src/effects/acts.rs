@@ -43,7 +43,7 @@ impl Acts {
     /// Something that the arm touches and leaves ([`Law::end_stop`](super::Law::end_stop)).
     pub const CONTACT: Self = Self(1 << 15);
     /// It has a state that follows a differential equation ([`Law::relaxation`](super::Law::relaxation),
-    /// [`Law::winding`](super::Law::winding)).
+    /// [`Law::winding`](super::Law::winding), or that of a user's own law).
     pub const INNER: Self = Self(1 << 16);
     /// Its strength counts backwards: the larger the number, the less it does (a limit, the stiffness of a coupling).
     pub const BACKWARDS: Self = Self(1 << 17);
@@ -54,14 +54,15 @@ impl Acts {
     pub const ARM: Self = Self(1 << 19);
     /// Its law is of a voltage and the current that it drives against the back-EMF.
     pub const CURRENT: Self = Self(1 << 20);
+    /// A user's own law with a state ([`super::own::InternalState`]).
+    pub const STATE: Self = Self(1 << 21);
 
     /// Everything that moves the arm by a torque, or lies between motor and arm.
     const ON_ARM: Self = Self::ARM
         .and(Self::SHAFT)
         .and(Self::MEMORY)
         .and(Self::DRIVE)
-        .and(Self::CONTACT)
-        .and(Self::INNER);
+        .and(Self::CONTACT);
 
     /// Why an effect that acts here cannot act on a rig whose command is of this kind; `None` where it can.
     ///

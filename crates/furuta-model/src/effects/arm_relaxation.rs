@@ -48,7 +48,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::Like("arm.spring", "faster than its time constant it is a spring, slower a damping"),
-    acts: Acts::INNER,
+    acts: Acts::INNER.and(Acts::ARM),
     at_rest: AtRest::LeftOut("at rest it has relaxed; what it adds in motion is not in the matrices"),
     own: None,
     offered: Offered::OnRequest("within its time constant it is a spring, beyond it viscous friction: short \

@@ -98,12 +98,23 @@ macro_rules! catalogue {
                 }
             }
 
-            /// Whether it is on the motor's side of a drive ([`Acts::SHAFT`]); empirical terms are on the arm.
+            /// Whether it is on the motor's side of a drive ([`Acts::SHAFT`]); empirical terms are on the arm, a user's
+            /// own law says where.
             #[inline(always)]
             pub(crate) fn is_on_shaft(&self) -> bool {
                 match self {
                     $(Self::$name(_) => const { $module::SPEC.acts.includes(Acts::SHAFT) },)+
-                    Self::Custom(_) | Self::Own(_) => false,
+                    Self::Custom(_) => false,
+                    Self::Own(e) => e.is_on_motor(),
+                }
+            }
+
+            /// A user's own law that has a state.
+            #[inline(always)]
+            pub(crate) fn with_state(&self) -> Option<&Own<S>> {
+                match self {
+                    Self::Own(e) if e.has_state() => Some(e),
+                    _ => None,
                 }
             }
 

@@ -163,8 +163,9 @@ impl Spec {
             .and(Acts::DRY_FRICTION)
             .and(Acts::SHAPE)
             .and(Acts::ANGLE)
-            .and(Acts::SHAFT);
-        let depends_on_time = self.footprint == Footprint::UNCOMMANDED || self.own.is_some();
+            .and(Acts::SHAFT)
+            .and(Acts::ARM);
+        let depends_on_time = self.footprint == Footprint::UNCOMMANDED;
         of_state.includes(self.acts) && !depends_on_time
     }
 

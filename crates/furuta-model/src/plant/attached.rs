@@ -2,8 +2,10 @@
 
 use super::Plant;
 use super::crossing::Cubic;
-use super::drive::{Moment, TwoBody};
+use super::drive::{Bodies, Moment, TwoBody};
 use super::events::{Event, Stages};
+use super::friction::Balance;
+use super::own::STATES;
 use super::regime::{How, Regime};
 use super::state::{Contact, PlantState};
 use crate::effects::Acts;
@@ -34,6 +36,7 @@ impl<S: Scalar> Plant<S> {
                 [s.x.theta, s.x.theta_dot]
             },
             inner: s.inner,
+            own: self.acts.includes(Acts::STATE),
         }
     }
 
@@ -52,20 +55,44 @@ impl<S: Scalar> Plant<S> {
             - self.relaxation.stiffness * m.inner[0]
     }
 
+    /// Adds what is attached to these bodies.
+    #[inline(always)]
+    pub(super) fn attach(
+        &self,
+        balance: &mut Balance<S>,
+        m: &TwoBody<S>,
+        at: &Moment<S>,
+        of: Bodies,
+    ) {
+        if !self.acts.touches(Acts::CONTACT.and(Acts::INNER)) {
+            return;
+        }
+        balance.free[0] += self.attached(m, at);
+        if self.acts.includes(Acts::STATE) {
+            let own = self.own_at_arm(m, at, of);
+            balance.free = [balance.free[0] + own[0], balance.free[1] + own[1]];
+        }
+    }
+
     /// How fast the inner states change.
     #[inline(always)]
-    pub(super) fn inner_rates(&self, m: &TwoBody<S>, volts: S) -> [S; 2] {
-        [
-            self.relaxation.rate(m.inner[0], m.x.theta_dot),
-            self.winding
-                .rate(m.inner[1], volts - self.back_emf(m.rotor[1])),
-        ]
+    pub(super) fn inner_rates(&self, m: &TwoBody<S>, at: &Moment<S>) -> [S; STATES] {
+        let mut rates = [S::ZERO; STATES];
+        rates[0] = self.relaxation.rate(m.inner[0], m.x.theta_dot);
+        let settled = at.volts - self.back_emf(m.rotor[1]);
+        rates[1] = self.winding.rate(m.inner[1], settled);
+        if self.acts.includes(Acts::STATE) {
+            self.own_rates(&mut rates, m, at);
+        }
+        rates
     }
 
     /// The inner states as after a long rest under the voltage at the motor; and the end stop that the arm presses on.
     pub(super) fn relax(&self, s: &mut PlantState<S>) {
         if self.acts.includes(Acts::INNER) {
-            s.inner = [S::ZERO, s.voltage - self.back_emf(s.rotor[1])];
+            s.inner = [S::ZERO; STATES];
+            s.inner[1] = s.voltage - self.back_emf(s.rotor[1]);
+            self.own_starts(&mut s.inner);
         }
         s.pressed = Contact::of(self.end_stop.side(s.x.theta, s.x.theta_dot));
     }
@@ -152,8 +179,8 @@ impl<S: Scalar> Plant<S> {
         None
     }
 
-    /// What the inner states have become over the times of `h` seconds before now, the oldest first: in each the arm
-    /// had one of these speeds (rad/s) under one of these commands (V). Plants without such states do not listen.
+    /// What the inner states have become over the times of `h` seconds before now, the oldest first: in each the rig was
+    /// in one of these states under one of these commands (V). Plants without such states do not listen.
     ///
     /// ```
     /// use furuta_model::{Effect, Plant, Rig, State};
@@ -162,44 +189,66 @@ impl<S: Scalar> Plant<S> {
     /// let plant: Plant<f64> = Plant::new(&rig.params, &[cable])?;
     /// let hanging = State::new(1.0, core::f64::consts::PI, 0.0, 0.0);
     /// let (mut rested, mut turned) = (plant.rest(hanging), plant.rest(hanging));
-    /// plant.remember(&mut turned, [(50.0, 0.0)], 0.002);
+    /// let turning = State::new(0.95, core::f64::consts::PI, 50.0, 0.0);
+    /// plant.remember(&mut turned, [(turning, 0.0)], 0.002);
     /// plant.step(&mut rested, 0.0, 0.002);
     /// plant.step(&mut turned, 0.0, 0.002);
     /// assert!(turned.x.theta_dot < rested.x.theta_dot); // the cable is still stretched by nearly 0.1 rad
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn remember(
-        &self,
-        s: &mut PlantState<S>,
-        past: impl IntoIterator<Item = (S::Real, S::Real)>,
-        h: S::Real,
-    ) {
+    pub fn remember<P>(&self, s: &mut PlantState<S>, past: P, h: S::Real)
+    where
+        P: IntoIterator<Item = (State<S>, S::Real), IntoIter: ExactSizeIterator>,
+    {
         if !self.acts.includes(Acts::INNER) {
             return;
         }
-        let length = S::from_real(h);
-        let mut first = true;
-        for (speed, command) in past {
-            let speed = S::from_real(speed);
-            let settled = self.mapped(s.t, S::from_real(command)) - self.back_emf(speed);
-            if first {
-                s.inner = [S::ZERO, settled];
-                first = false;
+        let past = past.into_iter();
+        let (length, count) = (S::from_real(h), past.len());
+        for (k, (x, command)) in past.enumerate() {
+            #[allow(clippy::cast_precision_loss)]
+            let ago = (count - k) as f64 - 0.5;
+            let t = s.t - length.scale(S::Real::from_f64(ago));
+            let volts = self.mapped(t, S::from_real(command));
+            let settled = volts - self.back_emf(x.theta_dot);
+            if k == 0 {
+                s.inner[0] = S::ZERO;
+                s.inner[1] = settled;
+                self.own_starts(&mut s.inner);
             }
-            s.inner = [
-                self.relaxation.after(s.inner[0], speed, length),
-                self.winding.after(s.inner[1], settled, length),
-            ];
+            s.inner[0] = self.relaxation.after(s.inner[0], x.theta_dot, length);
+            s.inner[1] = self.winding.after(s.inner[1], settled, length);
+            self.own_after(&mut s.inner, &x, t, volts, h);
         }
     }
 
-    /// How long the inner states remember, s; 0: there are none.
+    /// How fast the inner states forget where they were, at time `t` (s) in this state under this command (V): the
+    /// slowest of them, 1/s; 0 where one never does. `None`: there are none.
+    ///
+    /// ```
+    /// use furuta_model::{Effect, Plant, Rig, State};
+    /// let rig = Rig::builtin("qube-servo-2").ok_or("built in")?;
+    /// let cable = Effect::new("arm.relaxation", &[0.01, 0.5])?;
+    /// let plant: Plant<f64> = Plant::new(&rig.params, &[cable])?;
+    /// assert_eq!(plant.forgetting(0.0, &State::hanging(), 0.0), Some(2.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[must_use]
-    pub fn memory_time(&self) -> f64 {
+    pub fn forgetting(&self, t: S::Real, x: &State<S>, command: S::Real) -> Option<f64> {
         if !self.acts.includes(Acts::INNER) {
-            return 0.0;
+            return None;
         }
-        let times = [self.relaxation.time_constant, self.winding.time_constant];
-        times.map(|t| t.value()).into_iter().fold(0.0, f64::max)
+        let mut slowest = f64::INFINITY;
+        for time in [self.relaxation.time_constant, self.winding.time_constant] {
+            if time.value() > 0.0 {
+                slowest = slowest.min(1.0 / time.value());
+            }
+        }
+        if self.acts.includes(Acts::STATE) {
+            let t = S::from_real(t);
+            let volts = self.mapped(t, S::from_real(command));
+            slowest = slowest.min(self.own_fading(x, t, volts));
+        }
+        Some(if slowest > 0.0 { slowest } else { 0.0 })
     }
 }

@@ -1,5 +1,6 @@
 //! Rotor and arm as two bodies, with backlash or a spring between them.
 
+use super::own::{FIRST, STATES};
 use super::state::{Contact, Twist};
 use super::{MAX_SUBSTEPS, Plant, PlantState};
 use crate::dynamics::Angle;
@@ -23,7 +24,10 @@ pub(super) struct TwoBody<S> {
     pub(super) x: State<S>,
     pub(super) rotor: [S; 2],
     /// How far a cable that relaxes is stretched, rad; the voltage across the winding's resistance, V.
-    pub(super) inner: [S; 2],
+    /// Behind these two those of users' own laws.
+    pub(super) inner: [S; STATES],
+    /// Whether the plant has such laws: else their states are not integrated.
+    pub(super) own: bool,
 }
 
 /// What torques depend on beside the bodies' motion: the time, the voltage at the motor (V), what friction remembers,
@@ -43,8 +47,26 @@ impl<S: Scalar> Add for TwoBody<S> {
         Self {
             x: self.x + o.x,
             rotor: [self.rotor[0] + o.rotor[0], self.rotor[1] + o.rotor[1]],
-            inner: [self.inner[0] + o.inner[0], self.inner[1] + o.inner[1]],
+            inner: self.each_inner(|i, x| x + o.inner[i]),
+            own: self.own,
         }
+    }
+}
+
+impl<S: Scalar> TwoBody<S> {
+    /// The inner states that there are through `f`.
+    #[inline(always)]
+    fn each_inner(&self, f: impl Fn(usize, S) -> S) -> [S; STATES] {
+        let mut inner = self.inner;
+        for (i, x) in inner.iter_mut().enumerate().take(FIRST) {
+            *x = f(i, *x);
+        }
+        if self.own {
+            for (i, x) in inner.iter_mut().enumerate().skip(FIRST) {
+                *x = f(i, *x);
+            }
+        }
+        inner
     }
 }
 
@@ -54,7 +76,8 @@ impl<S: Scalar> Vector<S> for TwoBody<S> {
         Self {
             x: self.x.map(&f),
             rotor: self.rotor.map(&f),
-            inner: self.inner.map(f),
+            inner: self.each_inner(|_, x| f(x)),
+            own: self.own,
         }
     }
 }
@@ -171,6 +194,9 @@ impl<S: Scalar> Plant<S> {
                 volts: self.acting(m, at.volts),
             };
             [shaft.free, _] = self.add_torques_outside([S::ZERO; 2], &at, Bodies::Rotor);
+            if self.acts.includes(Acts::STATE) {
+                shaft.free += self.own_torque(&at, Bodies::Rotor, &m.inner)[0];
+            }
             [shaft.limit, _] = self.dry_limit(&at, Bodies::Rotor);
         }
         shaft
@@ -264,6 +290,7 @@ impl<S: Scalar> Plant<S> {
             x: s.x,
             rotor: [s.x.theta, s.x.theta_dot],
             inner: s.inner,
+            own: self.acts.includes(Acts::STATE),
         };
         let balance = self.whole(&m, at);
         let (acceleration, friction) = balance.solve(balance.decide(speed, [None; 2]));
@@ -300,7 +327,8 @@ impl<S: Scalar> Plant<S> {
         let m = TwoBody {
             x: *x,
             rotor,
-            inner: [S::ZERO; 2],
+            inner: [S::ZERO; STATES],
+            own: false,
         };
         let at = Moment {
             clock: Clock::at(S::ZERO),
@@ -358,19 +386,24 @@ impl<S: Scalar> Plant<S> {
         fastest
     }
 
-    /// How many steps of the integrator a stretch of `h` seconds takes.
+    /// How many steps of the integrator a stretch of `h` seconds takes; states of users' own laws may need more.
     #[must_use]
     pub fn substeps(&self, h: S::Real) -> usize {
         let (drive, inner) = (self.ringing(), self.inner_ringing());
         let rate = if drive < inner { inner } else { drive };
-        if rate <= S::Real::ZERO {
-            return 1;
-        }
-        let wanted = libm::ceil((rate * h).value() * STEPS_PER_RADIAN);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let steps = wanted as usize; // saturates; NaN is 0
-        steps.clamp(1, MAX_SUBSTEPS)
+        steps_for(rate, h)
     }
+}
+
+/// How many steps of the integrator follow this rate (1/s) for `h` seconds.
+pub(super) fn steps_for<R: Scalar<Real = R> + PartialOrd>(rate: R, h: R) -> usize {
+    if rate <= R::ZERO {
+        return 1;
+    }
+    let wanted = libm::ceil((rate * h).value() * STEPS_PER_RADIAN);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let steps = wanted as usize; // saturates; NaN is 0
+    steps.clamp(1, MAX_SUBSTEPS)
 }
 
 /// The inertia (kg m²) of the arm with the pendulum where they are at their lightest together: where the pendulum's

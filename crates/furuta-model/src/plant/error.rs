@@ -1,6 +1,6 @@
 //! Why a plant cannot be built or stepped as asked.
 
-use super::{MAX_DELAY_SAMPLES, MAX_EFFECTS, MAX_SUBSTEPS};
+use super::{MAX_DELAY_SAMPLES, MAX_EFFECTS, MAX_OWN_STATES, MAX_SUBSTEPS};
 use crate::effects::EffectError;
 use crate::params::ParamError;
 
@@ -14,6 +14,11 @@ pub enum PlantError {
     Effect(EffectError),
     /// More effects than a plant can hold.
     TooManyEffects {
+        /// How many were asked for.
+        given: usize,
+    },
+    /// More users' own laws with a state than a plant can hold.
+    TooManyStates {
         /// How many were asked for.
         given: usize,
     },
@@ -51,6 +56,10 @@ impl core::fmt::Display for PlantError {
                     "{given} effects on one plant: at most {MAX_EFFECTS} are possible"
                 )
             }
+            Self::TooManyStates { given } => write!(
+                f,
+                "{given} laws of the user's own with a state on one plant: at most {MAX_OWN_STATES} are possible"
+            ),
             Self::DelayTooLong { delay, longest } => write!(
                 f,
                 "a delay of {delay} s is longer than the {longest} s ({MAX_DELAY_SAMPLES} samples) the \

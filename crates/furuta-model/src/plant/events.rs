@@ -186,7 +186,8 @@ impl<S: Scalar> Plant<S> {
                 TwoBody {
                     x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),
                     rotor: [m.x.theta_dot, a[0]],
-                    inner: self.inner_rates(m, at.volts),
+                    inner: self.inner_rates(m, &at),
+                    own: m.own,
                 }
             });
         }
@@ -198,6 +199,7 @@ impl<S: Scalar> Plant<S> {
                     x: *x,
                     rotor: [x.theta + shift, x.theta_dot],
                     inner: s.inner,
+                    own: false,
                 };
                 let at = stages.moment(i, self.memory_at(s, &m), s.pressed);
                 let (a, _) = self.whole(&m, at).solve(regime.dry);
@@ -207,6 +209,7 @@ impl<S: Scalar> Plant<S> {
                 x,
                 rotor: [x.theta + shift, x.theta_dot],
                 inner: s.inner,
+                own: false,
             };
         }
         let start = self.body(s);
@@ -222,7 +225,8 @@ impl<S: Scalar> Plant<S> {
             TwoBody {
                 x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),
                 rotor: [m.rotor[1], rotor],
-                inner: self.inner_rates(m, at.volts),
+                inner: self.inner_rates(m, &at),
+                own: m.own,
             }
         })
     }
@@ -378,7 +382,8 @@ impl<S: Scalar> Plant<S> {
                 let rate = TwoBody {
                     x: State::new(end.x.theta_dot, end.x.alpha_dot, a[0], a[1]),
                     rotor: [end.rotor[1], now.rotor],
-                    inner: self.inner_rates(end, at.volts),
+                    inner: self.inner_rates(end, &at),
+                    own: end.own,
                 };
                 *end = TwoBody {
                     x: end.x + rate.x * late,
@@ -386,7 +391,8 @@ impl<S: Scalar> Plant<S> {
                         end.rotor[0] + rate.rotor[0] * late,
                         end.rotor[1] + rate.rotor[1] * late,
                     ],
-                    inner: [0, 1].map(|i| end.inner[i] + rate.inner[i] * late),
+                    inner: core::array::from_fn(|i| end.inner[i] + rate.inner[i] * late),
+                    own: end.own,
                 };
             }
         }

@@ -6,6 +6,7 @@ mod drive;
 mod error;
 mod events;
 mod friction;
+mod own;
 mod regime;
 mod speed;
 mod start;
@@ -13,6 +14,7 @@ mod state;
 mod step;
 
 pub use error::PlantError;
+pub use own::MAX_OWN_STATES;
 pub use state::{PlantState, Twist};
 
 use crate::dynamics::{self, Angle};
@@ -69,7 +71,7 @@ impl<S: Scalar> Plant<S> {
     ///
     /// # Errors
     /// A parameter or an effect's value outside its range, an effect that cannot act on a rig of this kind of command,
-    /// more than [`MAX_EFFECTS`] effects, or effects with events within a step in a scalar of several lanes.
+    /// more than [`MAX_EFFECTS`] effects or [`MAX_OWN_STATES`] users' own laws with a state, or effects with events within a step in a scalar of several lanes.
     ///
     /// ```
     /// use furuta_model::{Plant, PlantError, Rig};
@@ -90,7 +92,8 @@ impl<S: Scalar> Plant<S> {
     /// The same from what the equations of motion see of the parameters: what a fit varies. Ranges are not checked.
     ///
     /// # Errors
-    /// More than [`MAX_EFFECTS`] effects, or effects with events within a step in a scalar of several lanes.
+    /// More than [`MAX_EFFECTS`] effects, more than [`MAX_OWN_STATES`] users' own laws with a state, or effects with
+    /// events within a step in a scalar of several lanes.
     pub fn from_coefficients(
         coefficients: Coefficients<S>,
         effects: &[Effect<S>],
@@ -105,6 +108,11 @@ impl<S: Scalar> Plant<S> {
                 })?;
             plant.coefficients = effect.shape(plant.coefficients);
             plant.feel(effect);
+        }
+        let with_state = plant.effects.iter().filter(|e| e.with_state().is_some());
+        let given = with_state.count();
+        if given > MAX_OWN_STATES {
+            return Err(PlantError::TooManyStates { given });
         }
         if S::LANES > 1 && plant.acts.touches(EVENTS.and(Acts::SENSOR_DELAY)) {
             return Err(PlantError::EventsInLanes);
@@ -411,7 +419,7 @@ impl<S: Scalar> Plant<S> {
     ///
     /// Dry friction stops an axis that it can hold at the rate `stick_rate` (1/s) instead of at once: RK4 is stable up
     /// to 2.78 over the step's length. Rotor and arm are taken as one body, friction that remembers and cables as
-    /// relaxed, the motor's current as prompt.
+    /// relaxed, the motor's current as prompt, states of users' own laws as at the start of a run.
     #[inline(always)]
     #[must_use]
     pub fn rate(&self, t: S, x: &State<S>, volts: S, stick_rate: S::Real) -> State<S> {
@@ -434,6 +442,10 @@ impl<S: Scalar> Plant<S> {
         if self.acts.includes(Acts::CONTACT) {
             let side = self.end_stop.side(x.theta, x.theta_dot);
             balance.free[0] += self.end_stop.torque(side, x.theta, x.theta_dot);
+        }
+        if self.acts.includes(Acts::STATE) {
+            let extra = self.own_at_start(x, Clock::at(t), volts);
+            balance.free = [balance.free[0] + extra[0], balance.free[1] + extra[1]];
         }
         let acceleration = if self.acts.includes(Acts::DRY_FRICTION) {
             let stop = [

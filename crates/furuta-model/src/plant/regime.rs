@@ -74,9 +74,7 @@ impl<S: Scalar> Plant<S> {
             Bodies::Whole
         };
         let mut balance = self.balance_outside(c, at.clock, &m.x, volts, at.memory, of);
-        if self.acts.touches(Acts::CONTACT.and(Acts::INNER)) {
-            balance.free[0] += self.attached(m, &at);
-        }
+        self.attach(&mut balance, m, &at, of);
         if of == Bodies::Whole {
             return balance;
         }
@@ -99,9 +97,7 @@ impl<S: Scalar> Plant<S> {
         let of = Bodies::Load;
         let mut balance = self.balance_outside(load, at.clock, &m.x, at.volts, at.memory, of);
         balance.free[0] += passed;
-        if self.acts.touches(Acts::CONTACT.and(Acts::INNER)) {
-            balance.free[0] += self.attached(m, &at);
-        }
+        self.attach(&mut balance, m, &at, of);
         balance
     }
 

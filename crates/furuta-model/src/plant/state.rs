@@ -1,6 +1,7 @@
 //! Everything about a plant that changes.
 
 use super::MAX_DELAY_SAMPLES;
+use super::own::STATES;
 use crate::scalar::Scalar;
 use crate::state::State;
 use arrayvec::ArrayVec;
@@ -27,7 +28,7 @@ pub struct PlantState<S: Scalar> {
     /// What [`crate::effects::Law::travelled`] keeps.
     pub(super) memory: S,
     /// States of effects that follow differential equations: see [`super::drive::TwoBody`].
-    pub(super) inner: [S; 2],
+    pub(super) inner: [S; STATES],
     /// Which end stop the arm presses on.
     pub(super) pressed: Contact,
     /// The last commands.
@@ -50,7 +51,7 @@ impl<S: Scalar> PlantState<S> {
             contact: Contact::Free,
             at_limit: false,
             memory: S::ZERO,
-            inner: [S::ZERO; 2],
+            inner: [S::ZERO; STATES],
             pressed: Contact::Free,
             commands: History::constant(S::ZERO),
             readings: History::constant([S::ZERO; 4]),

@@ -1,6 +1,6 @@
 //! One sample period: the stretches between times at which something is known to jump, and RK4 over a smooth one.
 
-use super::drive::Bodies;
+use super::drive::{Bodies, Moment};
 use super::friction::Balance;
 use super::{EVENTS, MAX_DELAY_SAMPLES, Plant, PlantState};
 use crate::effects::{Acts, Clock, Law};
@@ -128,11 +128,30 @@ impl<S: Scalar> Plant<S> {
         {
             return;
         }
-        let parts = self.substeps(h.of(S::ONE).real());
+        let parts = self.parts(s, h.of(S::ONE).real());
         let part = h.part(parts);
         for _ in 0..parts {
             self.flow(s, u, part);
         }
+    }
+
+    /// How many steps of the integrator a stretch of `h` seconds from here takes.
+    fn parts(&self, s: &PlantState<S>, h: S::Real) -> usize {
+        let parts = self.substeps(h);
+        if !self.acts.includes(Acts::STATE) {
+            return parts;
+        }
+        let at = Moment {
+            clock: Clock {
+                run: s.run,
+                t: s.t,
+                within: s.t,
+            },
+            volts: s.voltage,
+            memory: s.memory,
+            pressed: s.pressed,
+        };
+        parts.max(self.own_steps(&self.body(s), &at, h))
     }
 
     /// One step in which what dry friction acts on slides on as it does: the usual case, at little more than the cost

@@ -103,7 +103,8 @@ proptest! {
         let p = bare_arm(true);
         let plant = plant(&p, "arm.relaxation", &[1e-2, tau]);
         let mut s = plant.rest(State::new(0.0, PI, 0.0, 0.0));
-        plant.remember(&mut s, speeds.iter().map(|v| (*v, u)), h);
+        let past = speeds.iter().map(|v| (State::new(0.0, PI, *v, 0.0), u));
+        plant.remember(&mut s, past, h);
         // Each piece of the way is stretched once and fades from then on.
         let stretch: f64 = speeds.iter().rev().enumerate().map(|(k, v)| {
             v * tau * (1.0 - (-h / tau).exp()) * (-h * k as f64 / tau).exp()

@@ -8,6 +8,7 @@ use furuta_model::effects::{Acts, Clock, Instant, Kind, Law, ParameterSpec};
 use furuta_model::{Effect, Spec, State};
 use rayon::prelude::*;
 
+use super::super::additions::TOUCH;
 use super::sums::{Second, Sums};
 use super::{SLOPE, Screen, is_scanned};
 
@@ -58,6 +59,9 @@ impl Screen {
                     })
                 })
                 .collect();
+        }
+        for values in &mut grid {
+            touch(spec, values, typical);
         }
         grid.retain(|values| asked(values));
         let mut tried: Vec<Place> = self
@@ -129,12 +133,12 @@ impl Screen {
             .parameters
             .iter()
             .position(|p| matches!(p.kind, Kind::Phase | Kind::Rest));
-        let first = Effect::unchecked(spec.id, &values)?;
+        let first = Effect::of(spec, &values)?;
         let quarter = match turned {
             Some(i) if spec.parameters[i].kind == Kind::Phase => {
                 let mut quarter = values.clone();
                 quarter[i] = FRAC_PI_2;
-                Some(Effect::unchecked(spec.id, &quarter)?)
+                Some(Effect::of(spec, &quarter)?)
             }
             _ => None,
         };
@@ -178,7 +182,8 @@ impl Screen {
         if information <= 0.0 {
             return None;
         }
-        values[0] = (values[0] * weighted / information).clamp(strength.min, strength.max);
+        let size = (values[0] - strength.off) * weighted / information;
+        values[0] = (strength.off + size).clamp(strength.min, strength.max);
         let mut zeros = vec![0.0; self.recordings];
         if let Some(i) = turned {
             let per_turn = self.per_turn(spec, i, &values);
@@ -205,7 +210,7 @@ impl Screen {
     }
 
     /// By how much a phase or an angle of rest changes to do what turning the arm by one radian does.
-    fn per_turn(&self, spec: &Spec, i: usize, values: &[f64]) -> f64 {
+    fn per_turn(&self, spec: &'static Spec, i: usize, values: &[f64]) -> f64 {
         let torque = |effect: &Effect<f64>, by: f64| {
             let x = State::new(0.3 + by, 0.7, 0.0, 0.0);
             let at = Instant {
@@ -221,7 +226,7 @@ impl Screen {
         let at = |value: f64| {
             let mut moved = values.to_vec();
             moved[i] = value;
-            Effect::unchecked(spec.id, &moved)
+            Effect::of(spec, &moved)
         };
         let (Some(low), Some(here), Some(high)) = (at(-SLOPE), at(0.0), at(SLOPE)) else {
             return 1.0;
@@ -232,6 +237,16 @@ impl Screen {
             1.0
         } else {
             by_angle / by_parameter
+        }
+    }
+}
+
+/// A start at no strength at all says nothing about what the effect changes.
+fn touch(spec: &Spec, values: &mut [f64], typical: &[f64]) {
+    let strengths = || spec.parameters.iter().zip(typical).take(spec.strengths);
+    if strengths().zip(&*values).all(|((p, _), v)| *v == p.off) {
+        for (v, (p, typical)) in values.iter_mut().zip(strengths()) {
+            *v = (p.off + TOUCH * typical).clamp(p.min, p.max);
         }
     }
 }

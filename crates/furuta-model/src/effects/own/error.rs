@@ -17,6 +17,17 @@ pub enum HypothesisError {
         /// What.
         message: String,
     },
+    /// A file that cannot be read.
+    #[error("{0}")]
+    Input(String),
+    /// A mistake in a file.
+    #[error("{file}: {error}")]
+    InFile {
+        /// The file's name.
+        file: String,
+        /// The mistake.
+        error: Box<HypothesisError>,
+    },
     /// A file without hypotheses.
     #[error(
         "no hypothesis in it: write a table [hypothesis.\"user.my-drag\"] with a law and its parameters"
@@ -92,7 +103,7 @@ pub enum HypothesisError {
         /// What the law is.
         value: f64,
         /// In which unit.
-        unit: &'static str,
+        unit: String,
         /// Where.
         at: String,
     },
@@ -181,7 +192,7 @@ pub enum Problem {
         /// What there is.
         known: String,
     },
-    /// A part of the state in a law of the voltage.
+    /// Part of the rig's state, or the law's own, in a law of the voltage.
     #[error(
         "`{name}` is not seen here: a law of the voltage is a map of u and t; write a torque on the arm instead"
     )]

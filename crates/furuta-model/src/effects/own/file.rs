@@ -1,10 +1,12 @@
 //! Hypotheses in TOML: tables `[hypothesis."user.my-drag"]`, in files of their own and in rig files.
 
-use super::define::{Constant, Definition, Parameter};
+use super::define::{Constant, Definition, InternalState, Parameter, Side};
 use super::error::HypothesisError;
 use crate::effects::Spec;
+use furuta_input::{read_text, shown};
 use serde::Deserialize;
 use std::collections::BTreeMap;
+use std::path::Path;
 use toml::Spanned;
 
 /// The most hypotheses of one file.
@@ -19,6 +21,9 @@ pub(crate) struct HypothesisText {
     arm: Option<Spanned<String>>,
     pendulum: Option<Spanned<String>>,
     voltage: Option<Spanned<String>>,
+    #[serde(default)]
+    side: Side,
+    state: Option<StateText>,
     parameters: BTreeMap<String, ParameterText>,
     #[serde(default)]
     constants: BTreeMap<String, ConstantText>,
@@ -36,6 +41,16 @@ struct ParameterText {
     strength: Option<bool>,
     #[serde(default)]
     starts: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StateText {
+    name: String,
+    unit: Spanned<String>,
+    rate: Spanned<String>,
+    #[serde(default)]
+    start: f64,
 }
 
 #[derive(Deserialize)]
@@ -82,6 +97,20 @@ pub fn read(text: &str) -> Result<Vec<&'static Spec>, HypothesisError> {
     define(text, file.hypothesis)
 }
 
+/// Reads a file of hypotheses ([`read`]).
+///
+/// # Errors
+/// [`HypothesisError`], with the file's name.
+pub fn load(path: impl AsRef<Path>) -> Result<Vec<&'static Spec>, HypothesisError> {
+    let path = path.as_ref();
+    let text = read_text(path, "a file of hypotheses")
+        .map_err(|e| HypothesisError::Input(e.to_string()))?;
+    read(&text).map_err(|error| HypothesisError::InFile {
+        file: shown(path),
+        error: Box::new(error),
+    })
+}
+
 /// Compiles the tables of a file's text.
 pub(crate) fn define(
     text: &str,
@@ -110,6 +139,12 @@ impl HypothesisText {
             ("voltage", self.voltage),
         ]
         .map(|(key, law)| law.map(|law| placed(key.to_owned(), law)));
+        let state = self.state.map(|state| InternalState {
+            name: state.name,
+            unit: placed("state.unit".to_owned(), state.unit),
+            rate: placed("state.rate".to_owned(), state.rate),
+            start: state.start,
+        });
         let parameters = self.parameters.into_iter().map(|(name, p)| Parameter {
             unit: placed(format!("parameters.{name}.unit"), p.unit),
             name,
@@ -134,6 +169,8 @@ impl HypothesisText {
             arm,
             pendulum,
             voltage,
+            side: self.side,
+            state,
             parameters,
             constants,
         };

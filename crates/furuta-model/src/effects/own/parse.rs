@@ -52,6 +52,8 @@ pub(super) fn is_taken(name: &str) -> bool {
 pub(super) struct Names<'a> {
     pub(super) parameters: &'a [(String, Unit)],
     pub(super) constants: &'a [(String, f64, Unit)],
+    /// The state, where the hypothesis has one.
+    pub(super) state: Option<(&'a str, Unit)>,
     /// Whether it maps the voltage: then it sees command and time only.
     pub(super) of_voltage: bool,
 }
@@ -304,7 +306,11 @@ impl Parser<'_> {
         if let Some((_, arguments)) = FUNCTIONS.iter().find(|(word, _)| *word == name) {
             return self.function(start, *arguments);
         }
-        let variable = VARIABLES.iter().find(|(word, ..)| *word == name);
+        let state = (self.names.state)
+            .filter(|(word, _)| *word == name)
+            .map(|(word, unit)| (word, Operation::Variable(Variable::State), unit));
+        let variable = VARIABLES.iter().find(|(word, ..)| *word == name).copied();
+        let variable = variable.or(state);
         let constant = self.names.constants.iter().find(|(word, ..)| word == name);
         let parameter = self
             .names
@@ -316,7 +322,7 @@ impl Parser<'_> {
                 let name = name.to_owned();
                 return Err((span, Problem::NotOfVoltage { name }));
             }
-            (*operation, *unit)
+            (operation, unit)
         } else if let Some(i) = parameter {
             #[allow(clippy::cast_possible_truncation)] // at most MAX_PARAMETERS
             (Operation::Parameter(i as u8), self.names.parameters[i].1)
@@ -327,7 +333,8 @@ impl Parser<'_> {
         } else {
             let own = self.names.parameters.iter().map(|(word, _)| word.as_str());
             let constants = self.names.constants.iter().map(|(word, ..)| word.as_str());
-            let known = VARIABLES.iter().map(|(word, ..)| *word);
+            let state = self.names.state.map(|(word, _)| word);
+            let known = VARIABLES.iter().map(|(word, ..)| *word).chain(state);
             let known: Vec<&str> = known.chain(own).chain(constants).collect();
             let functions = FUNCTIONS.map(|(word, _)| word).join(", ");
             return Err((

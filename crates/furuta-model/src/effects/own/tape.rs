@@ -19,6 +19,8 @@ pub(super) enum Variable {
     AlphaDot,
     U,
     T,
+    /// The law's own state.
+    State,
     /// Sine and cosine of the pendulum's angle, which the equations of motion have already.
     SinAlpha,
     CosAlpha,
@@ -82,6 +84,7 @@ pub(super) struct Moment<S> {
     pub(super) alpha_dot: S,
     pub(super) u: S,
     pub(super) t: S,
+    pub(super) state: S,
     /// Sine and cosine of the pendulum's angle.
     pub(super) angle: [S; 2],
 }
@@ -142,6 +145,7 @@ impl<S: Scalar> Moment<S> {
             Variable::AlphaDot => self.alpha_dot,
             Variable::U => self.u,
             Variable::T => self.t,
+            Variable::State => self.state,
             Variable::SinAlpha => self.angle[0],
             Variable::CosAlpha => self.angle[1],
         }
