@@ -47,21 +47,33 @@ help:
 build:
 	$(CARGO) build --release --locked
 
-demo: build
+# Cargo's line of progress, also where no terminal is: how many of how many packages are built.
+demo: export CARGO_TERM_PROGRESS_WHEN := always
+demo: export CARGO_TERM_PROGRESS_WIDTH := 100
+demo:
+	@test -x $(TARGET)/release/furuta || echo "make demo: building the command, once: some minutes; the demo itself takes one"
+	$(CARGO) build --release --locked
 	$(TARGET)/release/furuta demo
 
 test: test-rust test-python
 
-# The Python extension cannot be linked into a Rust test; it is tested from Python.
+# The Python extension cannot be linked into a Rust test; it is tested from Python. It is among the packages here so that
+# they are built with the features that it asks for, and once.
 test-rust:
-	$(CARGO) test --workspace --exclude furuta-py --locked --no-fail-fast
+	$(CARGO) test --workspace --locked --no-fail-fast
 
-# The command line is tested as the package carries it.
-test-python: py
+# The package as the Rust tests have it: nothing is built twice, and overflow is caught. What is released is tried by
+# `make wheel` and the long tests. The command line is tested as the package carries it; the package, as a wheel in an
+# empty environment too.
+test-python: $(VENV)/ready
+	VIRTUAL_ENV=$(CURDIR)/$(VENV) $(VENV)/bin/maturin develop --locked --quiet
 	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta $(VENV)/bin/python -m pytest
+	rm -rf $(TARGET)/tried
+	$(VENV)/bin/maturin build --locked --quiet --compatibility linux --interpreter $(VENV)/bin/python --out $(TARGET)/tried
+	$(VENV)/bin/python py/tests/wheel.py $(TARGET)/tried/furuta-*.whl
 
 test-long: py
-	$(CARGO) test -p furuta-ident --locked --test diagnose -- --ignored
+	$(CARGO) test -p furuta-ident --locked --test ident diagnose -- --ignored
 	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta $(VENV)/bin/python -m pytest -m long
 
 test-clusters: py

@@ -9,7 +9,10 @@ GROUPS = {
         "Rigs and simulation",
         "Rig Hypothesis Simulator Trajectory simulate simulate_batch measure signal catalogue linearize zero_order_hold",
     ),
-    "diagnosis": ("Recordings and diagnosis", "Recording diagnose Diagnosis Interrupted replay Replay timing"),
+    "diagnosis": (
+        "Recordings and diagnosis",
+        "Recording example Example diagnose Diagnosis Interrupted replay Replay timing",
+    ),
     "calibration": (
         "Parameters from recordings",
         "calibrate Calibration validate Validation plan_experiment ExperimentPlan whiteness",
@@ -26,7 +29,7 @@ GROUPS = {
     ),
     "plot": ("Figures", " ".join(f"plot.{name}" for name in furuta.plot.__all__)),
     "gym": ("The Gymnasium environment", "gym.RotaryPendulum gym.RotaryPendulumVector gym.draws_of"),
-    "campaign": ("Campaigns", "campaign CampaignError"),
+    "campaign": ("Campaigns", "campaign study CampaignError"),
     "papers": ("Experiments of the papers", " ".join(f"papers.{name}" for name in furuta.papers.__all__)),
     "errors": (
         "Errors",

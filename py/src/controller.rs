@@ -2,6 +2,7 @@
 
 use crate::arguments::RigLike;
 use crate::error;
+use crate::kept::cloned;
 use crate::matrix::{Vector, numbers, state, vector};
 use crate::rig::PyRig;
 use furuta_ctrl::controllers::{AnyControllerState, Controller};
@@ -79,6 +80,8 @@ impl PyController {
         )))
     }
 }
+
+cloned!(PyController);
 
 #[pymethods]
 impl PyController {
@@ -327,15 +330,6 @@ impl PyController {
             let other = other.borrow();
             self.file == other.file && self.rig == other.rig && self.period == other.period
         })
-    }
-
-    /// A copy remembers what the controller remembers.
-    fn __copy__(&self) -> Self {
-        self.clone()
-    }
-
-    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
-        self.clone()
     }
 
     /// The controller as a table, for notebooks.

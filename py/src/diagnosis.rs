@@ -3,7 +3,7 @@
 use crate::arguments::RigLike;
 use crate::error;
 use crate::file;
-use crate::kept::{Kept, Reduced, unreadable};
+use crate::kept::{Kept, Reduced, kept, unreadable};
 use crate::recording::{Chosen, choose, selection};
 use crate::rig::PyRig;
 use furuta_ident::diagnose::{
@@ -285,25 +285,6 @@ impl PyDiagnosis {
         self.summary()
     }
 
-    /// The result itself: it cannot be changed.
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
-    /// Equal where all that was found is; the time that it took does not count.
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        let other = other.cast::<Self>();
-        other.is_ok_and(|other| other.get().content() == self.content())
-    }
-
-    fn __hash__(&self) -> u64 {
-        Kept::hash(self)
-    }
-
     /// Pickles as its JSON, its curves and the repaired rig.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py, (String, String, PyRig)>> {
         let outcome = &slf.get().outcome;
@@ -330,6 +311,8 @@ impl PyDiagnosis {
         })
     }
 }
+
+kept!(PyDiagnosis);
 
 impl Kept for PyDiagnosis {
     fn content(&self) -> String {

@@ -16,6 +16,7 @@ mod design;
 mod diagnosis;
 mod error;
 mod estimator;
+mod example;
 mod experiments;
 mod file;
 mod frequency;
@@ -48,6 +49,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(simulate::measure, m)?)?;
     m.add_class::<simulator::PySimulator>()?;
     m.add_function(wrap_pyfunction!(recording::_read_recording, m)?)?;
+    m.add_function(wrap_pyfunction!(example::_example, m)?)?;
     m.add_function(wrap_pyfunction!(file::_write_data, m)?)?;
     m.add_function(wrap_pyfunction!(signals::signal, m)?)?;
     m.add_function(wrap_pyfunction!(linear::linearize, m)?)?;

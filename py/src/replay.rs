@@ -12,6 +12,7 @@ use pyo3::types::PyDict;
 
 use crate::arguments::RigLike;
 use crate::error;
+use crate::kept::immutable;
 
 /// What `replay` found.
 ///
@@ -43,6 +44,8 @@ pub(crate) struct PyReplay {
     log: Log,
     replay: Replay,
 }
+
+immutable!(PyReplay);
 
 #[pymethods]
 impl PyReplay {
@@ -168,15 +171,6 @@ impl PyReplay {
 
     fn __repr__(&self) -> String {
         format!("<furuta.Replay: {}>", self.replay)
-    }
-
-    /// The result itself: it cannot be changed.
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
     }
 
     /// The result as a table, for notebooks.

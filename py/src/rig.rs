@@ -2,6 +2,7 @@
 
 use crate::error;
 use crate::hypothesis::EffectLike;
+use crate::kept::immutable;
 use furuta_model::effects::{Kind, ParameterSpec};
 use furuta_model::params::{ParamRange, RANGES};
 use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Params, Rig, Spec, effects};
@@ -28,6 +29,8 @@ use std::collections::BTreeMap;
 pub(crate) struct PyRig {
     pub(crate) rig: Rig,
 }
+
+immutable!(PyRig);
 
 #[pymethods]
 impl PyRig {
@@ -263,15 +266,6 @@ impl PyRig {
 
     fn __contains__(&self, py: Python<'_>, key: &str) -> bool {
         self.__getitem__(py, key).is_ok()
-    }
-
-    /// The rig itself: it cannot be changed.
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
     }
 
     fn __hash__(&self) -> u64 {

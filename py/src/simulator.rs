@@ -2,6 +2,7 @@
 
 use crate::arguments::RigLike;
 use crate::error;
+use crate::kept::cloned;
 use crate::matrix::{Vector, state, vector};
 use furuta_model::simulate::follow;
 use furuta_model::{Plant, PlantState, Rig, State};
@@ -82,6 +83,8 @@ impl PySimulator {
         Ok(())
     }
 }
+
+cloned!(PySimulator);
 
 #[pymethods]
 impl PySimulator {
@@ -185,14 +188,6 @@ impl PySimulator {
 
     /// Another one in the same state: what is done to one does not show in the other.
     fn copy(&self) -> Self {
-        self.clone()
-    }
-
-    fn __copy__(&self) -> Self {
-        self.clone()
-    }
-
-    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
         self.clone()
     }
 

@@ -4,6 +4,7 @@ use crate::arguments::RigLike;
 use crate::controller::PyController;
 use crate::error;
 use crate::estimator::with_settings;
+use crate::kept::cloned;
 use crate::matrix::{Vector, state};
 use furuta_ctrl::controllers::{Controller, SWING_UP, SwingUp, SwingUpState};
 use furuta_ctrl::estimators::Measurement;
@@ -60,6 +61,8 @@ pub(crate) struct PySupervisor {
     /// The command that acts from the next sample on, V.
     decided: f64,
 }
+
+cloned!(PySupervisor);
 
 #[pymethods]
 impl PySupervisor {
@@ -215,14 +218,6 @@ impl PySupervisor {
         self.period
     }
 
-    fn __copy__(&self) -> Self {
-        self.clone()
-    }
-
-    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
-        self.clone()
-    }
-
     fn __repr__(&self) -> String {
         format!(
             "<furuta.Supervisor for {:?} at {} s: {}>",
@@ -266,6 +261,8 @@ pub(crate) struct PySwingUp {
     period: f64,
 }
 
+cloned!(PySwingUp);
+
 #[pymethods]
 impl PySwingUp {
     #[new]
@@ -308,14 +305,6 @@ impl PySwingUp {
     /// Forgets everything: as before the first sample.
     fn start(&mut self) {
         self.memory = self.swing_up.start();
-    }
-
-    fn __copy__(&self) -> Self {
-        self.clone()
-    }
-
-    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
-        self.clone()
     }
 
     fn __repr__(&self) -> String {

@@ -324,3 +324,35 @@ def test_study():
     assert answer["draws"] == 4 and answer["seed"] == swing_up["seed"] and answer["up"] == 4
     assert json.loads(calibration["answer"])["repeats"] == 2
     assert "--points" in wrong["error"] and wrong["answer"] is None
+
+
+@pytest.mark.parametrize(
+    "name, options",
+    [
+        ("region", {"rig": "shahzad2022-srv02", "points": 7}),
+        ("swing-up", {"rig": "shahzad2022-srv02", "draws": 7, "patience": 10, "seed": 3}),
+        ("calibration", {"rig": RIG, "repeats": 3, "seconds": 3}),
+    ],
+)
+def test_a_study_shared_out_is_the_study(name, options, tmp_path):
+    (whole,) = furuta.campaign("study", [{"study": name, **options}], **SERIAL)["answer"].to_pylist()
+    heard = []
+    shared = furuta.study(
+        name, parts=3, workers=2, out=tmp_path / "parts", progress=lambda *now: heard.append(now), **options
+    )
+    assert shared == json.loads(whole)
+    assert heard[-1] == (3, 3)
+    heard.clear()
+    again = furuta.study(name, parts=3, out=tmp_path / "parts", progress=lambda *now: heard.append(now), **options)
+    assert again == shared and heard == [(3, 3)]  # nothing was computed twice
+
+
+def test_a_shared_study_that_cannot_be(tmp_path):
+    with pytest.raises(furuta.CampaignError, match="'mpc' has no runs to share out; .* swing-up, region, calibration"):
+        furuta.study("mpc", RIG)
+    with pytest.raises(furuta.CampaignError, match="parts = 0: at least 1"):
+        furuta.study("region", RIG, parts=0)
+    with pytest.raises(furuta.CampaignError, match="--points"):
+        furuta.study("region", RIG, points="many", parts=2, executor="serial")
+    furuta.study("region", "shahzad2022-srv02", points=5, parts=2, executor="serial", plot=tmp_path / "map.svg")
+    assert (tmp_path / "map.svg").read_text().startswith("<svg")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 
 import furuta
@@ -13,9 +14,10 @@ sys.path.insert(0, str(ROOT / "py/docs"))
 
 PAGES = [
     page
-    for page in sorted((ROOT / "docs").glob("*.md"))
-    if any(block[3] for block in BLOCK.finditer(page.read_text()))
+    for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    if any(">>>" not in block[2] for block in BLOCK.finditer(page.read_text()))
 ]
+"""Pages with code; what is a session (`>>>`) is run as doctest by `test_package.py`."""
 
 
 LONG = {"papers.md", "my-rig.md"}
@@ -38,6 +40,34 @@ def test_the_code_of_a_page_prints_what_it_says(page, tmp_path):
     assert text.count("```python\n") + text.count("```sh\n") == sum(1 for _ in BLOCK.finditer(text))
     for done in run(text, tmp_path):
         assert done.as_said(), f"{done.code}\nprints\n{done.printed}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_what_a_block_prints_stands_below_it(page):
+    for block in BLOCK.finditer(page.read_text()):
+        if block[1] == "python" and re.search(r"^(?:    )*print\(", block[2], re.MULTILINE):
+            assert block[3] is not None, block[2]
+
+
+def test_files_in_pages_are_read():
+    """Of a controller, and of a rig that has a law of its own."""
+    rig, seen = furuta.Rig.load("qube-servo-2"), 0
+    for page in PAGES + [ROOT / "docs/own-hypothesis.md", ROOT / "docs/controllers.md"]:
+        for text in re.findall(r"^```toml\n(.*?)^```", page.read_text(), re.MULTILINE | re.DOTALL):
+            seen += 1
+            if text.startswith("[controller]"):
+                furuta.Controller.from_toml(text, rig, 0.002)
+            else:
+                assert furuta.Rig.from_toml(f"{rig.to_toml()}\n{text}").effects
+    assert seen > 1
+
+
+def test_names_of_c_are_in_the_exported_file():
+    text = (ROOT / "docs/export.md").read_text()
+    (block,) = re.findall(r"^```c\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    exported = furuta.Controller.from_toml("", furuta.Rig.load("qube-servo-2"), 0.002).to_c()
+    names = set(re.findall(r"\b(?:furuta|FURUTA)_\w+", block))
+    assert len(names) > 3 and all(re.search(rf"\b{name}\b", exported) for name in names), names
 
 
 def test_a_page_that_is_wrong_is_found(tmp_path):

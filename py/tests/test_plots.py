@@ -106,6 +106,33 @@ def test_calibrations_and_validations(tmp_path, data, calibration):
     written(furuta.validate(data, RIG).plot(), tmp_path / "validation.png")
 
 
+@pytest.mark.parametrize("rate", [None, 500])
+def test_margins_are_drawn_where_they_are(tmp_path, rate):
+    rig = "shahzad2022-srv02"
+    K = furuta.lqr(rig, np.diag([1, 10, 0, 0]), 0.01)[0][0]
+    found = furuta.closed_loop(rig, K, rate=rate)["margins"]
+    gain, phase = furuta.plot.margins(rig, K, rate=rate).axes
+    marks = {line.get_label().split(" margin")[0]: line.get_xydata() for line in (*gain.lines, *phase.lines)}
+    (at, top), (_, bottom) = marks["phase"]
+    assert at == pytest.approx(found["frequencies"][2])
+    assert abs(top - bottom) == pytest.approx(np.degrees(found["phase"]), abs=0.02)  # 2000 points, joined by lines
+    assert bottom % 360 == 180
+    # The curve goes through the end of each bar of a gain margin.
+    bars = [line for line in gain.lines if line.get_label().startswith("gain margin")]
+    assert len(bars) == sum(0 < factor < np.inf for factor in found["gain"])
+    for bar in bars:
+        (at, drawn), (_, zero) = bar.get_xydata()
+        assert zero == 0 and drawn == pytest.approx(np.interp(at, *gain.lines[0].get_data()), abs=0.02)
+    # The loop touches the disk of its disk margin from outside, and does not enter it.
+    plane = furuta.plot.nyquist(rig, K, rate=rate).axes[0]
+    lines = {line.get_label().split(" margin")[0]: np.asarray(line.get_data()) for line in plane.lines}
+    disk, loop = lines["disk"], lines["frequencies above 0"]
+    centre, radius = np.array([(disk[0].max() + disk[0].min()) / 2, 0.0]), np.ptp(disk[0]) / 2
+    assert np.hypot(*(loop - centre[:, None])).min() == pytest.approx(radius, rel=1e-3)
+    furuta.plot.margins(rig, K, rate=rate).savefig(tmp_path / "margins.png")
+    assert (tmp_path / "margins.png").stat().st_size > 10_000
+
+
 def test_regions(tmp_path):
     rig = furuta.Rig.load("shahzad2022-srv02")
     controller = furuta.Controller.from_toml("", rig, DT)

@@ -6,13 +6,17 @@ python py/tests/wheel.py dist/furuta-*.whl dist/furuta-*.tar.gz
 from __future__ import annotations
 
 import argparse
+import doctest
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
 import venv
 import zipfile
+
+TOUR = pathlib.Path(__file__).resolve().parents[2] / "docs/tour.md"
 
 # In the empty environment: the package, its command, a diagnosis, and what a wheel has to carry for editors.
 TRIED = """
@@ -49,19 +53,30 @@ def check_contents(wheel: pathlib.Path) -> None:
 
 
 def try_out(package: pathlib.Path) -> str:
-    """Installs the package into an empty environment and tries it there; what it printed.
+    """Installs the package into an empty environment, tries it there, and copies the tour's first block.
 
-    Raises ``subprocess.CalledProcessError`` where something fails.
+    Returns what was printed. Raises ``subprocess.CalledProcessError`` where something fails.
     """
     with tempfile.TemporaryDirectory() as folder:
         venv.create(folder, with_pip=True)
         python = pathlib.Path(folder) / "bin" / "python"
         # Nothing of this environment, and no folder of the sources.
         clean = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-        install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", package.resolve()]
-        subprocess.run(install, check=True, env=clean, cwd=folder)
-        tried = subprocess.run([python, "-c", TRIED], check=True, env=clean, cwd=folder, capture_output=True, text=True)
-    return tried.stdout.strip()
+        install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+        subprocess.run([*install, f"furuta[plot] @ {package.resolve().as_uri()}"], check=True, env=clean, cwd=folder)
+
+        def run(code: str) -> str:
+            call = [python, "-c", code]
+            return subprocess.run(call, check=True, env=clean, cwd=folder, stdout=subprocess.PIPE, text=True).stdout
+
+        said = run(TRIED)
+        block = re.search(r"^```python\n(.*?)^```\n\n```text\n(.*?)^```", TOUR.read_text(), re.MULTILINE | re.DOTALL)
+        assert block, f"{TOUR} has no block of Python with what it prints"
+        printed = run(block[1])
+        assert doctest.OutputChecker().check_output(block[2], printed, doctest.ELLIPSIS), printed
+        pictures = [path.name for path in pathlib.Path(folder).glob("*.png") if path.stat().st_size > 10_000]
+        assert pictures, "the tour's first block drew nothing"
+    return f"{said.strip()}; the tour's first block: {printed.strip()}, {', '.join(pictures)}"
 
 
 def main() -> None:

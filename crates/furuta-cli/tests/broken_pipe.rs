@@ -1,7 +1,7 @@
 //! A reader that leaves early: no command fails of it, and what it does beside its text it does all the same.
 #![cfg(unix)]
 
-mod common;
+use crate::common;
 
 use std::io::{BufRead, BufReader, PipeWriter};
 use std::process::Stdio;

@@ -1,6 +1,6 @@
 //! `furuta identify calibrate`, `validate` and `plan`, run as a person would.
 
-mod common;
+use crate::common;
 
 use common::{Folder, failure, furuta, rig_text};
 

@@ -1,6 +1,6 @@
 //! Controller files through the built program: designed, checked, simulated with, run with.
 
-mod common;
+use crate::common;
 
 use common::{Folder, failure, furuta, json, last_line};
 use serde_json::Value;

@@ -1,6 +1,6 @@
 //! `furuta design` on rigs with effects: gains, poles, margins, rehearsal; and what `furuta run` refuses.
 
-mod common;
+use crate::common;
 
 use common::{Folder, failure, furuta, json};
 use furuta_model::{Effect, Rig};
@@ -54,11 +54,14 @@ fn the_loop_has_what_the_file_says() {
     ];
     let rig = file(&folder, "qube-servo-2", &effects);
     let (bode, nyquist) = (folder.path("bode.svg"), folder.path("nyquist.svg"));
+    let report = folder.path("loop.html");
     let pictures = [
         "--bode",
         bode.to_str().expect("a path"),
         "--nyquist",
         nyquist.to_str().expect("a path"),
+        "--report",
+        report.to_str().expect("a path"),
     ];
     let on = ["design", "lqr", "--rig", &rig, "--rate", "500"];
     let found = json(&[&on[..], &["--json"], &pictures].concat());
@@ -83,6 +86,18 @@ fn the_loop_has_what_the_file_says() {
     for picture in [bode, nyquist] {
         let svg = std::fs::read_to_string(picture).expect("written");
         assert!(svg.starts_with("<svg") && svg.contains("polyline") && !svg.contains("NaN"));
+    }
+    let page = std::fs::read_to_string(report).expect("written");
+    assert_eq!(page.matches("<svg").count(), 2);
+    for part in [
+        "<h2>Bode plot of the loop</h2>",
+        "<h2>Nyquist plot of the loop</h2>",
+        "gain margin",
+        "phase margin",
+        "disk margin",
+        "arm.coulomb: left out",
+    ] {
+        assert!(page.contains(part), "{part}");
     }
     let described = json(&[&on[..], &["--json", "--amplitudes", "0.5,0.5,1"]].concat());
     let remark = described["loop"]["remarks"].to_string();

@@ -1,6 +1,6 @@
 //! `furuta diagnose` on what cannot be diagnosed: one clear line that says what, where and what to do, and exit code 1.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! The catalogue through the built binary.
 
-mod common;
+use crate::common;
 
 use common::{failure, furuta};
 use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Rig};

@@ -1,7 +1,7 @@
 //! Signals, files that may not grow, logs that are removed: what `furuta run` makes of them.
 #![cfg(unix)]
 
-mod common;
+use crate::common;
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;

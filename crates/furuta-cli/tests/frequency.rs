@@ -1,6 +1,6 @@
 //! `furuta identify frf` on what `furuta simulate` records, run as a person would.
 
-mod common;
+use crate::common;
 
 use common::{Folder, furuta};
 use serde_json::Value;

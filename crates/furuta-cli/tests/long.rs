@@ -1,6 +1,6 @@
 //! Recordings that are longer than they need to be: a word beforehand, and a part of them.
 
-mod common;
+use crate::common;
 
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader};

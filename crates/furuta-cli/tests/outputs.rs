@@ -1,6 +1,6 @@
 //! What a command writes: nothing that a person mistypes destroys data, and a file is written whole or not at all.
 
-mod common;
+use crate::common;
 
 use std::path::{Path, PathBuf};
 use std::process::{Output, Stdio};

@@ -1,6 +1,6 @@
 //! The papers' figures beside ours, as `furuta rigs NAME` shows them and as the documentation repeats them.
 
-mod common;
+use crate::common;
 
 use common::{Folder, furuta, rig_text};
 use furuta_model::published::PAPERS;

@@ -1,7 +1,7 @@
 //! `furuta run --priority` and `furuta latency`: what was granted is said, whatever it is; and how punctual the loop
 //! was.
 
-mod common;
+use crate::common;
 
 use common::{Folder, failure, furuta, json};
 

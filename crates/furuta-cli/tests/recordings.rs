@@ -1,7 +1,7 @@
 //! Recordings through the built binary: what is sound is converted without loss, what is not gives one clear line and
 //! exit code 1.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 use std::process::Output;

@@ -1,6 +1,6 @@
 //! `furuta replay` as a user starts it, on a run of the emulated rig.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 use std::process::Output;

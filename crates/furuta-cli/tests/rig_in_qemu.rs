@@ -4,7 +4,7 @@
 //! Runs where FURUTA_FIRMWARE names the program (`make firmware-run` sets it), skipped otherwise. The board's emulated
 //! time stands still while this machine is busy, so that no test depends on how fast that is.
 
-mod common;
+use crate::common;
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};

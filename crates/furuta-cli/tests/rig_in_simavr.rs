@@ -5,7 +5,7 @@
 //! time stands still while the host thinks, so that no test depends on how fast this machine is.
 #![cfg(unix)]
 
-mod common;
+use crate::common;
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};

@@ -1,6 +1,6 @@
 //! Rig files through the built binary: what is wrong gives one clear line and exit code 1; what is right gives numbers.
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 use std::process::Output;

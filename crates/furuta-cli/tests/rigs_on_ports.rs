@@ -1,6 +1,6 @@
 //! `furuta emulate` and `furuta run` as a user starts them: two processes and a port between them.
 
-mod common;
+use crate::common;
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Stdio};

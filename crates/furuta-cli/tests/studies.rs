@@ -1,6 +1,6 @@
 //! The papers' experiments, steady motions and pictures from the command line.
 
-mod common;
+use crate::common;
 
 use common::{Folder, furuta, json};
 
@@ -362,4 +362,79 @@ fn regions_of_attraction_are_measured_and_drawn() {
     assert!(svg.contains("lqr_sliding") && svg.contains("weak"));
     let text = furuta(&rig).output().expect("the binary runs").stdout;
     assert!(String::from_utf8_lossy(&text).contains("can be held by 10 V"));
+}
+
+#[test]
+fn parts_of_a_study_make_the_whole() {
+    let folder = Folder::new("study-parts");
+    let asked = |more: &[&str]| {
+        let args = [
+            &[
+                "study",
+                "region",
+                "--rig",
+                "shahzad2022-srv02",
+                "--points",
+                "7",
+            ],
+            more,
+        ];
+        let output = furuta(&args.concat()).output().expect("the binary runs");
+        assert!(output.status.success(), "{more:?}");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let parts: Vec<String> = (1..=3)
+        .map(|k| {
+            folder.file(
+                &format!("part-{k}.jsonl"),
+                &asked(&["--part", &format!("{k}/3")]),
+            )
+        })
+        .map(|path| path.display().to_string())
+        .collect();
+    let with = |parts: &[&String]| -> Vec<String> {
+        let flags = parts
+            .iter()
+            .map(|path| ["--parts".to_owned(), (*path).clone()]);
+        flags.flatten().collect()
+    };
+    let [a, b, c] = &parts[..] else {
+        panic!("three parts")
+    };
+    let together = with(&[c, a, b]);
+    let together: Vec<&str> = together.iter().map(String::as_str).collect();
+    assert_eq!(asked(&together), asked(&[]));
+    assert_eq!(
+        asked(&[&together[..], &["--json"]].concat()),
+        asked(&["--json"])
+    );
+    let refused = |points: &str, parts: &[&String], more: &[&str]| {
+        let parts = with(parts);
+        let mut args = vec![
+            "study",
+            "region",
+            "--rig",
+            "shahzad2022-srv02",
+            "--points",
+            points,
+        ];
+        args.extend(parts.iter().map(String::as_str).chain(more.iter().copied()));
+        failure(&args)
+    };
+    assert!(
+        refused("7", &[a, c], &[]).contains("are in none of the parts: give every part K of N")
+    );
+    assert!(refused("7", &[a, b, b, c], &[]).contains("is in two parts: give each part once"));
+    assert!(
+        refused("9", &[a, b, c], &[])
+            .contains("none of the parts is of this study with these options")
+    );
+    let picture = folder.path("map.svg");
+    let picture = picture.to_str().expect("UTF-8");
+    assert!(
+        refused("7", &[], &["--part", "1/2", "--plot", picture])
+            .contains("give --plot with --parts")
+    );
+    let odd = folder.file("odd.jsonl", "no part\n").display().to_string();
+    assert!(refused("7", &[&odd], &[]).contains("give files that hold what --part printed"));
 }

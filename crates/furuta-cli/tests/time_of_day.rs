@@ -2,7 +2,7 @@
 //! it so.
 #![cfg(target_os = "linux")]
 
-mod common;
+use crate::common;
 
 use std::process::Command;
 

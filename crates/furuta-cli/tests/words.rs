@@ -1,7 +1,7 @@
 //! What options say: negative numbers reach the range checks, one flag has one meaning, and a wish that cannot be meant
 //! is refused.
 
-mod common;
+use crate::common;
 
 use common::{Folder, failure, furuta, last_line};
 

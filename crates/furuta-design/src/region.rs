@@ -9,6 +9,7 @@ use furuta_model::linear_plant::{Hold, rigid};
 use furuta_model::{Linear, Rig, State};
 use nalgebra::SMatrix;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Starts: the arm at its reference and at rest, the pendulum's angle and speed on a grid symmetric about upright at
@@ -21,6 +22,19 @@ pub struct Grid {
     pub speed: f64,
     /// Points along each axis, at least 2.
     pub points: usize,
+}
+
+impl Grid {
+    /// How many starts it has.
+    #[must_use]
+    pub fn starts(&self) -> usize {
+        self.points.max(2).pow(2)
+    }
+
+    /// Angles (rad) and speeds (rad/s), ascending, for a pendulum of this small-angle frequency, rad/s.
+    fn axes(&self, frequency: f64) -> [Vec<f64>; 2] {
+        [self.alpha, self.speed * frequency].map(|largest| axis(largest, self.points))
+    }
 }
 
 impl Default for Grid {
@@ -90,6 +104,40 @@ impl Region {
         arm_range: f64,
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Self, LoopError> {
+        let starts = 0..grid.starts();
+        let inside = Self::part(
+            rig, on, controller, grid, period, arm_range, starts, progress,
+        )?;
+        Ok(Self::from_inside(rig, grid, period, inside))
+    }
+
+    /// A region whose starts were tried elsewhere, in parts.
+    #[must_use]
+    pub fn from_inside(rig: &Rig, grid: &Grid, period: f64, inside: Vec<bool>) -> Self {
+        let [alpha, alpha_dot] = grid.axes(Site::of(rig, period).frequency());
+        Self {
+            alpha,
+            alpha_dot,
+            inside,
+        }
+    }
+
+    /// Whether these starts alone (by their places in [`Region::inside`]) are inside: what [`Region::of`] says of them,
+    /// so that several machines can share a grid.
+    ///
+    /// # Errors
+    /// As [`Region::of`].
+    #[allow(clippy::too_many_arguments)] // those of `of`, and which starts
+    pub fn part<C: Controller<f64> + Sync>(
+        rig: &Rig,
+        on: On,
+        controller: &C,
+        grid: &Grid,
+        period: f64,
+        arm_range: f64,
+        starts: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Vec<bool>, LoopError> {
         let plant = rig.try_plant::<f64>()?;
         plant.check_period(period)?;
         let frequency = Site::of(rig, period).frequency();
@@ -107,13 +155,10 @@ impl Region {
             duration: LENGTH / frequency,
             sensing: Sensing::Perfect,
         };
-        let (alpha, alpha_dot) = (
-            axis(grid.alpha, grid.points),
-            axis(grid.speed * frequency, grid.points),
-        );
+        let [alpha, alpha_dot] = grid.axes(frequency);
         let n = alpha.len();
         let done = AtomicUsize::new(0);
-        let inside = (0..n * n)
+        Ok(starts
             .into_par_iter()
             .map(|k| {
                 let start = State::new(0.0, alpha[k % n], 0.0, alpha_dot[k / n]);
@@ -121,12 +166,7 @@ impl Region {
                 progress(done.fetch_add(1, Ordering::Relaxed) + 1);
                 inside
             })
-            .collect();
-        Ok(Self {
-            alpha,
-            alpha_dot,
-            inside,
-        })
+            .collect())
     }
 
     /// The share of the starts that are inside.

@@ -7,6 +7,7 @@ use furuta_model::params::RANGES;
 use furuta_model::signals::random::uniform;
 use furuta_model::{Effect, EffectError, Params, PlantError, Rig, State};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A study: a rig, what controls it, and how far what is drawn may be from the file.
@@ -41,7 +42,7 @@ pub const UPRIGHT: f64 = 0.2;
 pub const PUSH: f64 = 1.0;
 
 /// One attempt.
-#[derive(Copy, Clone, Debug, PartialEq)]
+#[derive(Copy, Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Attempt {
     /// When balancing began that lasted, s.
     pub up: Option<f64>,
@@ -106,9 +107,22 @@ impl Study {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn run(&self, progress: &(dyn Fn(usize) + Sync)) -> Result<Vec<Attempt>, StudyError> {
+        self.part(0..self.draws, progress)
+    }
+
+    /// The attempts of these draws alone: what [`Study::run`] gives at their places, so that several machines can share
+    /// a study.
+    ///
+    /// # Errors
+    /// As [`Study::run`].
+    pub fn part(
+        &self,
+        draws: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Vec<Attempt>, StudyError> {
         let supervisor = Supervisor::design(&self.config, &Site::of(&self.rig, self.period))?;
         let done = AtomicUsize::new(0);
-        (0..self.draws)
+        draws
             .into_par_iter()
             .map(|i| {
                 let attempt = self.attempt(&supervisor, i);

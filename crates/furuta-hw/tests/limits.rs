@@ -1,7 +1,7 @@
 //! A limit hit at speed: the arm is braked, for a quarter of a second at most, and then the motor is off. On every
 //! built-in rig, found by the host, by the rig itself, or by both.
 
-mod common;
+use crate::common;
 
 use std::time::Duration;
 

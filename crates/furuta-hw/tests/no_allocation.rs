@@ -1,6 +1,6 @@
 //! A minute of the loop, log included: it allocates nothing, never waits, and does not notice what becomes of its log.
 
-mod common;
+use crate::common;
 
 use std::io::{self, Cursor, Seek, SeekFrom, Write};
 use std::sync::mpsc::{Receiver, channel};

@@ -1,7 +1,7 @@
 //! Runs on the emulated rig, replayed: the very commands, bit for bit; and what was changed afterwards, found at its
 //! sample.
 
-mod common;
+use crate::common;
 
 use std::io::Cursor;
 use std::path::Path;

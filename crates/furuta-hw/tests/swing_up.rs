@@ -1,6 +1,6 @@
 //! Swing-up and balance of emulated rigs.
 
-mod common;
+use crate::common;
 
 use std::f64::consts::PI;
 

@@ -1,6 +1,6 @@
 //! Calibration: what it finds, how sure it is, what it refuses.
 
-mod common;
+use crate::common;
 
 use common::{RunSetup, qube, record, sweep};
 use furuta_ident::calibrate::result::Why;

@@ -1,7 +1,7 @@
 //! Whether 95 % intervals hold the truth in 95 of 100 repeats. `furuta study calibration` does the same with 200
 //! repeats and prints the table of docs/calibration.md.
 
-mod common;
+use crate::common;
 
 use common::{RunSetup, qube, record, sweep};
 use furuta_ident::calibrate::{Options, calibrate};

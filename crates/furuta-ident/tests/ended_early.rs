@@ -1,7 +1,7 @@
 //! A diagnosis that is ended early, by a person or by its time limit, names nothing that it would not have named at its
 //! end.
 
-mod common;
+use crate::common;
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;

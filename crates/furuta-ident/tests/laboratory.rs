@@ -1,6 +1,6 @@
 //! What every laboratory's recordings have and no effect is: a ruler's arm length, another zero of theta in each file.
 
-mod common;
+use crate::common;
 
 use common::{RunSetup, diagnosis, names, qube, record, sweep};
 use furuta_ident::diagnose::Verdict;

@@ -1,7 +1,7 @@
 //! Planned experiments do what was predicted: simulated and calibrated, they give the standard deviations that were
 //! predicted.
 
-mod common;
+use crate::common;
 
 use common::qube;
 use furuta_ident::calibrate::{CalibrateError, Options, calibrate, plan};

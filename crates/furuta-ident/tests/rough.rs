@@ -1,6 +1,6 @@
 //! What wrong data sheets and noisy encoders must not be taken for.
 
-mod common;
+use crate::common;
 
 use common::{RunSetup, diagnosis, names, qube, record, sweep};
 use furuta_ident::diagnose::Verdict;

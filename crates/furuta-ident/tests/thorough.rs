@@ -1,6 +1,6 @@
 //! What saves time decides nothing: a search that follows every candidate to the end says the same.
 
-mod common;
+use crate::common;
 
 use common::{RunSetup, names, qube, record, sweep};
 use furuta_ident::diagnose::{Diagnosis, Options, Request, diagnose_with};

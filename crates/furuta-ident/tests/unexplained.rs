@@ -1,6 +1,6 @@
 //! Names beside something that no catalogue has: what only imitates it is suspected, not named.
 
-mod common;
+use crate::common;
 
 use common::{RunSetup, diagnosis, names, qube, record, sweep};
 use furuta_ident::diagnose::{Diagnosis, Verdict};

@@ -1,6 +1,6 @@
 //! Validation: a right model passes, a wrong one does not, and bad input is named.
 
-mod common;
+use crate::common;
 
 use common::{RunSetup, qube, record, sweep};
 use furuta_ident::Insufficient;

@@ -1,9 +1,9 @@
 //! Many rollouts at once against one at a time.
 
 use furuta_model::simulate::{
-    Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError, batch, trajectory,
+    Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError, batch, follow, trajectory,
 };
-use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Rig, State};
+use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Plant, Rig, State};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn rollouts(effects: &[Effect<f64>], count: usize) -> Vec<Rollout> {
@@ -157,4 +157,42 @@ fn what_cannot_be_run_is_named() {
         |_| false,
     );
     assert_eq!(stopped, Err(SimulationError::Stopped { sample: 16_384 }));
+}
+
+/// Without effects a loop of its own runs, in which nothing is asked: the states, the time and the voltage are those of
+/// steps one by one, to the bit.
+#[test]
+fn a_bare_plant_goes_the_way_of_its_single_steps() {
+    let commands: Vec<f64> = (0..300)
+        .map(|k| 5.0 * (0.03 * f64::from(k)).sin())
+        .collect();
+    for name in Rig::BUILTIN {
+        let params = Rig::builtin(name).expect("built in").params;
+        let plant = Plant::new(&params, &[]).expect("no effects");
+        for substeps in [1, 3] {
+            let start = plant.rest(State::new(0.2, 1e6, -0.5, 3.0)); // an angle at which another sine is taken
+            let mut seen = Vec::new();
+            follow(
+                &plant,
+                start.clone(),
+                &commands,
+                0.002,
+                substeps,
+                |_| true,
+                |s| seen.push((s.x, s.t, s.voltage)),
+            )
+            .expect("finite");
+            let mut s = start;
+            for (k, u) in commands.iter().enumerate() {
+                for _ in 0..substeps {
+                    plant.step(&mut s, *u, 0.002 / substeps as f64);
+                }
+                assert_eq!(
+                    seen[k + 1],
+                    (s.x, s.t, s.voltage),
+                    "{name}, {substeps}, {k}"
+                );
+            }
+        }
+    }
 }

@@ -1,8 +1,8 @@
 //! How far a trajectory in single precision strays from the same one in double precision: 10 s at 1 kHz, every built-in
 //! rig.
 //!
-//! `cargo test -p furuta-model --test single_precision -- --nocapture` prints the distances as tables, docs/target.md
-//! quotes them.
+//! `cargo test -p furuta-model --test model single_precision -- --nocapture` prints the distances as tables,
+//! docs/target.md quotes them.
 
 use furuta_model::{
     CATALOGUE, Effect, ON_REQUEST, Params, Plant, Rig, Scalar, Spec, State, linearize,

@@ -1,7 +1,7 @@
 //! The sketch for an Arduino decides as [`RigEnd`] does: `firmware/arduino/furuta_rig/rig_end.h`, compiled here, under
 //! the same commands and the same motion.
 
-mod common;
+use crate::common;
 
 use std::fmt::Write as _;
 

@@ -1,6 +1,6 @@
 //! A rig written in C from docs/protocol.md (docs/furuta_wire.h) against this crate, in both directions.
 
-mod common;
+use crate::common;
 
 use std::fmt::Write as _;
 

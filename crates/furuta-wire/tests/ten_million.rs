@@ -1,7 +1,7 @@
 //! Ten million random and damaged frames: no panic, no hang, nothing believed that was not sent; and the checksum errs
 //! as seldom as it must.
 
-mod common;
+use crate::common;
 
 use common::{Xorshift, any_message};
 use furuta_wire::{Decoder, FrameError, MAX_FRAME, Message, encode};

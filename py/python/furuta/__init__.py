@@ -79,6 +79,8 @@ from furuta._furuta import (
     whiteness,
     zero_order_hold,
 )
+from furuta._campaign._study import study
+from furuta._example import Example, example
 from furuta._exchange import RunError
 from furuta._ran import Run
 from furuta._run import run
@@ -96,6 +98,7 @@ __all__ = [
     "DiagnoseError",
     "Diagnosis",
     "Estimator",
+    "Example",
     "ExperimentPlan",
     "Frf",
     "FurutaError",
@@ -132,6 +135,7 @@ __all__ = [
     "diagnose",
     "dlqe",
     "dlqr",
+    "example",
     "fit_transfer_function",
     "frf",
     "largest_sine",
@@ -155,6 +159,7 @@ __all__ = [
     "simulate_batch",
     "spectra",
     "steady_motion",
+    "study",
     "timing",
     "validate",
     "whiteness",

@@ -5,7 +5,7 @@ use crate::arguments::{Names, RigLike};
 use crate::background::told;
 use crate::error;
 use crate::file;
-use crate::kept::{Kept, Reduced, json, unreadable};
+use crate::kept::{Kept, Reduced, json, kept, unreadable};
 use crate::recording::{choose, selection};
 use crate::rig::PyRig;
 use furuta_ident::Pendulum;
@@ -219,25 +219,6 @@ impl PyCalibration {
         self.summary()
     }
 
-    /// The result itself: it cannot be changed.
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
-    /// Equal where all that was found is; the time that it took does not count.
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        let other = other.cast::<Self>();
-        other.is_ok_and(|other| other.get().content() == self.content())
-    }
-
-    fn __hash__(&self) -> u64 {
-        Kept::hash(self)
-    }
-
     /// Pickles as its JSON, its rig and its curves.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py, (String, PyRig, String)>> {
         let this = slf.get();
@@ -263,6 +244,8 @@ impl PyCalibration {
         })
     }
 }
+
+kept!(PyCalibration);
 
 impl Kept for PyCalibration {
     fn content(&self) -> String {

@@ -4,7 +4,7 @@ use super::{field, parsed};
 use crate::arguments::{Names, RigLike};
 use crate::background::awaited;
 use crate::error;
-use crate::kept::{Kept, Reduced, unreadable};
+use crate::kept::{Kept, Reduced, kept, unreadable};
 use furuta_ident::calibrate::{Options, Plan};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -81,25 +81,6 @@ impl PyPlan {
         self.summary("RIG")
     }
 
-    /// The result itself: it cannot be changed.
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
-    /// Equal where all that was found is; the time that it took does not count.
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        let other = other.cast::<Self>();
-        other.is_ok_and(|other| other.get().content() == self.content())
-    }
-
-    fn __hash__(&self) -> u64 {
-        Kept::hash(self)
-    }
-
     /// Pickles as its JSON.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py, (String,)>> {
         Ok((
@@ -122,6 +103,8 @@ impl PyPlan {
         crate::card::card(slf.as_any(), "plan")
     }
 }
+
+kept!(PyPlan);
 
 impl Kept for PyPlan {
     fn content(&self) -> String {

@@ -4,7 +4,7 @@ use super::{field, parsed};
 use crate::arguments::RigLike;
 use crate::background::awaited;
 use crate::error;
-use crate::kept::{Kept, Reduced, unreadable};
+use crate::kept::{Kept, Reduced, kept, unreadable};
 use crate::recording::{choose, selection};
 use furuta_ident::Pendulum;
 use furuta_ident::validate::{Validated, Validation};
@@ -82,25 +82,6 @@ impl PyValidation {
         self.summary()
     }
 
-    /// The result itself: it cannot be changed.
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
-    /// Equal where all that was found is; the time that it took does not count.
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        let other = other.cast::<Self>();
-        other.is_ok_and(|other| other.get().content() == self.content())
-    }
-
-    fn __hash__(&self) -> u64 {
-        Kept::hash(self)
-    }
-
     /// Pickles as its JSON.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py, (String,)>> {
         Ok((
@@ -123,6 +104,8 @@ impl PyValidation {
         crate::card::card(slf.as_any(), "validation")
     }
 }
+
+kept!(PyValidation);
 
 impl Kept for PyValidation {
     fn content(&self) -> String {

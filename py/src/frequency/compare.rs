@@ -6,7 +6,7 @@ use crate::arguments::{RigLike, kind};
 use crate::background::awaited;
 use crate::error;
 use crate::file;
-use crate::kept::Kept;
+use crate::kept::{Kept, kept};
 use crate::matrix::{Vector, vector};
 use furuta_ident::frequency::compare::{self as engine, Comparison, Explanation, Measured};
 use furuta_ident::frequency::first_principles::Output;
@@ -95,25 +95,6 @@ impl PyComparison {
         self.summary()
     }
 
-    /// The result itself: it cannot be changed.
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
-    /// Equal where all that was found is; the time that it took does not count.
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        let other = other.cast::<Self>();
-        other.is_ok_and(|other| other.get().content() == self.content())
-    }
-
-    fn __hash__(&self) -> u64 {
-        Kept::hash(self)
-    }
-
     /// The result as a table, for notebooks.
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         crate::card::card(slf.as_any(), "comparison")
@@ -139,6 +120,8 @@ impl PyComparison {
             .call_method1("plot", (slf, ax))
     }
 }
+
+kept!(PyComparison);
 
 impl Kept for PyComparison {
     fn content(&self) -> String {

@@ -3,7 +3,7 @@
 use super::transfer_fit::PyTransferFit;
 use crate::error;
 use crate::file;
-use crate::kept::{Kept, Reduced};
+use crate::kept::{Kept, Reduced, kept};
 use crate::matrix::{Vector, vector};
 use furuta_ident::diagnose::result::significant;
 use furuta_ident::frequency::Frf;
@@ -258,25 +258,6 @@ impl PyFrf {
         self.summary()
     }
 
-    /// The result itself: it cannot be changed.
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
-    /// Equal where all that was found is; the time that it took does not count.
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        let other = other.cast::<Self>();
-        other.is_ok_and(|other| other.get().content() == self.content())
-    }
-
-    fn __hash__(&self) -> u64 {
-        Kept::hash(self)
-    }
-
     /// Pickles as its arrays and what is said of them.
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py, Parts<'py>>> {
         let (py, this) = (slf.py(), slf.get());
@@ -380,6 +361,8 @@ type Parts<'py> = (
     (f64, f64, f64),
     (String, Vec<String>, String, bool),
 );
+
+kept!(PyFrf);
 
 impl Kept for PyFrf {
     fn content(&self) -> String {

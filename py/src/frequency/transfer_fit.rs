@@ -1,7 +1,7 @@
 //! A transfer function fitted to a response.
 
 use crate::error;
-use crate::kept::Kept;
+use crate::kept::{Kept, kept};
 use crate::matrix::{Vector, vector};
 use furuta_ident::frequency::Fit;
 use furuta_ident::frequency::fit::Uncertain;
@@ -154,30 +154,13 @@ impl PyTransferFit {
         self.summary()
     }
 
-    /// The result itself: it cannot be changed.
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
-    /// Equal where all that was found is; the time that it took does not count.
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        let other = other.cast::<Self>();
-        other.is_ok_and(|other| other.get().content() == self.content())
-    }
-
-    fn __hash__(&self) -> u64 {
-        Kept::hash(self)
-    }
-
     /// The result as a table, for notebooks.
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         crate::card::card(slf.as_any(), "transfer_fit")
     }
 }
+
+kept!(PyTransferFit);
 
 impl Kept for PyTransferFit {
     fn content(&self) -> String {

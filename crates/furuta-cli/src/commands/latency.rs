@@ -44,7 +44,7 @@ pub(crate) struct Args {
     #[arg(long, default_value_t = SerialTransport::BAUD)]
     baud: u32,
     /// Draw the share of wake-ups later than a time.
-    #[arg(long, value_name = "FILE.svg", value_parser = outputs::picture())]
+    #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
     plot: Option<Output>,
     /// Print JSON in place of text.
     #[arg(long)]

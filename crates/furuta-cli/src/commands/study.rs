@@ -5,6 +5,7 @@ mod estimators;
 mod fong2014;
 mod limit_cycle;
 mod mpc;
+mod parts;
 mod ramos_velasco;
 mod reach;
 mod region;

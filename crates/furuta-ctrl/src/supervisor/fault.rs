@@ -5,7 +5,7 @@ use crate::thresholds::Thresholds;
 use furuta_model::State;
 
 /// Why the motor was switched off.
-#[derive(Copy, Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Copy, Clone, Debug, PartialEq, thiserror::Error, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum Fault {
     /// An encoder's angle is not a finite number.

@@ -1,6 +1,6 @@
 //! A reference that is known ahead, and a command that acts late.
 
-use crate::PERIOD;
+use crate::mpc::PERIOD;
 use furuta_ctrl::controllers::{self, Bounds, Controller, Design, Mpc};
 use furuta_ctrl::design::{Weights, dlqr};
 use furuta_ctrl::reference::{Ahead, ArmSteps, ArmTable};

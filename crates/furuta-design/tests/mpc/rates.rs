@@ -1,6 +1,6 @@
 //! The command's rate limited: problems of it solved by others, and runs.
 
-use crate::{Draws, PERIOD, misses, textbook};
+use crate::mpc::{Draws, PERIOD, misses, textbook};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT};
 use furuta_ctrl::Site;

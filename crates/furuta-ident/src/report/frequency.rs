@@ -1,4 +1,4 @@
-//! The page of a frequency response: a Bode plot, what should be known of it, the numbers.
+//! Pages of figures, that of a frequency response among them: what should be known, the figures, the numbers.
 
 use super::{escape, page};
 use crate::frequency::bode::Bode;
@@ -19,6 +19,19 @@ use crate::frequency::bode::Bode;
 /// ```
 #[must_use]
 pub fn frequency(title: &str, plot: Bode, text: &str, notices: &[String]) -> String {
+    figures(title, &[("Response", plot.chart().svg())], text, notices)
+}
+
+/// A page of figures, one self-contained HTML file: what should be known, each figure (SVG) under its heading, and the
+/// answer in numbers as the terminal has it.
+///
+/// ```
+/// let figures = [("The loop", "<svg></svg>".to_owned())];
+/// let page = furuta_ident::report::figures("lqr", &figures, "gain < 2", &[]);
+/// assert!(page.contains("<h2>The loop</h2>\n<figure><svg></svg>") && page.contains("gain &lt; 2"));
+/// ```
+#[must_use]
+pub fn figures(title: &str, figures: &[(&str, String)], text: &str, notices: &[String]) -> String {
     let title = escape(title);
     let mut body = format!("<h1>{title}</h1>\n");
     if !notices.is_empty() {
@@ -28,10 +41,12 @@ pub fn frequency(title: &str, plot: Bode, text: &str, notices: &[String]) -> Str
         }
         body += "</ul></section>\n";
     }
+    for (heading, svg) in figures {
+        let heading = escape(heading);
+        body += &format!("<section><h2>{heading}</h2>\n<figure>{svg}</figure></section>\n");
+    }
     body += &format!(
-        "<section><h2>Response</h2>\n<figure>{}</figure></section>\n<section><h2>In \
-         numbers</h2><pre>{}</pre></section>\n",
-        plot.chart().svg(),
+        "<section><h2>In numbers</h2><pre>{}</pre></section>\n",
         escape(text)
     );
     page(&title, FIGURE, &body, "")

@@ -12,7 +12,7 @@ mod torque;
 
 pub use calibration::{calibration, calibration_card};
 pub use card::card;
-pub use frequency::frequency;
+pub use frequency::{figures, frequency};
 pub use text::text;
 
 use crate::diagnose::result::{Curves, Diagnosis};

@@ -248,6 +248,17 @@ impl<P: Policy> WithSimd for Side<'_, P> {
         if self.run.keeps(0) {
             keep(&mut row, &s.x, self.out);
         }
+        if self.plant.effects().is_empty() {
+            let mut x = s.x;
+            for k in 0..self.run.samples {
+                let u = self.policy.command(k, &x);
+                x = self.plant.bare_step(x, u, self.run.period);
+                if self.run.keeps(k + 1) {
+                    keep(&mut row, &x, self.out);
+                }
+            }
+            return;
+        }
         for k in 0..self.run.samples {
             let u = self.policy.command(k, &s.x);
             self.plant.step(&mut s, u, self.run.period);

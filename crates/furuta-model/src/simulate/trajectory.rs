@@ -82,11 +82,23 @@ pub fn follow(
     let mut s = start;
     see(&s);
     let stride = STRIDE.div_ceil(substeps);
+    let bare = plant.effects().is_empty();
+    // Apart from `s`, which is shown at every sample and so lives in memory.
+    let (mut x, mut t) = (s.x, s.t);
     for (k, u) in commands.iter().enumerate() {
-        for _ in 0..substeps {
-            plant.step(&mut s, *u, h);
+        if bare {
+            for _ in 0..substeps {
+                x = plant.bare_step(x, *u, h);
+                t += h;
+            }
+            (s.x, s.t, s.voltage) = (x, t, *u);
+        } else {
+            for _ in 0..substeps {
+                plant.step(&mut s, *u, h);
+            }
+            x = s.x;
         }
-        if !s.x.is_finite() {
+        if !x.is_finite() {
             return Err(SimulationError::Diverged { sample: k });
         }
         see(&s);

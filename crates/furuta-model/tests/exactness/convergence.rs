@@ -1,6 +1,6 @@
 //! With which order of the step length trajectories converge: the fourth, also through events within a step.
 
-use crate::plants::{effect, frictionless, rigs, row};
+use crate::exactness::plants::{effect, frictionless, rigs, row};
 use furuta_model::{CATALOGUE, ON_REQUEST, Plant, Rig, State};
 
 /// Seconds for which each command is held: every step length here divides it.

@@ -3,7 +3,7 @@
 //! The rotor's speed follows from the momentum about the motor's axis, which nothing changes without motor and
 //! friction: gravity does not act about a vertical axis. Its angle is what an encoder on the motor reads.
 
-use crate::plants::{rigs, row};
+use crate::exactness::plants::{rigs, row};
 use furuta_model::dynamics::{Angle, mass_matrix};
 use furuta_model::{Effect, Params, Plant, PlantState, Rig, State, energy};
 

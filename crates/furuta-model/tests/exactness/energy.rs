@@ -2,7 +2,7 @@
 //!
 //! Errors are relative to `2 m g c`, by which the energies of the upright and the hanging pendulum differ.
 
-use crate::plants::{any_state, effect, frictionless, rigs, row, typical};
+use crate::exactness::plants::{any_state, effect, frictionless, rigs, row, typical};
 use furuta_model::dynamics::Angle;
 use furuta_model::effects::{self, Clock, Instant, Law};
 use furuta_model::{Effect, Plant, State, energy};

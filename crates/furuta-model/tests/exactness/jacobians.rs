@@ -3,7 +3,7 @@
 //! The complex step, `f'(x) = Im f(x + i e) / e` with `e = 1e-30`, subtracts nothing and is as exact as `f` itself; its
 //! arithmetic has nothing in common with that of [`Jet`].
 
-use crate::plants::{any_state, effect, rigs};
+use crate::exactness::plants::{any_state, effect, rigs};
 use furuta_model::{CATALOGUE, Effect, Jet, ON_REQUEST, Plant, Rig, Scalar, State, linearize};
 use nalgebra::Complex;
 use proptest::prelude::*;

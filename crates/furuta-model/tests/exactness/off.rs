@@ -1,6 +1,6 @@
 //! What is off is off: an effect of zero strength changes no bit of any trajectory, whatever its other parameters.
 
-use crate::plants::{any_state, effect, typical};
+use crate::exactness::plants::{any_state, effect, typical};
 use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Params, Plant, Rig, State};
 use proptest::prelude::*;
 

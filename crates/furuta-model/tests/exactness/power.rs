@@ -1,6 +1,6 @@
 //! Where energy goes at every moment: what motor and effects put in is what the rig gains, and what rubs only takes.
 
-use crate::plants::{any_state, effect, rigs};
+use crate::exactness::plants::{any_state, effect, rigs};
 use furuta_model::dynamics::Angle;
 use furuta_model::effects::{self, Clock, Instant, Law};
 use furuta_model::{CATALOGUE, Effect, Jet, ON_REQUEST, Params, Plant, State, energy};

@@ -283,6 +283,10 @@ def _judged(run: _Run, x: np.ndarray, command: float, mode: str | None) -> dict[
     }
 
 
+SHARED = ("swing-up", "region", "calibration")
+"""Studies of many runs, which the command line computes in parts."""
+
+
 class Study(Kind):
     """`furuta study NAME --json` of the command line."""
 
@@ -293,36 +297,55 @@ class Study(Kind):
 
     def __call__(self, case: Mapping[str, Any], rng: np.random.Generator) -> dict[str, Any]:
         given = dict(case)
-        study, rig = given.pop("study"), given.pop("rig", None)
         drawn = int(rng.integers(2**31))
-        if study == "swing-up":
+        # The parts of a study are of the same draws.
+        if given["study"] == "swing-up" and "part" not in given:
             given.setdefault("seed", drawn)
-        with tempfile.TemporaryDirectory() as folder:
-            if isinstance(rig, Rig):
-                path = pathlib.Path(folder) / "rig.toml"
-                rig.save(path)
-            else:
-                path = rig
-            words = [*_command(), "study", str(study), *(["--rig", os.fspath(path)] if path is not None else [])]
-            words += [word for name, value in given.items() for word in _option(name, value)]
-            # Python finds the package where this process did.
-            paths = os.pathsep.join([str(pathlib.Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
-            done = subprocess.run(
-                [*words, "--json"],
-                capture_output=True,
-                text=True,
-                stdin=subprocess.DEVNULL,
-                env=os.environ | {"PYTHONPATH": paths.strip(os.pathsep)},
-            )
-        answers = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
-        if done.returncode != 0 or not answers:
-            raise RuntimeError(f"furuta study {study}: {done.stderr.strip() or f'code {done.returncode}'}")
+        rig = given.get("rig")
         return {
-            "study": study,
+            "study": given["study"],
             "rig": rig.name if isinstance(rig, Rig) else None if rig is None else os.fspath(rig),
             "seed": given.get("seed"),
-            "answer": answers[0] if len(answers) == 1 else answers,
+            "answer": answers_of(given),
         }
+
+
+def answers_of(case: Mapping[str, Any]) -> Any:
+    """What the command prints for a case: one object, or a list of them.
+
+    Raises ``RuntimeError`` with what it wrote to standard error where it fails.
+    """
+    given = dict(case)
+    study, rig = given.pop("study"), given.pop("rig", None)
+    # The workers share the cores already.
+    alone = {"RAYON_NUM_THREADS": "1"} if "part" in given else {}
+    with tempfile.TemporaryDirectory() as folder:
+        if isinstance(rig, Rig):
+            path = pathlib.Path(folder) / "rig.toml"
+            rig.save(path)
+        else:
+            path = rig
+        words = [*_command(), "study", str(study), *(["--rig", os.fspath(path)] if path is not None else [])]
+        words += [word for name, value in given.items() for word in _option(name, value)]
+        # Python finds the package where this process did.
+        paths = os.pathsep.join([str(pathlib.Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
+        done = subprocess.run(
+            [*words, "--json"],
+            capture_output=True,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            env=os.environ | alone | {"PYTHONPATH": paths.strip(os.pathsep)},
+        )
+    answers = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+    if done.returncode != 0 or not answers:
+        raise RuntimeError(f"furuta study {study}: {done.stderr.strip() or f'code {done.returncode}'}")
+    return answers[0] if len(answers) == 1 else answers
+
+
+def lines_of(answer: str) -> str:
+    """The column `answer` of a row as the command printed it, line by line."""
+    answers = json.loads(answer)
+    return "".join(json.dumps(one) + "\n" for one in (answers if isinstance(answers, list) else [answers]))
 
 
 def _command() -> list[str]:

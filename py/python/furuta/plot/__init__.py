@@ -14,6 +14,7 @@ from furuta.plot._before_after import before_after
 from furuta.plot._bode import bode
 from furuta.plot._evidence import evidence
 from furuta.plot._gap import gap_map
+from furuta.plot._margins import margins, nyquist
 from furuta.plot._phase import phase_portrait
 from furuta.plot._region import region_of_attraction
 from furuta.plot._time import trajectory
@@ -25,7 +26,9 @@ __all__ = [
     "bode",
     "evidence",
     "gap_map",
+    "margins",
     "missing_torque",
+    "nyquist",
     "phase_portrait",
     "region_of_attraction",
     "trajectory",

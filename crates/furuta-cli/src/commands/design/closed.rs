@@ -9,6 +9,7 @@ use furuta_ctrl::settings::Settings;
 use furuta_ctrl::{Config, Site};
 use furuta_design::rehearsal::{Rehearsal, rehearse};
 use furuta_design::rig_loop::{Law, Margins, RigLoop};
+use furuta_ident::report;
 use furuta_model::Rig;
 use furuta_model::linear_plant::Amplitudes;
 use nalgebra::Complex;
@@ -35,6 +36,10 @@ pub(super) struct JudgeArgs {
     /// Draw the loop in the complex plane (SVG).
     #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
     nyquist: Option<Output>,
+    /// Write a report, one HTML page that needs no network: the loop's Bode and Nyquist plot with the margins, what
+    /// should be known, the numbers.
+    #[arg(long, value_name = "OUT.html", value_parser = outputs::page())]
+    report: Option<Output>,
 }
 
 fn amplitudes(text: &str) -> Result<Amplitudes, String> {
@@ -92,42 +97,64 @@ impl JudgeArgs {
             rehearsal: (rehearsed, rehearsal),
             closed,
         };
-        judged.warn(rig);
+        let warnings = judged.warnings(rig);
+        for warning in &warnings {
+            note!("warning: {warning}");
+        }
         if let Some(path) = &self.bode {
-            path.write(bode(rig, &judged.closed).svg());
+            path.write(judged.bode(rig).svg());
         }
         if let Some(path) = &self.nyquist {
-            path.write(nyquist(rig, &judged.closed).svg());
+            path.write(judged.nyquist(rig).svg());
+        }
+        if let Some(path) = &self.report {
+            path.write(judged.report(rig, &warnings)?);
         }
         Ok(judged)
     }
 }
 
 impl Judged {
-    /// Says so where the loop does not hold.
-    fn warn(&self, rig: &Rig) {
+    /// What is said where the loop does not hold.
+    fn warnings(&self, rig: &Rig) -> Vec<String> {
+        let mut warnings = Vec::new();
         let growth = match &self.observed {
             Some((growth, _)) => *growth,
             None => self.closed.growth(),
         };
         if growth.is_nan() || growth >= 0.0 {
-            note!(
-                "warning: rig {}: the closed loop has a pole at {growth:+.3} 1/s with the effects of the rig file",
+            warnings.push(format!(
+                "rig {}: the closed loop has a pole at {growth:+.3} 1/s with the effects of the rig file",
                 rig.name
-            );
+            ));
         }
         match &self.rehearsal {
             (rate, Ok(found)) if found.fell.is_some() => {
-                note!("warning: rig {}: rehearsed at {rate} Hz, {found}", rig.name);
+                warnings.push(format!("rig {}: rehearsed at {rate} Hz, {found}", rig.name));
             }
             (rate, Err(why)) => {
-                note!(
-                    "warning: rig {}: no rehearsal at {rate} Hz: {why}",
+                warnings.push(format!(
+                    "rig {}: no rehearsal at {rate} Hz: {why}",
                     rig.name
-                );
+                ));
             }
             _ => {}
         }
+        warnings
+    }
+
+    /// The page of `--report`.
+    fn report(&self, rig: &Rig, warnings: &[String]) -> Result<String, Failure> {
+        let mut text = Vec::new();
+        writeln!(text, "gain {:?}", self.closed.law.gain)?;
+        self.print(&mut text)?;
+        let figures = [
+            ("Bode plot of the loop", self.bode(rig).svg()),
+            ("Nyquist plot of the loop", self.nyquist(rig).svg()),
+        ];
+        let title = format!("{}: closed loop", rig.name);
+        let text = String::from_utf8_lossy(&text);
+        Ok(report::figures(&title, &figures, &text, warnings))
     }
 
     /// Its lines of text.
@@ -277,51 +304,94 @@ fn frequencies(closed: &RigLoop) -> Vec<f64> {
         .collect()
 }
 
-/// Gain and phase of the loop.
-fn bode(rig: &Rig, closed: &RigLoop) -> Chart {
-    let all: Vec<(f64, Complex<f64>)> = frequencies(closed)
-        .into_iter()
-        .map(|w| (w, closed.response(w)))
-        .collect();
-    let gain = all.iter().map(|(w, l)| (*w, 20.0 * l.norm().log10()));
-    let mut turned = 0.0;
-    let mut before: Option<f64> = None;
-    let phase: Vec<(f64, f64)> = all
-        .iter()
-        .map(|(w, l)| {
-            let angle = l.arg().to_degrees();
-            // Without jumps by a turn.
-            if let Some(last) = before {
-                turned -= 360.0 * ((angle + turned - last) / 360.0).round();
+impl Judged {
+    /// Gain and phase of the loop; each margin as the distance that is left, where it is reached.
+    fn bode(&self, rig: &Rig) -> Chart {
+        let w = frequencies(&self.closed);
+        let all: Vec<Complex<f64>> = w.iter().map(|w| self.closed.response(*w)).collect();
+        let decibels = |x: f64| 20.0 * x.log10();
+        let gain = w.iter().zip(&all).map(|(w, l)| (*w, decibels(l.norm())));
+        let mut gains = vec![Line::new("L", gain)];
+        let mut turned = 0.0;
+        let mut before: Option<f64> = None;
+        let phase: Vec<(f64, f64)> = w
+            .iter()
+            .zip(&all)
+            .map(|(w, l)| {
+                let angle = l.arg().to_degrees();
+                // Without jumps by a turn.
+                if let Some(last) = before {
+                    turned -= 360.0 * ((angle + turned - last) / 360.0).round();
+                }
+                before = Some(angle + turned);
+                (*w, angle + turned)
+            })
+            .collect();
+        let m = &self.margins;
+        for (factor, at) in m.gain.into_iter().zip(m.at) {
+            if at.is_finite() && factor > 0.0 && factor.is_finite() {
+                let left = [(at, -decibels(factor)), (at, 0.0)];
+                gains.push(Line::new(
+                    &format!("gain margin {}", significant(factor)),
+                    left,
+                ));
             }
-            before = Some(angle + turned);
-            (*w, angle + turned)
-        })
-        .collect();
-    Chart::new(
-        &format!("{}: the loop, broken at the command", rig.name),
-        "frequency [rad/s]",
-        vec![
-            Panel::new("gain [dB]", vec![Line::new("L", gain)]),
-            Panel::new("phase [deg]", vec![Line::new("L", phase)]),
-        ],
-    )
-    .logarithmic()
+        }
+        let mut phases = vec![Line::new("L", phase.clone())];
+        if let (true, Some(drawn)) = (m.at[2].is_finite(), near(&phase, m.at[2])) {
+            // The edge is the odd multiple of half a turn that is nearest.
+            let edge = 360.0 * ((drawn - 180.0) / 360.0).round() + 180.0;
+            let name = format!("phase margin {} deg", significant(m.phase.to_degrees()));
+            phases.push(Line::new(&name, [(m.at[2], drawn), (m.at[2], edge)]));
+        }
+        Chart::new(
+            &format!("{}: the loop, broken at the command", rig.name),
+            "frequency [rad/s]",
+            vec![
+                Panel::new("gain [dB]", gains),
+                Panel::new("phase [deg]", phases),
+            ],
+        )
+        .logarithmic()
+    }
+
+    /// The loop in the complex plane, and the disk that the disk margin keeps it out of.
+    fn nyquist(&self, rig: &Rig) -> furuta_chart::Plane {
+        let points = frequencies(&self.closed)
+            .into_iter()
+            .map(|w| self.closed.response(w));
+        let curve: Vec<(f64, f64)> = points.map(|l| (l.re, l.im)).collect();
+        let mirrored = curve.iter().map(|(re, im)| (*re, -im)).collect();
+        let m = &self.margins;
+        let mut plane = furuta_chart::Plane::new(
+            &format!("{}: the loop, broken at the command", rig.name),
+            ["Re L", "Im L"],
+            3.0,
+        )
+        .curve("frequencies above 0", curve)
+        .curve("below 0", mirrored);
+        // |1 + L| = c |1 - L| is a circle about (c^2 + 1) / (c^2 - 1), of radius 2 c / |c^2 - 1|.
+        let c = 0.5 * m.disk;
+        if m.stable && c < 1.0 {
+            let (centre, radius) = ((c * c + 1.0) / (c * c - 1.0), 2.0 * c / (1.0 - c * c));
+            let disk = (0..=360)
+                .map(|k| f64::from(k).to_radians().sin_cos())
+                .map(|(sin, cos)| (centre + radius * cos, radius * sin));
+            plane = plane.curve(
+                &format!("disk margin {}", significant(m.disk)),
+                disk.collect(),
+            );
+        }
+        plane.point("-1", (-1.0, 0.0))
+    }
 }
 
-/// The loop in the complex plane.
-fn nyquist(rig: &Rig, closed: &RigLoop) -> furuta_chart::Plane {
-    let points = frequencies(closed).into_iter().map(|w| closed.response(w));
-    let curve: Vec<(f64, f64)> = points.map(|l| (l.re, l.im)).collect();
-    let mirrored = curve.iter().map(|(re, im)| (*re, -im)).collect();
-    furuta_chart::Plane::new(
-        &format!("{}: the loop, broken at the command", rig.name),
-        ["Re L", "Im L"],
-        3.0,
-    )
-    .curve("frequencies above 0", curve)
-    .curve("below 0", mirrored)
-    .point("-1", (-1.0, 0.0))
+/// The value of a curve at the point next to `at`.
+fn near(curve: &[(f64, f64)], at: f64) -> Option<f64> {
+    let next = curve
+        .iter()
+        .min_by(|a, b| (a.0 - at).abs().total_cmp(&(b.0 - at).abs()));
+    next.map(|(_, value)| *value)
 }
 
 /// The poles of [`Judged`] for JSON.

@@ -35,7 +35,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "RAD", default_value_t = 0.0, requires = "relay")]
     hysteresis: f64,
     /// The experiment ends after this time at the latest.
-    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = positive, requires = "relay")]
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = positive, requires = "relay")]
     time_limit: f64,
 }
 

@@ -113,6 +113,10 @@ pub(super) fn json(rig: &Rig) -> Result<Value, Failure> {
 pub(super) fn text(rig: &Rig) -> Result<String, Failure> {
     let mut out = format!("{}\n{}\n\n", rig.name, rig.source);
     // Writing to a String cannot fail.
+    let _ = writeln!(
+        out,
+        "  (±: one standard deviation of the sheet, [tolerance] in the rig file; ?: a guess)"
+    );
     let actuation = rig.params.motor.actuation;
     if actuation != Actuation::Voltage {
         let what = format!("{actuation}, in {}", actuation.unit());
@@ -132,10 +136,6 @@ pub(super) fn text(rig: &Rig) -> Result<String, Failure> {
         );
         let _ = writeln!(out, "{}", line.trim_end());
     }
-    let _ = writeln!(
-        out,
-        "  (±: one standard deviation of the sheet, [tolerance] in the rig file; ?: a guess)"
-    );
     let [arm, pendulum] = rig.sensors.resolution();
     let _ = writeln!(
         out,

@@ -10,6 +10,7 @@ use furuta_model::signals::random::normal;
 use furuta_model::{Plant, State};
 use serde_json::{Value, json};
 
+use super::parts::PartArgs;
 use super::{bar, hertz, rig_with, seconds};
 use crate::failure::Failure;
 use crate::streams;
@@ -36,6 +37,8 @@ pub(crate) struct Args {
     /// Noise of the encoders beside their rounding, rad.
     #[arg(long, value_name = "RAD", default_value_t = 0.0)]
     noise: f64,
+    #[command(flatten)]
+    part: PartArgs,
     /// Print one line of JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -73,7 +76,6 @@ impl Count {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let real = rig_with(&args.rig, &args.set)?;
     let plant = real.try_plant::<f64>()?;
-    let bar = bar(u64::from(args.repeats));
     let keys = [
         "motor.torque_constant",
         "arm.inertia",
@@ -97,26 +99,45 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         free: keys.map(str::to_owned).to_vec(),
         ..Options::default()
     };
+    let about = format!(
+        "calibration {real:?} {} {} {}",
+        args.seconds, args.rate, args.noise
+    );
+    let found = args
+        .part
+        .open(false)?
+        .runs(&about, args.repeats as usize, |repeats| {
+            let bar = bar(repeats.len() as u64);
+            let mut found = Vec::new();
+            for repeat in repeats {
+                let repeat = repeat as u64;
+                let recording = record(&real, &plant, args, repeat)?;
+                let c = calibrate(&[recording], &sheet(&real, repeat), &options)?.calibration;
+                found.push(keys.map(|key| {
+                    let p = c.parameters.get(key)?;
+                    let [low, high] = p.interval?;
+                    Some([low, high, p.fitted, p.std])
+                }));
+                bar.inc(1);
+            }
+            bar.finish_and_clear();
+            Ok(found)
+        })?;
+    let Some(found) = found else {
+        return Ok(());
+    };
     let mut counts: [Count; 6] = Default::default();
-    for repeat in 0..args.repeats {
-        let recording = record(&real, &plant, args, u64::from(repeat))?;
-        let c = calibrate(&[recording], &sheet(&real, u64::from(repeat)), &options)?.calibration;
-        for ((key, truth), count) in keys.iter().zip(truth).zip(&mut counts) {
-            let Some((p, [low, high])) = c
-                .parameters
-                .get(*key)
-                .and_then(|p| p.interval.map(|i| (p, i)))
-            else {
+    for repeat in &found {
+        for ((found, truth), count) in repeat.iter().zip(truth).zip(&mut counts) {
+            let Some([low, high, fitted, std]) = *found else {
                 continue;
             };
             count.known += 1;
             count.held += u32::from(low <= truth && truth <= high);
-            count.square += ((p.fitted - truth) / p.std).powi(2);
-            count.std += p.std / truth;
+            count.square += ((fitted - truth) / std).powi(2);
+            count.std += std / truth;
         }
-        bar.inc(1);
     }
-    bar.finish_and_clear();
     let mut all = Count::default();
     for c in &counts {
         all.held += c.held;

@@ -45,7 +45,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "HZ", default_value_t = 500.0, value_parser = positive)]
     rate: f64,
     /// How long each run is.
-    #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive)]
     duration: f64,
     /// Largest number of changes of the active limits in each sample.
     #[arg(long, value_name = "N", default_value_t = 100)]

@@ -12,6 +12,7 @@ use furuta_design::region::{Grid, On, Reach, Region};
 use furuta_model::{Rig, State};
 use serde_json::json;
 
+use super::parts::{PartArgs, Parts};
 use super::{bar, rig_with};
 use crate::commands::emulate::positive;
 use crate::failure::Failure;
@@ -50,6 +51,8 @@ pub(crate) struct Args {
     /// Draw a map per rig and controller (SVG).
     #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
     plot: Option<Output>,
+    #[command(flatten)]
+    part: PartArgs,
     /// Print one line of JSON per rig in place of text.
     #[arg(long)]
     json: bool,
@@ -69,6 +72,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     } else {
         args.rig.iter().map(String::as_str).collect()
     };
+    let parts = args.part.open(args.plot.is_some())?;
     let contenders = contenders(&args.controller)?;
     let grid = Grid {
         alpha: args.alpha,
@@ -82,7 +86,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             rig.limits.arm_angle = args.arm_limit;
         }
         let reach = Reach::of(&rig)?;
-        let rows = rows(args, &rig, &contenders, &grid)?;
+        let Some(rows) = rows(args, &rig, &contenders, &grid, &parts)? else {
+            continue;
+        };
         let possible = share_possible(reach.as_ref(), &rows);
         if args.json {
             print_json(args, &rig, possible, &rows)?;
@@ -135,22 +141,34 @@ fn rows(
     rig: &Rig,
     contenders: &[(String, Config)],
     grid: &Grid,
-) -> Result<Vec<Row>, Failure> {
+    parts: &Parts,
+) -> Result<Option<Vec<Row>>, Failure> {
     let period = 1.0 / args.rate;
-    let starts = grid.points * grid.points;
+    let starts = grid.starts();
     let progress = bar((starts * contenders.len()) as u64);
-    let mut rows = Vec::new();
+    let (mut rows, mut whole) = (Vec::new(), true);
     for (k, (name, config)) in contenders.iter().enumerate() {
         let region = match Supervisor::<f64>::design(config, &Site::of(rig, period)) {
-            Ok(control) => Ok(Region::of(
-                rig,
-                On::Rig,
-                &control.balance,
-                grid,
-                period,
-                control.thresholds.arm_angle_limit,
-                &|done| progress.set_position((k * starts + done) as u64),
-            )?),
+            Ok(control) => {
+                let about = format!("region {rig:?} {config:?} {grid:?} {period}");
+                let inside = parts.runs(&about, starts, |some| {
+                    Ok(Region::part(
+                        rig,
+                        On::Rig,
+                        &control.balance,
+                        grid,
+                        period,
+                        control.thresholds.arm_angle_limit,
+                        some,
+                        &|done| progress.set_position((k * starts + done) as u64),
+                    )?)
+                })?;
+                let Some(inside) = inside else {
+                    whole = false;
+                    continue;
+                };
+                Ok(Region::from_inside(rig, grid, period, inside))
+            }
             Err(error @ ConfigError::Unsuitable { .. }) => Err(error.to_string()),
             Err(error) => return Err(error.into()),
         };
@@ -160,7 +178,7 @@ fn rows(
         });
     }
     progress.finish_and_clear();
-    Ok(rows)
+    Ok(whole.then_some(rows))
 }
 
 /// The share of the grid from which the linearised plant can be held at all.

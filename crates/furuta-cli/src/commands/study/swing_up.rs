@@ -12,6 +12,7 @@ use furuta_design::swing_up::{Attempt, Outcome, PUSH, SETTLED, Study, UPRIGHT as
 use furuta_model::Rig;
 use serde_json::json;
 
+use super::parts::{PartArgs, Parts};
 use super::{bar, rig_with};
 use crate::commands::emulate::positive;
 use crate::commands::run::load_controller;
@@ -63,6 +64,8 @@ pub(crate) struct Args {
     /// Draw the share that is up over time, from hanging and after the push (SVG).
     #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]
     plot: Option<Output>,
+    #[command(flatten)]
+    part: PartArgs,
     /// Print one line of JSON per rig in place of text.
     #[arg(long)]
     json: bool,
@@ -83,6 +86,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         args.rig.iter().map(String::as_str).collect()
     };
     let config = load_controller(args.controller.as_deref())?.config;
+    let parts = args.part.open(args.plot.is_some())?;
     let mut drawn = Vec::new();
     let mut followed = Vec::new();
     for name in names {
@@ -98,20 +102,22 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             patience: args.patience,
             ..Study::new(rig.clone(), args.draws)
         };
-        let progress = bar(args.draws as u64);
-        let attempts = study.run(&|done| progress.set_position(done as u64))?;
-        progress.finish_and_clear();
+        let attempts = attempts(&study, &parts)?;
+        let optimised = if args.optimise {
+            Some(optimised(&study, &parts)?)
+        } else {
+            None
+        };
+        let Some(attempts) = attempts else {
+            continue;
+        };
         let outcome = Outcome::of(&attempts);
         let limit = if (outcome.up as f64) < GOAL * outcome.attempts as f64 {
             Some(best_possible(&rig)?)
         } else {
             None
         };
-        let optimised = if args.optimise {
-            Some(optimised(&study)?)
-        } else {
-            None
-        };
+        let optimised = optimised.flatten();
         if args.json {
             print_json(
                 args,
@@ -138,6 +144,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Every draw of a study, unless one part of them was asked for.
+fn attempts(study: &Study, parts: &Parts) -> Result<Option<Vec<Attempt>>, Failure> {
+    parts.runs(&format!("swing-up {study:?}"), study.draws, |draws| {
+        let progress = bar(draws.len() as u64);
+        let attempts = study.part(draws, &|done| progress.set_position(done as u64))?;
+        progress.finish_and_clear();
+        Ok(attempts)
+    })
+}
+
 /// A swing-up that is optimised for the rig of the file, and what came of it on the drawn ones.
 struct Optimised {
     /// The fastest that the search finds, with all of the voltage.
@@ -148,22 +164,21 @@ struct Optimised {
     outcome: Outcome,
 }
 
-/// Designs for the rig of the file and follows on the drawn ones; the reason where there is none.
-fn optimised(study: &Study) -> Result<Result<Optimised, SwingUpError>, Failure> {
+/// Designs for the rig of the file and follows on the drawn ones; the reason where there is none. Nothing where one
+/// part of the draws was asked for.
+fn optimised(
+    study: &Study,
+    parts: &Parts,
+) -> Result<Option<Result<Optimised, SwingUpError>>, Failure> {
     let find = |problem: &SwingUpProblem| {
         let progress = bar(problem.programs());
         let found = problem.solve(&|done| progress.set_position(done));
         progress.finish_and_clear();
         found
     };
-    let fastest = match find(&SwingUpProblem::fastest(study.rig.clone())) {
-        Ok(found) => found,
-        Err(error @ SwingUpError::NotFound { .. }) => return Ok(Err(error)),
-        Err(error) => return Err(Failure::new(error.to_string())),
-    };
     let design = match find(&SwingUpProblem::new(study.rig.clone())) {
         Ok(found) => found,
-        Err(error @ SwingUpError::NotFound { .. }) => return Ok(Err(error)),
+        Err(error @ SwingUpError::NotFound { .. }) => return Ok(Some(Err(error))),
         Err(error) => return Err(Failure::new(error.to_string())),
     };
     let study = Study {
@@ -173,15 +188,20 @@ fn optimised(study: &Study) -> Result<Result<Optimised, SwingUpError>, Failure> 
         },
         ..study.clone()
     };
-    let progress = bar(study.draws as u64);
-    let attempts = study.run(&|done| progress.set_position(done as u64))?;
-    progress.finish_and_clear();
-    Ok(Ok(Optimised {
+    let Some(attempts) = attempts(&study, parts)? else {
+        return Ok(None);
+    };
+    let fastest = match find(&SwingUpProblem::fastest(study.rig.clone())) {
+        Ok(found) => found,
+        Err(error @ SwingUpError::NotFound { .. }) => return Ok(Some(Err(error))),
+        Err(error) => return Err(Failure::new(error.to_string())),
+    };
+    Ok(Some(Ok(Optimised {
         fastest,
         design,
         outcome: Outcome::of(&attempts),
         attempts,
-    }))
+    })))
 }
 
 fn print_optimised(

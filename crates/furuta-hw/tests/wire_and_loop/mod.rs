@@ -1,8 +1,7 @@
 //! The loop against an emulated rig through a real pseudo-terminal: what is counted, what ends a run, what the rig
 //! does meanwhile.
 
-#[path = "../common/mod.rs"]
-mod common;
+use crate::common;
 
 mod connecting;
 mod ends;

@@ -1,7 +1,7 @@
 //! How exact the model is: what physics keeps is kept, what rubs takes, steps converge, derivatives are derivatives,
 //! and what is off is off.
 //!
-//! `cargo test -p furuta-model --test exactness -- --nocapture` prints the tables.
+//! `cargo test -p furuta-model --test model exactness -- --nocapture` prints the tables.
 
 mod actuation;
 mod attached;

@@ -1,8 +1,7 @@
 //! What goes wrong, and what then happens: rows of docs/faults.md. Without a port or a clock where the fault allows it,
 //! so that each run is the same every time.
 
-#[path = "../common/mod.rs"]
-mod common;
+use crate::common;
 
 mod clock;
 mod host;

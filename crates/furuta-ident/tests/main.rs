@@ -1,0 +1,20 @@
+//! Recordings in, answers out: diagnosis, calibration, validation, frequency. One program: each links all of what it tests.
+
+mod calibrate;
+mod combinations;
+mod common;
+mod coverage;
+mod diagnose;
+mod ended_early;
+mod expression;
+mod frequency;
+mod laboratory;
+mod own_hypothesis;
+mod pendulum_off;
+mod plan;
+mod real_rigs;
+mod report;
+mod rough;
+mod thorough;
+mod unexplained;
+mod validate;
