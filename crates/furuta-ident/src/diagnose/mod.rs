@@ -414,6 +414,9 @@ fn search(
         (named, rivals) = (judged.named, judged.rivals);
         suspected.extend(judged.suspected);
         after = judged.unseen;
+    } else if named.model.has_blows() {
+        // Blows are not quite the law's, and what they leave is imitated like any other rest.
+        suspected.extend(constancy::scattered(&calm, &named));
     }
     let explained = explains(&named);
     let mut custom = None;
