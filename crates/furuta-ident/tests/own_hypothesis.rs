@@ -223,7 +223,7 @@ fn a_law_with_a_state_is_found_as_the_catalogues_is() {
     let catalogue = [furuta_model::effects::spec("arm.relaxation").expect("an entry")];
     let known = found(&relaxes, &catalogue);
     assert_eq!(named(&known), ["arm.relaxation"]);
-    // The same optimum: a fit ends within a small part of its standard deviations.
+    // The same optimum: from other starts, a fit ends within a part of its standard deviations.
     let values = |o: &Outcome| {
         o.repaired
             .effects
