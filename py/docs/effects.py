@@ -70,6 +70,7 @@ SHOWN = {
     "sensor.alpha.scale": TURNS,
     "sensor.theta.scale": SLOW,
     "sensor.delay": EDGE,
+    "sensor.theta.lost_counts": SLOW,
     "disturbance.vibration": REST,
     "disturbance.kick": REST,
     "disturbance.arm_kick": REST,

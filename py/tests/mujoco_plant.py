@@ -126,6 +126,7 @@ class Plant:
             raise ValueError(f"rate {rig.rate} does not divide into steps of {self.step} s")
         self.laws = torques(effects, rig, self.motor, self.step)
         self.frictions = frictions(effects, rig, self.motor)
+        self.run = run
         self.pulses = pulses(effects, run)
         self.samples = self.steps = 0
         self.clock = Clock(effects.get("x.clock_jitter"), rig.rate, run, step)
@@ -259,6 +260,10 @@ class Plant:
         lost = self.effects.get("x.lost_counts", {"angle": 0.0, "time": 0.0})
         jumped = lost["angle"] if self.time >= lost["time"] else 0.0
         angles = angles + discs * np.sin(angles + phases) + [jumped, self._parameter("sensor.alpha.offset", "angle")]
+        for axis, name in enumerate(axes):
+            gone = self.effects.get(f"sensor.{name}.lost_counts")
+            if gone and round(gone["run"]) == self.run and self.time >= gone["time"]:
+                angles[axis] += gone["size"]
         angles = angles * [
             self.effects.get(f"sensor.{axis}.scale", {}).get("scale", 1.0) for axis in ("theta", "alpha")
         ]

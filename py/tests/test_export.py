@@ -64,6 +64,8 @@ LEFT_OUT = {
     "sensor.alpha.scale": {"scale": 1.01},
     "sensor.theta.scale": {"scale": 1.01},
     "sensor.delay": {"delay": 0.004},
+    "sensor.theta.lost_counts": {"size": 0.05, "time": 1.0, "run": 0},
+    "sensor.alpha.lost_counts": {"size": 0.05, "time": 1.0, "run": 0},
     "disturbance.vibration": {"amplitude": 1e-3, "frequency": 3.0, "phase": 0.0},
     "disturbance.kick": {"torque": 1e-3, "time": 1.0, "duration": 0.05, "run": 0},
     "disturbance.arm_kick": {"torque": 1e-3, "time": 1.0, "duration": 0.05, "run": 0},

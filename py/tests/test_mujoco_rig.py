@@ -39,7 +39,7 @@ def mujoco_states(rig, effects, u, x0):
 def hidden(effect):
     """The rig with this effect, moved into the one second that is looked at."""
     rig, effects = hide(RIG, () if effect == "nothing" else (effect,), np.random.default_rng(5))
-    if effect.endswith("kick"):
+    if effect.endswith(("kick", "lost_counts")):
         effects[effect] |= {"run": 0.0, "time": 0.31234}
     return rig, effects
 
@@ -126,6 +126,9 @@ def test_what_the_encoders_read(effect):
     elif "eccentricity" in effect:
         axis = ["sensor.theta.eccentricity", "sensor.alpha.eccentricity"].index(effect)
         angles[:, axis] += p["amplitude"] * np.sin(angles[:, axis] + p["phase"])
+    elif "lost_counts" in effect:
+        axis = ["sensor.theta.lost_counts", "sensor.alpha.lost_counts"].index(effect)
+        angles[np.arange(200) / rig.rate >= p["time"], axis] += p["size"]
     elif effect == "sensor.theta.scale":
         angles[:, 0] *= p["scale"]
     else:

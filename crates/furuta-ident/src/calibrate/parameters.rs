@@ -127,7 +127,7 @@ impl Space {
         for (i, e) in rig.effects.iter().enumerate() {
             let spec = e.spec();
             for (k, (p, value)) in spec.parameters.iter().zip(e.values()).enumerate() {
-                if !p.kind.is_continuous() || spec.acts.includes(Acts::JUMPS) {
+                if !p.kind.is_continuous() || spec.acts_once() {
                     continue;
                 }
                 let typical = p.typical(&rig.params);

@@ -237,7 +237,7 @@ impl Hypothesis {
         self.effects
             .iter()
             .enumerate()
-            .filter(|(_, e)| e.acts.includes(Acts::JUMPS))
+            .filter(|(_, e)| e.acts_once())
             .filter_map(move |(i, e)| {
                 let first = self.offset(i);
                 Effect::unchecked(e.id, &values[first..first + e.parameters.len()])
@@ -298,7 +298,7 @@ impl Hypothesis {
 
     /// Whether one of the effects is a transient (local in time), as a kick is.
     pub(super) fn is_transient(&self) -> bool {
-        self.effects.iter().any(|e| e.acts.includes(Acts::JUMPS))
+        self.effects.iter().any(|e| e.acts_once())
     }
 
     /// Where the parameters of the `index`-th effect begin.
@@ -403,7 +403,7 @@ impl Model for Hypothesis {
                 return (0.0, (sheet.end - p.off) / scale);
             }
             // A push shorter than a sample is none.
-            let lasts = e.acts.includes(Acts::JUMPS) && k >= e.strengths;
+            let lasts = e.acts_once() && k >= e.strengths;
             let least = if lasts {
                 p.min.max(sheet.period)
             } else {

@@ -89,12 +89,18 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
         );
         each(Predicted {
             sample: k + 1,
-            y: plant.reading_from([theta, alpha], zero),
+            y: plant.reading_from([theta, alpha], zero, moment(run, k + 1)),
             t,
             before: start,
             volts: s.voltage.value(),
         });
     }
+}
+
+/// When a sample is read: the recording, and the time in it, s.
+#[inline(always)]
+fn moment<S: Scalar<Real = f64>>(run: &Run, sample: usize) -> (usize, S) {
+    (run.recording, S::from_f64(run.time(sample)))
 }
 
 /// [`predict`] for samples that are not evenly spaced: the plant is driven by the commands at the times of the samples,
@@ -128,7 +134,7 @@ fn predict_uneven<S: Scalar<Real = f64>>(
             .map(|(y0, v0, y1, v1)| earlier(y0, v0, y1, v1, back, h));
             each(Predicted {
                 sample: next,
-                y: plant.reading_from([theta, alpha], zero),
+                y: plant.reading_from([theta, alpha], zero, moment(run, next)),
                 t,
                 before: start,
                 volts: s.voltage.value(),

@@ -55,6 +55,9 @@ impl Acts {
     /// Its law is of a voltage and the current that it drives against the back-EMF.
     pub const CURRENT: Self = Self(1 << 20);
 
+    /// The encoders' counts step at a moment ([`Law::lost`](super::Law::lost)).
+    pub const COUNTS: Self = Self(1 << 21);
+
     /// Everything that moves the arm by a torque, or lies between motor and arm.
     const ON_ARM: Self = Self::ARM
         .and(Self::SHAFT)

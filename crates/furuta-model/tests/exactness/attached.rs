@@ -195,9 +195,40 @@ fn an_eccentric_disc_errs_once_a_turn() {
         assert!((theta.reading(angles)[0] - expected[0]).abs() < 1e-12);
         assert_eq!(theta.reading(angles)[1], angles[1]);
         assert!((alpha.reading(angles)[1] - expected[1]).abs() < 1e-12);
-        let counted = theta.reading_from(angles, zeros);
+        let counted = theta.reading_from(angles, zeros, (0, 0.0));
         assert!((counted[0] - (expected[0] - zeros[0])).abs() < 1e-12);
         assert_eq!(counted[1], angles[1] - zeros[1]);
+    }
+}
+
+/// Counts are lost for good, from a moment of one run on; the motion is the same bit by bit.
+#[test]
+fn lost_counts_stay_lost() {
+    let p = bare_arm(true);
+    let (size, time, h) = (0.05, 0.1011, 2e-3);
+    for (id, axis) in [
+        ("sensor.theta.lost_counts", 0),
+        ("sensor.alpha.lost_counts", 1),
+    ] {
+        let (plain, lossy) = (
+            Plant::new(&p, &[]).expect("none"),
+            plant(&p, id, &[size, time, 1.0]),
+        );
+        for run in [0, 1] {
+            let start = State::new(0.2, 2.0, 1.0, 0.0);
+            let (mut a, mut b) = (plain.rest(start), lossy.rest(start));
+            (a.run, b.run) = (run, run);
+            for k in 0..100 {
+                assert_eq!(a.x, b.x);
+                let (shown, expected) = (lossy.measure(&b), plain.measure(&a));
+                let gone = run == 1 && f64::from(k) * h > time;
+                let off = if gone { size } else { 0.0 };
+                assert_eq!(shown[axis], expected[axis] + off, "{id} {run} {k}");
+                assert_eq!(shown[1 - axis], expected[1 - axis]);
+                plain.step(&mut a, 1.0, h);
+                lossy.step(&mut b, 1.0, h);
+            }
+        }
     }
 }
 

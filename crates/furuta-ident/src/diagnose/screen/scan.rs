@@ -45,6 +45,9 @@ impl Screen {
         typical: &[f64],
         asked: impl Fn(&[f64]) -> bool + Sync,
     ) -> Vec<Place> {
+        if spec.acts.includes(Acts::COUNTS) {
+            return self.best(spec, self.steps_of_zero(spec, asked));
+        }
         let mut grid: Vec<Vec<f64>> = vec![Vec::new()];
         for (p, typical) in spec.parameters.iter().zip(typical) {
             let values = self.grid(p, *typical);
@@ -59,11 +62,16 @@ impl Screen {
                 })
                 .collect();
         }
-        let mut tried: Vec<Place> = grid
+        let tried = grid
             .into_par_iter()
             .filter(|values| asked(values))
             .filter_map(|values| self.gain(spec, values))
             .collect();
+        self.best(spec, tried)
+    }
+
+    /// The best of the places tried that are apart.
+    fn best(&self, spec: &Spec, mut tried: Vec<Place>) -> Vec<Place> {
         // A stable sort: the same starts whatever the number of threads.
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         let mut best: Vec<Place> = Vec::new();
@@ -116,7 +124,9 @@ impl Screen {
             .iter()
             .zip(a.iter().zip(b))
             .any(|(p, (a, b))| match p.kind {
-                Kind::Frequency | Kind::Time => (a - b).abs() > NEAR * self.step(p.kind),
+                Kind::Frequency | Kind::Time | Kind::Moment => {
+                    (a - b).abs() > NEAR * self.step(p.kind)
+                }
                 Kind::Whole | Kind::Run => a != b,
                 _ => false,
             })
