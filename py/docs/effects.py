@@ -71,6 +71,7 @@ SHOWN = {
     "sensor.theta.scale": SLOW,
     "sensor.delay": EDGE,
     "sensor.theta.lost_counts": SLOW,
+    "sensor.jitter": TURNS,
     "disturbance.vibration": REST,
     "disturbance.kick": REST,
     "disturbance.arm_kick": REST,

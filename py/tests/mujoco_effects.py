@@ -44,7 +44,7 @@ ON_REQUEST = (
     "arm.load_friction", "arm.angle_friction", "arm.relaxation", "arm.stop",
     "motor.resolution", "motor.inductance", "motor.current_limit",
     "sensor.theta.eccentricity", "sensor.alpha.eccentricity",
-    "sensor.theta.lost_counts", "sensor.alpha.lost_counts",
+    "sensor.theta.lost_counts", "sensor.alpha.lost_counts", "sensor.jitter",
 )  # fmt: skip
 
 # Two parts where the plant has room for one; delays are counted in even samples; a rod that bends has mass to be
@@ -207,6 +207,8 @@ def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float
             return {"amplitude": between(0.08, 0.15), "phase": plain(0, 2 * np.pi)}
         case "sensor.alpha.eccentricity":
             return {"amplitude": between(0.03, 0.06), "phase": plain(0, 2 * np.pi)}
+        case "sensor.jitter":
+            return {"spread": between(1e-3, 2e-3), "seed": float(rng.integers(1000))}
         case "sensor.theta.lost_counts" | "sensor.alpha.lost_counts":
             return {"run": float(rng.integers(2)), "time": SECONDS * plain(0.25, 0.75), "size": sign * between(0.04, 0.08)}
     if (drawn := draw_foreign(effect, rig, rng, between, plain, SECONDS)) is not None:

@@ -64,6 +64,7 @@ LEFT_OUT = {
     "sensor.alpha.scale": {"scale": 1.01},
     "sensor.theta.scale": {"scale": 1.01},
     "sensor.delay": {"delay": 0.004},
+    "sensor.jitter": {"spread": 1e-3, "seed": 0},
     "sensor.theta.lost_counts": {"size": 0.05, "time": 1.0, "run": 0},
     "sensor.alpha.lost_counts": {"size": 0.05, "time": 1.0, "run": 0},
     "disturbance.vibration": {"amplitude": 1e-3, "frequency": 3.0, "phase": 0.0},

@@ -135,7 +135,7 @@ def compare(name: str, effect: str, start: str) -> None:
     if effect in ("sensor.alpha.offset", "sensor.alpha.scale", "sensor.theta.scale") or "eccentricity" in effect:
         count = 2 * np.pi / min(rig.arm_counts, rig.pend_counts)
         assert np.abs(furuta.measure(file, x) - shown).max() < 1.01 * count + worst
-    if effect.endswith("lost_counts"):
+    if effect.endswith(("lost_counts", "jitter")):
         count = 2 * np.pi / min(rig.arm_counts, rig.pend_counts)
         _, read = furuta.simulate(file, START[start], commands(rig), 1 / rig.rate, substeps=4, encoders=True)
         assert np.abs(read - shown).max() < 1.01 * count + worst

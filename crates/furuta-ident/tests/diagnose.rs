@@ -196,6 +196,32 @@ fn lost_counts_are_named() {
     }
 }
 
+/// Samples that are not taken when their stamps say: how far they scatter is measured; a spread of nothing is not.
+#[test]
+fn jitter_is_measured() {
+    let rig = qube();
+    for spread in [0.0, 4e-4, 1.2e-3] {
+        let effects = match spread {
+            0.0 => Vec::new(),
+            _ => vec![Effect::new("sensor.jitter", &[spread, 5.0]).expect("valid")],
+        };
+        let found = run(&rig, &effects).diagnosis;
+        assert!(found.effects.is_empty(), "{}", found.sentence());
+        println!("{spread}: {:?}", found.jitter);
+        match (spread, found.jitter) {
+            (0.0, jitter) => assert_eq!(jitter, None),
+            (_, Some(jitter)) => {
+                let off = (jitter.spread - spread).abs();
+                assert!(
+                    off < 3.0 * jitter.std && jitter.std < 0.2 * spread,
+                    "{jitter:?}"
+                );
+            }
+            (_, None) => panic!("a jitter of {spread} s was not seen"),
+        }
+    }
+}
+
 /// Effects that are looked for on request are named where they are asked for, alone and beside Coulomb friction.
 #[test]
 fn effects_on_request_are_named_where_they_are_asked_for() {

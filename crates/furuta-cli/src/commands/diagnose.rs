@@ -55,8 +55,9 @@ pub(crate) struct Args {
     /// may be repeated.
     #[arg(long = "candidate", value_name = "ID", value_parser = on_request)]
     candidates: Vec<&'static Spec>,
-    /// What the pendulum did in the recordings: swings, removed (taken off) or locked (hanging, held to the arm). Where
-    /// it is off or locked the arm alone is diagnosed, whatever alpha says.
+    /// What the pendulum did in the recordings: swings, removed (taken off), locked (hanging, held to the arm) or alone
+    /// (it swings, the arm is held). Where it is off or locked the arm alone is diagnosed, whatever alpha says; where the
+    /// arm is held the pendulum alone, whatever theta and u say.
     #[arg(
         long,
         value_name = "STATE",

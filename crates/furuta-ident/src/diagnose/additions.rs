@@ -45,11 +45,13 @@ pub(super) fn same_class(spec: &'static Spec) -> impl Iterator<Item = &'static S
         .filter(move |s| s.id != spec.id && is_late(s) && is_late(spec))
 }
 
-/// Whether an effect is neither in the hypothesis nor in the rig file, and a fit can still hold its parameters.
+/// Whether an effect is neither in the hypothesis nor in the rig file, and a fit can still hold its
+/// parameters. No fit follows random moments.
 pub(super) fn can_hold(h: &Hypothesis, spec: &Spec) -> bool {
     let numbers = h.layout().local() + spec.parameters.len();
     let present = h.sheet.present.iter().map(|e| e.spec());
     !h.has(spec.id)
+        && !spec.acts.includes(Acts::UNTIMELY)
         && numbers <= MAX_FREE
         && present
             .into_iter()

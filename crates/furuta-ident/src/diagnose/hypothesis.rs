@@ -13,7 +13,8 @@ use crate::shooting::{
 
 /// The identifiable base parameters, in the order of the vector; the scale of torque is fixed by `mass * com`.
 pub(super) const BASE: usize = 6;
-/// Indices of the motor's gain, of the two dampings and of the arm's length.
+/// Indices of the pendulum's inertia, the motor's gain, of the two dampings and of the arm's length.
+pub(super) const INERTIA: usize = 1;
 pub(super) const DRIVE: usize = 2;
 pub(super) const ARM_DAMPING: usize = 3;
 pub(super) const PENDULUM_DAMPING: usize = 4;
@@ -68,13 +69,17 @@ impl Sheet {
         for i in [ARM_DAMPING, PENDULUM_DAMPING] {
             scale[i] = scale[i].max(small);
         }
-        let of_arm = |i: usize| matches!(i, DRIVE | ARM_DAMPING);
+        let shown = |i: usize| match pendulum {
+            Pendulum::Swings => true,
+            Pendulum::Removed | Pendulum::Locked => matches!(i, DRIVE | ARM_DAMPING),
+            Pendulum::Alone => matches!(i, INERTIA | PENDULUM_DAMPING),
+        };
         let carried = rig.params.pendulum.mass * rig.params.arm.length.powi(2);
         Self {
             params: rig.params,
             coefficients: c,
-            carried: if pendulum.is_still() { 0.0 } else { carried },
-            held: std::array::from_fn(|i| pendulum.is_still() && !of_arm(i)),
+            carried: if pendulum.is_whole() { carried } else { 0.0 },
+            held: std::array::from_fn(|i| !shown(i)),
             scale,
             known: known(rig, &base, &scale),
             period: data.runs.first().map_or(0.0, |r| r.h),

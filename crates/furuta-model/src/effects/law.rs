@@ -162,6 +162,13 @@ pub trait Law<S: Scalar> {
         [S::ZERO; 2]
     }
 
+    /// How much later than time `t` (s) of this run says its readings are taken, s.
+    #[inline(always)]
+    fn untimely(&self, run: usize, t: S) -> S {
+        let _ = (run, t);
+        S::ZERO
+    }
+
     /// By how much the encoders' counts are wrong at time `t` (s) of this run for good, `[theta, alpha]`, rad.
     #[inline(always)]
     fn lost(&self, run: usize, t: S) -> [S; 2] {

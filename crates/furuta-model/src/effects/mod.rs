@@ -237,6 +237,14 @@ macro_rules! catalogue {
                 }
             }
             #[inline(always)]
+            fn untimely(&self, run: usize, t: S) -> S {
+                match self {
+                    $(Self::$name(e) => e.untimely(run, t),)+
+                    Self::Custom(e) => e.untimely(run, t),
+                    Self::Own(e) => e.untimely(run, t),
+                }
+            }
+            #[inline(always)]
             fn lost(&self, run: usize, t: S) -> [S; 2] {
                 match self {
                     $(Self::$name(e) => e.lost(run, t),)+
@@ -310,6 +318,7 @@ catalogue! {
     sensor_alpha_scale::SensorAlphaScale,
     sensor_theta_scale::SensorThetaScale,
     sensor_delay::SensorDelay,
+    sensor_jitter::SensorJitter,
     sensor_theta_lost_counts::SensorThetaLostCounts,
     sensor_alpha_lost_counts::SensorAlphaLostCounts,
     disturbance_vibration::DisturbanceVibration,

@@ -451,10 +451,34 @@ impl<S: Scalar> Plant<S> {
     #[inline(always)]
     #[must_use]
     pub fn measure(&self, s: &PlantState<S>) -> [S; 2] {
-        if self.acts.includes(Acts::SENSOR_DELAY) {
-            return self.reading_from(self.late_reading(s), [S::ZERO; 2], (s.run, s.t));
+        let mut angles = self.angles(s);
+        if self.acts.includes(Acts::UNTIMELY) {
+            let seen = self.seen(s);
+            for e in &self.effects {
+                let late = e.untimely(s.run, s.t);
+                angles[0] += late * seen.theta_dot;
+                angles[1] += late * seen.alpha_dot;
+            }
         }
-        self.reading_from(self.prompt_reading(s), [S::ZERO; 2], (s.run, s.t))
+        self.reading_from(angles, [S::ZERO; 2], (s.run, s.t))
+    }
+
+    /// What a model expects the encoders to read: as [`Plant::measure`], each sample taken when it should be, since
+    /// random moments cannot be foreseen.
+    #[inline(always)]
+    #[must_use]
+    pub fn expected(&self, s: &PlantState<S>) -> [S; 2] {
+        self.reading_from(self.angles(s), [S::ZERO; 2], (s.run, s.t))
+    }
+
+    /// The angles that the encoders show at a sample.
+    #[inline(always)]
+    fn angles(&self, s: &PlantState<S>) -> [S; 2] {
+        if self.acts.includes(Acts::SENSOR_DELAY) {
+            self.late_reading(s)
+        } else {
+            self.prompt_reading(s)
+        }
     }
 
     /// The angles at the encoders, now.

@@ -104,6 +104,7 @@ fn by_formula(
         | "motor.inductance"
         | "sensor.theta.eccentricity"
         | "sensor.alpha.eccentricity"
+        | "sensor.jitter"
         | "sensor.theta.lost_counts"
         | "sensor.alpha.lost_counts" => (u, 0.0),
         "arm.presliding"
