@@ -65,8 +65,8 @@ impl core::str::FromStr for Pendulum {
     }
 }
 
-/// An arm that is held is one of so many times its inertia.
-const HELD: f64 = 1e9;
+/// An arm that is held is one of so many times its inertia: nothing moves it by as much as rounding would.
+const HELD: f64 = 1e30;
 
 impl Pendulum {
     /// All states.
@@ -115,7 +115,13 @@ impl Pendulum {
             Self::Locked => (c.arm, c.lever),
             Self::Alone => {
                 let arm = c.arm * S::from_f64(HELD);
-                return Coefficients { arm, hub: arm, ..c };
+                return Coefficients {
+                    arm,
+                    hub: arm,
+                    swing: S::ZERO,
+                    coupling: S::ZERO,
+                    ..c
+                };
             }
         };
         Coefficients {

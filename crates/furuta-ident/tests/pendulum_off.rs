@@ -262,7 +262,8 @@ fn swung(rig: &Rig, inertia: f64, damping: f64, friction: f64, begin: f64) -> Re
 /// Inertia and friction of a pendulum alone, and dry friction in its hinge.
 #[test]
 fn a_pendulum_is_looked_at_alone() {
-    let rig = qube();
+    let mut rig = qube();
+    rig.params.pendulum.viscous = 5e-5;
     let p = &rig.params.pendulum;
     let inertia = 1.06 * (p.inertia + p.mass * p.com * p.com);
     let damping = 0.7 * p.viscous;
@@ -274,11 +275,11 @@ fn a_pendulum_is_looked_at_alone() {
     assert!(d.gap.recalibrated.theta.is_nan() && d.verification.len() == 2);
     assert!(d.notices.iter().any(|n| n.contains("the arm is held")));
     assert!(!d.parameters["motor.torque_constant"].identifiable);
-    let d = diagnosed(&rig, &swings(3e-5), Pendulum::Alone).diagnosis;
+    let d = diagnosed(&rig, &swings(1e-4), Pendulum::Alone).diagnosis;
     let ids: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
     assert_eq!(ids, ["pendulum.coulomb"], "{}", d.sentence());
     let level = d.effects[0].parameters["torque"].value;
-    assert!((level / 3e-5 - 1.0).abs() < 0.05, "{level}");
+    assert!((level / 1e-4 - 1.0).abs() < 0.05, "{level}");
 
     let options = calibrate::Options {
         pendulum: Pendulum::Alone,
@@ -352,6 +353,7 @@ fn the_arm_alone_tells_more_of_the_whole() {
         "arm.inertia",
         "arm.viscous",
         "pendulum.inertia",
+        "pendulum.viscous",
         "pendulum.com",
     ];
     let calibrated = |beside: Vec<(Pendulum, Recording)>| {
@@ -370,6 +372,7 @@ fn the_arm_alone_tells_more_of_the_whole() {
         real.params.arm.inertia,
         real.params.arm.viscous,
         real.params.pendulum.inertia,
+        real.params.pendulum.viscous,
         real.params.pendulum.com,
     ]) {
         let p = &together.parameters[*key];
@@ -394,9 +397,5 @@ fn the_arm_alone_tells_more_of_the_whole() {
         "{:?}",
         keys.map(|key| [of(&alone, key), of(&together, key)])
     );
-    let wider = |key: &&str| {
-        let std = of(&alone, key);
-        !std.is_finite() || std > 3.0 * of(&together, key)
-    };
-    assert!(keys.iter().any(|key| wider(&key)), "{:?}", alone.parameters);
+    assert!(!alone.parameters["pendulum.com"].identifiable);
 }

@@ -23,7 +23,13 @@ const CASES: [Case; 9] = [
     // Commands of one size: friction under load is friction.
     case("arm.load_friction", &[0.3], 1.0, 0.7, true),
     // Within a small part of a turn the angle says nothing.
-    case("arm.angle_friction", &[2e-3, 0.8, 2.0, 0.8], 0.8, 1.5, false),
+    case(
+        "arm.angle_friction",
+        &[2e-3, 0.8, 2.0, 0.8],
+        0.8,
+        1.5,
+        false,
+    ),
     // Much longer than its time constant, and much shorter.
     case("arm.relaxation", &[5e-3, 5.0], 0.5, 1.0, false),
     case("arm.stop", &[0.3, 0.2, 2e-3, 0.0], 0.6, 0.8, false),

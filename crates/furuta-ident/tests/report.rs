@@ -464,6 +464,11 @@ fn another_state_has_a_section() {
     ] {
         assert!(section.contains(text), "{text}: {section}");
     }
-    diagnosis.comparison.as_mut().expect("there").differences.clear();
+    diagnosis
+        .comparison
+        .as_mut()
+        .expect("there")
+        .differences
+        .clear();
     assert!(html(&diagnosis, &Curves::default()).contains("nothing differs"));
 }

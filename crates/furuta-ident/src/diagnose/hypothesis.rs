@@ -37,6 +37,8 @@ pub(super) struct Sheet {
     pub(super) coefficients: Coefficients<f64>,
     /// Of the arm's inertia, what goes with the square of its length.
     carried: f64,
+    /// Whether arm and pendulum turn together.
+    is_whole: bool,
     /// Base parameters that data cannot show beside the others: they stay what the sheet says.
     pub(super) held: [bool; BASE],
     /// A natural size of each base parameter: the sheet's value, or a guess where that is zero.
@@ -79,6 +81,7 @@ impl Sheet {
             params: rig.params,
             coefficients: c,
             carried: if pendulum.is_whole() { carried } else { 0.0 },
+            is_whole: pendulum.is_whole(),
             held: std::array::from_fn(|i| !shown(i)),
             scale,
             known: known(rig, &base, &scale),
@@ -456,7 +459,11 @@ impl Model for Hypothesis {
             hub: arm - longer * longer * Jet::constant(carried) - Jet::constant(fixed),
             pendulum,
             // m c² is in both: a longer pendulum swings with more inertia about both axes.
-            swing: Jet::constant(c.swing) + pendulum - Jet::constant(c.pendulum),
+            swing: if sheet.is_whole {
+                Jet::constant(c.swing) + pendulum - Jet::constant(c.pendulum)
+            } else {
+                Jet::constant(c.swing)
+            },
             drive: variable(DRIVE),
             arm_damping: variable(ARM_DAMPING),
             pendulum_damping: variable(PENDULUM_DAMPING),
