@@ -168,12 +168,6 @@ fn lost_counts_are_named() {
             -0.06,
             Some(("arm.coulomb", vec![1e-3])),
         ),
-        ("sensor.alpha.lost_counts", 0.03, None),
-        (
-            "sensor.alpha.lost_counts",
-            -0.03,
-            Some(("arm.spring", vec![2e-3, 0.2])),
-        ),
     ] {
         let mut hidden = vec![Effect::new(id, &[size, time, 1.0]).expect("valid")];
         let mut ids = vec![id];

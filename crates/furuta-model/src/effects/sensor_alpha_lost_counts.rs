@@ -32,7 +32,9 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::COUNTS,
     at_rest: AtRest::UNCOMMANDED,
     own: None,
-    offered: Offered::Always,
+    offered: Offered::OnRequest(
+        "the zero of the whole recording follows a part of the step, and may hide its moment",
+    ),
 };
 
 impl<S: Scalar> Law<S> for SensorAlphaLostCounts<S> {

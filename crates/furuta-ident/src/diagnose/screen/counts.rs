@@ -2,13 +2,13 @@
 
 use furuta_model::effects::Law;
 use furuta_model::{Effect, Spec};
-use nalgebra::{ArrayStorage, DVector, SVector, Vector4};
+use nalgebra::Vector4;
 use rayon::prelude::*;
 
 use super::scan::Place;
-use super::{FOLLOW, Screen, follower};
+use super::{Response, Screen};
 
-/// Of a step that initial states can follow but for this share of its square, rounding is left.
+/// Of a step that the window's initial state can follow but for this share of its square, rounding is left.
 const SHOWS: f64 = 1e-6;
 
 impl Screen {
@@ -22,78 +22,37 @@ impl Screen {
             return Vec::new();
         };
         let encoder = unit.lost(0, 1.0);
-        let places = (0..self.recordings).into_par_iter().flat_map_iter(|run| {
-            let steps = self.steps_in(run, encoder);
-            steps.into_iter().map(move |(gain, size, time)| Place {
+        let steps = self.responses.par_iter().flat_map_iter(|response| {
+            let place = |(gain, size, time)| Place {
                 gain,
-                values: vec![size, time, run as f64],
+                values: vec![size, time, response.recording as f64],
                 zeros: vec![0.0; self.recordings],
-            })
+            };
+            steps_in(response, encoder).into_iter().map(place)
         });
-        places.filter(|place| asked(&place.values)).collect()
+        steps.filter(|place| asked(&place.values)).collect()
     }
+}
 
-    /// What a step between each two samples of a recording gains, its best size (rad) and its time (s): all readings
-    /// behind it have it, those of the later windows with it.
-    fn steps_in(&self, recording: usize, encoder: [f64; 2]) -> Vec<(f64, f64, f64)> {
-        let Some(base) = self.normal.as_ref() else {
-            return Vec::new();
-        };
-        let mut steps = Vec::new();
-        let mut later = Sum::ZERO;
-        let windows = self.responses.iter().rev();
-        for response in windows.filter(|r| r.recording == recording) {
-            let mut here = Sum::ZERO;
-            let mut shared = Vector4::zeros();
-            let mut whole = later;
-            for (k, step) in response.steps.iter().enumerate().rev() {
-                for (c, encoder) in encoder.iter().enumerate() {
-                    let y = encoder * response.weight[k][c];
-                    here.raw += y * y;
-                    here.product += y * response.left[k][c];
-                    here.follow += response.base[k][c] * y;
-                    shared += response.slopes[k][c] * y;
-                }
-                // The initial state takes its part, then what follows.
-                let absorbed = response.normal.solve(&shared);
-                whole = Sum {
-                    raw: later.raw + here.raw,
-                    square: later.square + here.raw - absorbed.dot(&shared),
-                    product: later.product + here.product - absorbed.dot(&response.gradient),
-                    follow: later.follow + here.follow - response.absorbed.tr_mul(&shared),
-                };
-                let mut cross = DVector::zeros(self.gradient.len());
-                for i in 0..FOLLOW {
-                    cross[follower(recording, i)] = whole.follow[i];
-                }
-                let follows = base.solve(&cross);
-                let square = whole.square - follows.dot(&cross);
-                let product = whole.product - follows.dot(&self.gradient);
-                if square > SHOWS * whole.raw {
-                    steps.push((product * product / square, product / square, step.t));
-                }
-            }
-            later = whole;
+/// What a step between each two samples of a window gains, its best size (rad) and its time (s). The initial state
+/// takes its part; the base parameters hardly follow what happens in one window.
+fn steps_in(response: &Response, encoder: [f64; 2]) -> Vec<(f64, f64, f64)> {
+    let (mut square, mut product, mut shared) = (0.0, 0.0, Vector4::zeros());
+    let mut steps = Vec::with_capacity(response.steps.len());
+    // All samples behind the step have it.
+    for (k, step) in response.steps.iter().enumerate().rev() {
+        for (c, encoder) in encoder.iter().enumerate() {
+            let y = encoder * response.weight[k][c];
+            square += y * y;
+            product += y * response.left[k][c];
+            shared += response.slopes[k][c] * y;
         }
-        steps
+        let absorbed = response.normal.solve(&shared);
+        let own = square - absorbed.dot(&shared);
+        let along = product - absorbed.dot(&response.gradient);
+        if own > SHOWS * square {
+            steps.push((along * along / own, along / own, step.t));
+        }
     }
-}
-
-/// Sums over readings that a step of one radian moves: of its square, with and without what initial states take; of its
-/// products with what is left and with the slopes of what follows.
-#[derive(Clone, Copy)]
-struct Sum {
-    raw: f64,
-    square: f64,
-    product: f64,
-    follow: SVector<f64, FOLLOW>,
-}
-
-impl Sum {
-    const ZERO: Self = Self {
-        raw: 0.0,
-        square: 0.0,
-        product: 0.0,
-        follow: SVector::<f64, FOLLOW>::from_array_storage(ArrayStorage([[0.0; FOLLOW]; 1])),
-    };
+    steps
 }
