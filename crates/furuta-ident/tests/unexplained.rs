@@ -66,27 +66,6 @@ fn what_comes_again_is_no_kick() {
     assert!(reason.contains("another at"), "{reason}");
 }
 
-/// An encoder that loses counts in every recording is not knocked at, and one loss does not explain it.
-#[test]
-fn counts_that_are_lost_again_are_no_kick() {
-    let slipped = |name: &str, amplitude, phase| {
-        let mut rig = qube();
-        let lost = Effect::new("sensor.theta.lost_counts", &[0.15, 4.211, 0.0]).expect("valid");
-        rig.effects = vec![lost];
-        swept(name, &rig, amplitude, phase)
-    };
-    let recordings = [
-        slipped("a.csv", 2.0, 0.0),
-        slipped("b.csv", 3.0, 2.0),
-        slipped("c.csv", 2.5, 4.0),
-    ];
-    let found = diagnosis(&recordings, &qube());
-    assert_eq!(names(&found), [""; 0], "{:?}", found.suspected);
-    assert_eq!(found.verdict, Verdict::Unexplained);
-    let reason = suspicion(&found, "sensor.theta.lost_counts");
-    assert!(reason.contains("another at"), "{reason}");
-}
-
 /// Dry friction that wears off as the rig warms up, and an arm that is read by an encoder with some noise.
 #[test]
 fn friction_that_fades_is_not_called_a_law_of_the_speed() {
