@@ -70,6 +70,8 @@ SHOWN = {
     "sensor.alpha.scale": TURNS,
     "sensor.theta.scale": SLOW,
     "sensor.delay": EDGE,
+    "sensor.theta.lost_counts": SLOW,
+    "sensor.jitter": TURNS,
     "disturbance.vibration": REST,
     "disturbance.kick": REST,
     "disturbance.arm_kick": REST,

@@ -4,12 +4,12 @@ use crate::arguments::RigLike;
 use crate::error;
 use crate::file;
 use crate::kept::{Kept, Reduced, kept, unreadable};
-use crate::recording::{Chosen, choose, selection};
+use crate::recording::{Chosen, choose, selection, state};
 use crate::rig::PyRig;
+use furuta_ident::Insufficient;
 use furuta_ident::diagnose::{
     Curves, Diagnosis, Options, Outcome, Progress, Request, diagnose_with,
 };
-use furuta_ident::{Insufficient, Pendulum};
 use pyo3::exceptions::{PyKeyError, PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -237,6 +237,15 @@ impl PyDiagnosis {
         }
     }
 
+    /// How far the samples scatter about their time stamps, where it shows: spread and std (s), deviations; else None.
+    #[getter]
+    fn jitter<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self.outcome.diagnosis.jitter {
+            Some(_) => self.field(py, "jitter"),
+            None => Ok(py.None().into_bound(py)),
+        }
+    }
+
     /// Which of the three models predicts data kept apart best, and is `repaired_rig`: given, refitted, repaired.
     #[getter]
     fn best<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -393,9 +402,10 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 /// candidates : list of str, Hypothesis or path, optional
 ///     Effects to be looked for beside those that always are: ids of the catalogue (`catalogue()[id]["offered"]`), laws
 ///     of your own, or files with some (`.toml`).
-/// pendulum : {"swings", "removed", "locked"}, optional
-///     What the pendulum did in the recordings: it swings as it is built, was taken off, or was locked hanging. In the
-///     latter two the arm alone is diagnosed, whatever alpha says; no experiment is planned.
+/// pendulum : {"swings", "removed", "locked", "alone"}, optional
+///     What the pendulum did in the recordings: it swings as it is built, was taken off, was locked hanging, or swings
+///     alone, the arm held. Off or locked, the arm alone is diagnosed, whatever alpha says; with the arm held the
+///     pendulum alone, whatever theta and u say. No experiment is planned then.
 /// every : int, optional
 ///     Use every `every`-th sample of each recording. The command of a sample becomes the mean of those until the
 ///     next one used: right where `every` sample periods are short against the motion.
@@ -465,10 +475,8 @@ pub(crate) fn diagnose(
 ) -> PyResult<PyDiagnosis> {
     let selection = selection(every, span);
     let time_limit = time_limit.map(seconds).transpose()?;
-    let pendulum: Pendulum = pendulum
-        .parse()
-        .map_err(|e| PyValueError::new_err(format!("pendulum: {e}")))?;
-    if plan && pendulum.is_still() {
+    let pendulum = state(pendulum)?;
+    if plan && !pendulum.is_whole() {
         return Err(PyValueError::new_err(
             "plan: an experiment is planned for a rig whose pendulum swings",
         ));

@@ -9,7 +9,7 @@ use furuta_ident::selection::{Read, SelectionError, read_unseen, select};
 use furuta_input::shown;
 use furuta_model::Rig;
 use numpy::ToPyArray;
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySequence, PyString};
 use std::fmt::Write as _;
@@ -20,6 +20,12 @@ pub(crate) struct Chosen {
     pub(crate) recordings: Vec<Recording>,
     pub(crate) verify: Vec<Recording>,
     pub(crate) notices: Vec<String>,
+}
+
+/// What the pendulum did in recordings, by its word.
+pub(crate) fn state(word: &str) -> PyResult<Pendulum> {
+    word.parse()
+        .map_err(|e| PyValueError::new_err(format!("pendulum: {e}")))
 }
 
 /// What is used of the recordings given for a search and for verification: suspicious ones are left out where the

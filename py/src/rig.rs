@@ -604,8 +604,8 @@ fn detail<'py>(py: Python<'py>, p: &ParameterSpec) -> PyResult<Bound<'py, PyDict
     };
     let kind = match p.kind {
         Kind::Choice(_) => "choice",
-        kind if kind.is_continuous() => "real",
-        _ => "whole",
+        kind if kind.is_whole() => "whole",
+        _ => "real",
     };
     detail.set_item("unit", p.unit)?;
     detail.set_item("kind", kind)?;

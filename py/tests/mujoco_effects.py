@@ -39,11 +39,12 @@ EFFECTS = (
     "disturbance.vibration", "disturbance.kick", "disturbance.arm_kick",
 )  # fmt: skip
 
-# Those that a diagnosis looks for on request alone: they are in no draw of the benchmark.
+# In no draw of the benchmark: those that a diagnosis looks for on request alone, and lost counts, which came later.
 ON_REQUEST = (
     "arm.load_friction", "arm.angle_friction", "arm.relaxation", "arm.stop",
     "motor.resolution", "motor.inductance", "motor.current_limit",
     "sensor.theta.eccentricity", "sensor.alpha.eccentricity",
+    "sensor.theta.lost_counts", "sensor.alpha.lost_counts", "sensor.jitter",
 )  # fmt: skip
 
 # Two parts where the plant has room for one; delays are counted in even samples; a rod that bends has mass to be
@@ -206,6 +207,10 @@ def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float
             return {"amplitude": between(0.08, 0.15), "phase": plain(0, 2 * np.pi)}
         case "sensor.alpha.eccentricity":
             return {"amplitude": between(0.03, 0.06), "phase": plain(0, 2 * np.pi)}
+        case "sensor.jitter":
+            return {"spread": between(1e-3, 2e-3), "seed": float(rng.integers(1000))}
+        case "sensor.theta.lost_counts" | "sensor.alpha.lost_counts":
+            return {"run": float(rng.integers(2)), "time": SECONDS * plain(0.25, 0.75), "size": sign * between(0.04, 0.08)}
     if (drawn := draw_foreign(effect, rig, rng, between, plain, SECONDS)) is not None:
         return drawn
     raise ValueError(f"no effect called {effect!r} in the MuJoCo plant; it has {', '.join(EFFECTS + ON_REQUEST + FOREIGN)}")

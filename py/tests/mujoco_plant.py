@@ -35,6 +35,20 @@ FRICTION = 'solreffriction="{step!s} 1" solimpfriction="0.9999 0.9999 0.001 0.5 
 STOP = 'solreflimit="{constant!s} {ratio!s}" solimplimit="0.9999 0.9999 0.001 0.5 2"'
 
 
+def splitmix(seed: int, n: int) -> int:
+    """The ``n``-th number of SplitMix64 (Steele, Lea, Flood, OOPSLA 2014)."""
+    z = (seed + 0x9E3779B97F4A7C15 * (n + 1)) % 2**64
+    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9 % 2**64
+    z = (z ^ z >> 27) * 0x94D049BB133111EB % 2**64
+    return z ^ z >> 31
+
+
+def untimely(jitter: dict[str, float], run: int, time: float) -> float:
+    """How much later than ``time`` says a sample of ``sensor.jitter`` is taken, s: 64 coins, thrown anew each 0.1 ms."""
+    coins = splitmix(splitmix(int(jitter["seed"]), run), int(np.floor(time / 1e-4 + 0.5)))
+    return jitter["spread"] * (coins.bit_count() - 32) / 4
+
+
 def principal(rig: TrueRig, extra: float) -> tuple[float, tuple[float, float, float], float]:
     """Arm inertia, the pendulum's principal inertias and the armature of its hinge: a body that exists, and the same
     motion.
@@ -126,6 +140,7 @@ class Plant:
             raise ValueError(f"rate {rig.rate} does not divide into steps of {self.step} s")
         self.laws = torques(effects, rig, self.motor, self.step)
         self.frictions = frictions(effects, rig, self.motor)
+        self.run = run
         self.pulses = pulses(effects, run)
         self.samples = self.steps = 0
         self.clock = Clock(effects.get("x.clock_jitter"), rig.rate, run, step)
@@ -249,6 +264,8 @@ class Plant:
     def measure(self, rng: np.random.Generator | None = None, noise: float = 0.0) -> tuple[float, float]:
         """Encoder angles: late, with offset and scale, noise of ``noise`` counts RMS, rounded to whole counts."""
         angles = self._seen()
+        if jitter := self.effects.get("sensor.jitter"):
+            angles = angles + untimely(jitter, self.run, self.time) * self._shown()[1]
         axes = ("theta", "alpha")
         discs = np.array([self._parameter(f"x.eccentric_{axis}", "angle") for axis in axes])
         discs += [self._parameter(f"sensor.{axis}.eccentricity", "amplitude") for axis in axes]
@@ -259,6 +276,10 @@ class Plant:
         lost = self.effects.get("x.lost_counts", {"angle": 0.0, "time": 0.0})
         jumped = lost["angle"] if self.time >= lost["time"] else 0.0
         angles = angles + discs * np.sin(angles + phases) + [jumped, self._parameter("sensor.alpha.offset", "angle")]
+        for axis, name in enumerate(axes):
+            gone = self.effects.get(f"sensor.{name}.lost_counts")
+            if gone and round(gone["run"]) == self.run and self.time >= gone["time"]:
+                angles[axis] += gone["size"]
         angles = angles * [
             self.effects.get(f"sensor.{axis}.scale", {}).get("scale", 1.0) for axis in ("theta", "alpha")
         ]

@@ -205,3 +205,38 @@ def test_what_is_no_recording_is_named(tmp_path):
     assert "\x1b" not in str(caught.value) and "\\u{1b}[31mred" in str(caught.value)
     with pytest.raises(furuta.RigError, match="is a directory, not a rig file"):
         furuta.Rig.load(str(tmp_path))
+
+
+def arm_alone(rig, seconds=8.0, h=0.002):
+    """A recording of the arm with the pendulum off: `J theta'' = gain u - damping theta'`, solved exactly from sample
+    to sample."""
+    gain = rig["motor.torque_constant"] / rig["motor.resistance"]
+    rate = (rig["arm.viscous"] + gain * rig["motor.back_emf_constant"]) / rig["arm.inertia"]
+    t = h * np.arange(round(seconds / h))
+    u = 2.0 * np.sin(2 * np.pi * t * (0.3 + 0.35 * t))
+    theta, speed, angles, decay = 0.3, 0.0, [], np.exp(-rate * h)
+    for volts in u:
+        angles.append(theta)
+        end = gain * volts / rig["arm.inertia"] / rate
+        theta, speed = theta + end * h + (speed - end) * (1 - decay) / rate, end + (speed - end) * decay
+    count = 2 * np.pi / 2048
+    return {"t": t, "u": u, "theta": count * np.round(np.array(angles) / count), "alpha": np.zeros_like(t)}
+
+
+def test_a_part_of_the_rig_alone_and_beside_the_whole():
+    real = RIG.with_parameters({"motor.torque_constant": 0.046, "arm.inertia": 8e-5, "pendulum.com": 0.06})
+    arm, h = arm_alone(real), 0.004
+    found = furuta.calibrate(arm, RIG, pendulum="removed", fix=["motor.torque_constant"])
+    # To data in proportion to the inertia, one number too small by a factor is another one too large by it.
+    ratio = found.parameters["arm.inertia"]["fitted"] / RIG["motor.torque_constant"]
+    assert ratio == pytest.approx(8e-5 / 0.046, rel=5e-3)
+    judged = furuta.validate(arm, found.rig, pendulum="removed")
+    assert [c["channel"] for c in judged.channels] == ["theta"] and judged.channels[0]["fit_percent"] > 99
+    whole = recorded(real, sweep(6.0, h), h, np.random.default_rng(2))
+    keys = ["motor.torque_constant", "arm.inertia", "arm.viscous", "pendulum.inertia", "pendulum.viscous", "pendulum.com"]
+    alone, both = (furuta.calibrate(whole, RIG, free=keys, removed=removed) for removed in (None, [arm]))
+    assert not alone.parameters["pendulum.com"]["identifiable"]
+    com = both.parameters["pendulum.com"]
+    assert com["identifiable"] and abs(com["fitted"] - 0.06) < 4 * com["std"] < 0.003
+    with pytest.raises(ValueError, match="swings, removed, locked or alone, not off"):
+        furuta.calibrate(whole, RIG, pendulum="off")

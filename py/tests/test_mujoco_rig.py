@@ -14,7 +14,7 @@ pytest.importorskip("mujoco")
 from lagrange_effects import Motion  # noqa: E402
 from mujoco_case import multisine, write_case  # noqa: E402
 from mujoco_effects import EFFECTS, FOREIGN, ON_REQUEST, draw_effect, hide  # noqa: E402
-from mujoco_plant import Plant  # noqa: E402
+from mujoco_plant import Plant, untimely  # noqa: E402
 from mujoco_rig import FAMILIES, data_sheet, rig_toml  # noqa: E402
 
 RIG = FAMILIES["bench-made"]
@@ -39,7 +39,7 @@ def mujoco_states(rig, effects, u, x0):
 def hidden(effect):
     """The rig with this effect, moved into the one second that is looked at."""
     rig, effects = hide(RIG, () if effect == "nothing" else (effect,), np.random.default_rng(5))
-    if effect.endswith("kick"):
+    if effect.endswith(("kick", "lost_counts")):
         effects[effect] |= {"run": 0.0, "time": 0.31234}
     return rig, effects
 
@@ -120,12 +120,20 @@ def test_what_the_encoders_read(effect):
         shown.append(plant.measure())
         plant.advance(volts)
     p = effects[effect]
-    angles = Motion(rig, {}, u).at(np.arange(200) / rig.rate - p.get("delay", 0.0), start)[:, :2]
+    states = Motion(rig, {}, u).at(np.arange(200) / rig.rate - p.get("delay", 0.0), start)
+    angles = states[:, :2]
     if effect == "sensor.delay":
         assert p["delay"] * rig.rate % 1 > 0.1  # between samples
     elif "eccentricity" in effect:
         axis = ["sensor.theta.eccentricity", "sensor.alpha.eccentricity"].index(effect)
         angles[:, axis] += p["amplitude"] * np.sin(angles[:, axis] + p["phase"])
+    elif effect == "sensor.jitter":
+        late = np.array([untimely(p, 0, k / rig.rate) for k in range(200)])
+        assert 0.8 * p["spread"] < late.std() < 1.2 * p["spread"]
+        angles = angles + late[:, None] * states[:, 2:4]
+    elif "lost_counts" in effect:
+        axis = ["sensor.theta.lost_counts", "sensor.alpha.lost_counts"].index(effect)
+        angles[np.arange(200) / rig.rate >= p["time"], axis] += p["size"]
     elif effect == "sensor.theta.scale":
         angles[:, 0] *= p["scale"]
     else:

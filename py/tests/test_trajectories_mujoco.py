@@ -125,15 +125,20 @@ def compare(name: str, effect: str, start: str) -> None:
     if effect == "pendulum.inertia_transverse" and RIGS[name].pend_inertia == 0.0:
         pytest.skip("a point has no inertia")
     rig, effects = hide(RIGS[name], () if effect == "nothing" else (effect,), np.random.default_rng(8))
-    if effect.endswith("kick"):
+    if effect.endswith(("kick", "lost_counts")):
         effects[effect] |= {"run": 0.0, "time": 0.31234}
+    file = as_file(rig, effects)
     x, expected, shown = both(rig, effects, START[start], step=STEP / 8 if effect == "arm.stop" else STEP)
     worst = np.abs(x - expected)[:, :2].max()
     print(f"{name} {effect} {start} {worst:.2e} rad")
     assert worst < TOLERANCE.get(effect, SMOOTH)
     if effect in ("sensor.alpha.offset", "sensor.alpha.scale", "sensor.theta.scale") or "eccentricity" in effect:
         count = 2 * np.pi / min(rig.arm_counts, rig.pend_counts)
-        assert np.abs(furuta.measure(as_file(rig, effects), x) - shown).max() < 1.01 * count + worst
+        assert np.abs(furuta.measure(file, x) - shown).max() < 1.01 * count + worst
+    if effect.endswith(("lost_counts", "jitter")):
+        count = 2 * np.pi / min(rig.arm_counts, rig.pend_counts)
+        _, read = furuta.simulate(file, START[start], commands(rig), 1 / rig.rate, substeps=4, encoders=True)
+        assert np.abs(read - shown).max() < 1.01 * count + worst
 
 
 @pytest.mark.parametrize("name", RIGS)

@@ -9,7 +9,7 @@ use furuta_model::simulate::trajectory;
 use furuta_model::{CATALOGUE, ON_REQUEST, Plant, Rig, Spec, State, effects};
 
 /// The public names: rig files, recordings' metadata and reports out there hold them.
-const IDS: [&str; 39] = [
+const IDS: [&str; 42] = [
     "arm.coulomb",
     "arm.stribeck",
     "arm.quadratic",
@@ -46,6 +46,9 @@ const IDS: [&str; 39] = [
     "sensor.alpha.scale",
     "sensor.theta.scale",
     "sensor.delay",
+    "sensor.jitter",
+    "sensor.theta.lost_counts",
+    "sensor.alpha.lost_counts",
     "disturbance.vibration",
     "disturbance.kick",
     "disturbance.arm_kick",

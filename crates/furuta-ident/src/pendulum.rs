@@ -1,7 +1,9 @@
-//! Recordings of a rig whose pendulum is taken off or locked: of the arm alone.
+//! Recordings of a part of a rig: of the arm alone, its pendulum taken off or locked, or of the pendulum alone, its arm held.
 
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
+use furuta_model::Scalar;
 use furuta_model::params::Coefficients;
 
 use crate::recording::{NoticeKind, Recording};
@@ -18,10 +20,18 @@ use crate::recording::{NoticeKind, Recording};
 /// `J` being `J_a` where the pendulum is off and `J_a + m L_r² + I_a` where it is locked, hanging. Data then show
 /// torques in proportion to `J`, which stays the sheet's; what is measured of the pendulum is not looked at.
 ///
+/// Where the arm is held, the pendulum is alone, a plane one. The second of the equations is left,
+///
+/// ```text
+/// (I_p + m c²) alpha'' = m g c sin(alpha) - damping alpha' + torques of effects
+/// ```
+///
+/// and data show torques in proportion to `m g c`; neither what is measured of the arm nor the command is looked at.
+///
 /// ```
 /// use furuta_ident::Pendulum;
 /// assert_eq!("removed".parse(), Ok(Pendulum::Removed));
-/// assert_eq!("off".parse::<Pendulum>().unwrap_err().to_string(), "give swings, removed or locked, not off");
+/// assert_eq!("off".parse::<Pendulum>().unwrap_err().to_string(), "give swings, removed, locked or alone, not off");
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pendulum {
@@ -32,11 +42,13 @@ pub enum Pendulum {
     Removed,
     /// It hangs and cannot turn against the arm.
     Locked,
+    /// It swings, and the arm is held.
+    Alone,
 }
 
 /// No state of a pendulum has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("give swings, removed or locked, not {0}")]
+#[error("give swings, removed, locked or alone, not {0}")]
 pub struct UnknownPendulum(String);
 
 impl core::str::FromStr for Pendulum {
@@ -47,38 +59,83 @@ impl core::str::FromStr for Pendulum {
             "swings" => Ok(Self::Swings),
             "removed" => Ok(Self::Removed),
             "locked" => Ok(Self::Locked),
+            "alone" => Ok(Self::Alone),
             other => Err(UnknownPendulum(other.to_owned())),
         }
     }
 }
 
+/// An arm that is held is one of so many times its inertia: nothing moves it by as much as rounding would.
+const HELD: f64 = 1e30;
+
 impl Pendulum {
+    /// All states.
+    pub const ALL: [Self; 4] = [Self::Swings, Self::Removed, Self::Locked, Self::Alone];
+
+    /// In words: `with the pendulum off`.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Swings => "of the whole rig",
+            Self::Removed => "with the pendulum off",
+            Self::Locked => "with the pendulum locked",
+            Self::Alone => "with the arm held",
+        }
+    }
+
     /// Whether the arm alone is looked at.
     #[must_use]
     pub const fn is_still(self) -> bool {
-        !matches!(self, Self::Swings)
+        matches!(self, Self::Removed | Self::Locked)
+    }
+
+    /// Whether the whole rig is looked at, as it is built.
+    #[must_use]
+    pub const fn is_whole(self) -> bool {
+        matches!(self, Self::Swings)
+    }
+
+    /// Whether each of the angles `[theta, alpha]` is looked at.
+    ///
+    /// ```
+    /// use furuta_ident::Pendulum;
+    /// assert_eq!(Pendulum::Removed.looks_at(), [true, false]);
+    /// ```
+    #[must_use]
+    pub const fn looks_at(self) -> [bool; 2] {
+        [!matches!(self, Self::Alone), !self.is_still()]
     }
 
     /// The coefficients of the rig in this state. Beside the arm a body without weight stays where it is: nothing that
     /// acts on the arm may depend on a state that no sample shows.
-    pub(crate) fn coefficients(self, c: Coefficients<f64>) -> Coefficients<f64> {
+    pub(crate) fn coefficients<S: Scalar>(self, c: Coefficients<S>) -> Coefficients<S> {
         let (arm, lever) = match self {
             Self::Swings => return c,
-            Self::Removed => (c.hub, 0.0),
+            Self::Removed => (c.hub, S::ZERO),
             Self::Locked => (c.arm, c.lever),
+            Self::Alone => {
+                let arm = c.arm * S::from_f64(HELD);
+                return Coefficients {
+                    arm,
+                    hub: arm,
+                    swing: S::ZERO,
+                    coupling: S::ZERO,
+                    ..c
+                };
+            }
         };
         Coefficients {
             arm,
             hub: arm,
-            swing: 0.0,
-            coupling: 0.0,
-            weight: 0.0,
+            swing: S::ZERO,
+            coupling: S::ZERO,
+            weight: S::ZERO,
             lever,
             ..c
         }
     }
 
-    /// What a person should know of a diagnosis in this state.
+    /// What a person should know of what is found in this state.
     pub(crate) const fn notice(self) -> Option<&'static str> {
         match self {
             Self::Swings => None,
@@ -90,21 +147,38 @@ impl Pendulum {
                 "the pendulum is locked, so the arm alone is looked at: its torques are in proportion to the rig \
                  file's inertia of arm and pendulum about the arm's axis",
             ),
+            Self::Alone => Some(
+                "the arm is held, so the pendulum alone is looked at: its torques are in proportion to the rig file's \
+                 pendulum.mass times pendulum.com",
+            ),
         }
     }
 
-    /// The recording as it is looked at in this state, the pendulum hanging where it is still.
-    pub(crate) fn seen(self, mut recording: Recording) -> Recording {
+    /// The recording as it is looked at in this state, the pendulum hanging where it is still, the arm where it was at
+    /// first where it is held.
+    pub(crate) fn seen(self, recording: &Recording) -> Cow<'_, Recording> {
+        let mut seen = Cow::Borrowed(recording);
         if self.is_still() {
-            recording.alpha.fill(PI);
-            recording.alpha_dot = None;
+            let seen = seen.to_mut();
+            seen.alpha.fill(PI);
+            seen.alpha_dot = None;
         }
-        recording
+        if let (Self::Alone, Some(first)) = (self, recording.theta.first()) {
+            let seen = seen.to_mut();
+            seen.theta.fill(*first);
+            seen.theta_dot = None;
+        }
+        seen
     }
 
-    /// Whether what was noticed about a recording matters in this state: of a pendulum that is off or locked, its
-    /// encoder's readings do not.
+    /// Whether what was noticed about a recording matters in this state: what an angle reads that is not looked at does
+    /// not.
     pub(crate) fn matters(self, notice: &NoticeKind) -> bool {
-        !self.is_still() || notice.column() != Some("alpha")
+        let [theta, alpha] = self.looks_at();
+        match notice.column() {
+            Some("theta") => theta,
+            Some("alpha") => alpha,
+            _ => true,
+        }
     }
 }

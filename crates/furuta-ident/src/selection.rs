@@ -98,10 +98,10 @@ pub fn select(
         .map(|(recording, notices)| {
             let notices = notices.into_iter().filter(|n| pendulum.matters(&n.kind));
             let notices = notices.map(|n| n.for_rig(rig)).collect();
-            (pendulum.seen(recording), notices)
+            (pendulum.seen(&recording).into_owned(), notices)
         })
         .unzip();
-    if !pendulum.is_still() {
+    if pendulum.is_whole() {
         for (i, notice) in each_against_rig(&all, rig) {
             if let Some(found) = found.get_mut(i) {
                 found.push(notice);

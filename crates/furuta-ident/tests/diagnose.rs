@@ -156,6 +156,66 @@ fn named_wrongly(spec: &Spec, rig: &Rig) -> Option<String> {
     far.map(|row| format!("{}: {row:?}", spec.id))
 }
 
+/// Counts that an encoder lost in one recording, alone and beside another effect: where, and how many. They were called
+/// kicks.
+#[test]
+fn lost_counts_are_named() {
+    let time = 3.3015;
+    for (id, size, beside) in [
+        ("sensor.theta.lost_counts", 0.04, None),
+        (
+            "sensor.theta.lost_counts",
+            -0.06,
+            Some(("arm.coulomb", vec![1e-3])),
+        ),
+    ] {
+        let mut hidden = vec![Effect::new(id, &[size, time, 1.0]).expect("valid")];
+        let mut ids = vec![id];
+        if let Some((other, values)) = &beside {
+            hidden.push(Effect::new(other, values).expect("valid"));
+            ids.push(other);
+        }
+        ids.sort_unstable();
+        let found = run(&qube(), &hidden).diagnosis;
+        let mut named: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+        named.sort_unstable();
+        assert_eq!(named, ids, "{}", found.sentence());
+        assert_eq!(found.verdict, Verdict::MissingEffects);
+        let lost = found.effects.iter().find(|e| e.id == id).expect("named");
+        let parameters = &lost.parameters;
+        // Two samples; a quarter of a count.
+        assert!((parameters["time"].value - time).abs() < 2.0 * H);
+        assert!((parameters["size"].value - size).abs() < 8e-4, "{lost:?}");
+        assert_eq!(parameters["run"].value, 1.0);
+    }
+}
+
+/// Samples that are not taken when their stamps say: how far they scatter is measured; a spread of nothing is not.
+#[test]
+fn jitter_is_measured() {
+    let rig = qube();
+    for spread in [0.0, 4e-4, 1.2e-3] {
+        let effects = match spread {
+            0.0 => Vec::new(),
+            _ => vec![Effect::new("sensor.jitter", &[spread, 5.0]).expect("valid")],
+        };
+        let found = run(&rig, &effects).diagnosis;
+        assert!(found.effects.is_empty(), "{}", found.sentence());
+        println!("{spread}: {:?}", found.jitter);
+        match (spread, found.jitter) {
+            (0.0, jitter) => assert_eq!(jitter, None),
+            (_, Some(jitter)) => {
+                let off = (jitter.spread - spread).abs();
+                assert!(
+                    off < 3.0 * jitter.std && jitter.std < 0.2 * spread,
+                    "{jitter:?}"
+                );
+            }
+            (_, None) => panic!("a jitter of {spread} s was not seen"),
+        }
+    }
+}
+
 /// Effects that are looked for on request are named where they are asked for, alone and beside Coulomb friction.
 #[test]
 fn effects_on_request_are_named_where_they_are_asked_for() {

@@ -423,3 +423,52 @@ fn a_clean_diagnosis_is_a_short_page() {
         !page.contains("data-model=\"augmented\"") && !page.contains("What the model is missing")
     );
 }
+
+/// Two states of one rig in a table; what a file's name holds is text.
+#[test]
+fn another_state_has_a_section() {
+    use furuta_ident::diagnose::result::{Comparison, Difference};
+    let estimate = |value: f64| Estimate {
+        value,
+        std: 1e-5,
+        unit: "N m/rad".into(),
+        word: None,
+    };
+    let mut diagnosis = Diagnosis::new(Verdict::MissingEffects);
+    assert!(!html(&diagnosis, &Curves::default()).contains("Another state"));
+    let difference = |there: f64, differs| Difference {
+        id: "arm.spring".into(),
+        parameter: "stiffness".into(),
+        here: estimate(2e-3),
+        there: estimate(there),
+        deviations: 140.0,
+        differs,
+    };
+    diagnosis.comparison = Some(Comparison {
+        there: vec!["without <cable>.csv".into()],
+        verdict: Verdict::NoGap,
+        named: Vec::new(),
+        differences: vec![difference(0.0, true), difference(2e-3, false)],
+    });
+    let page = html(&diagnosis, &Curves::default());
+    let section = page
+        .split("<h2>Another state of the rig</h2>")
+        .nth(1)
+        .expect("a section");
+    for text in [
+        "without &lt;cable&gt;.csv (nothing is named",
+        "<b>differs</b>",
+        "no difference shows",
+        "N m/rad",
+        "0.00200 ± ",
+    ] {
+        assert!(section.contains(text), "{text}: {section}");
+    }
+    diagnosis
+        .comparison
+        .as_mut()
+        .expect("there")
+        .differences
+        .clear();
+    assert!(html(&diagnosis, &Curves::default()).contains("nothing differs"));
+}

@@ -529,13 +529,16 @@ impl fmt::Display for NoticeKind {
                     "{column} stands at {at:.4} rad from {since:.3} s to {until:.3} s while its axis must move, so its \
                      encoder looks dead: check cable and plug, or cut the recording at {since:.3} s"
                 )?;
-                if *column == "alpha" {
-                    f.write_str(
+                f.write_str(match *column {
+                    "alpha" => {
                         "; where the pendulum was taken off or locked on purpose, diagnose the arm alone (--pendulum \
-                         removed or locked)",
-                    )?;
-                }
-                Ok(())
+                         removed or locked)"
+                    }
+                    "theta" => {
+                        "; where the arm was held on purpose, diagnose the pendulum alone (--pendulum alone)"
+                    }
+                    _ => "",
+                })
             }
             Self::CommandSignSuspected => write!(
                 f,

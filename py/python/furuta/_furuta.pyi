@@ -790,6 +790,8 @@ class Diagnosis:
     @property
     def comparison(self) -> dict[str, Any] | None: ...
     @property
+    def jitter(self) -> dict[str, float] | None: ...
+    @property
     def verification(self) -> list[dict[str, Any]]: ...
     @property
     def notices(self) -> list[str]: ...
@@ -811,7 +813,7 @@ def diagnose(
     time_limit: float | None = 60.0,
     thorough: bool = False,
     candidates: Sequence[str | os.PathLike[str] | Hypothesis] | None = None,
-    pendulum: Literal["swings", "removed", "locked"] = "swings",
+    pendulum: Literal["swings", "removed", "locked", "alone"] = "swings",
     every: int = 1,
     span: tuple[float, float] | None = None,
     accept_suspicious: bool = False,
@@ -1050,6 +1052,10 @@ def calibrate(
     horizon: float = 2.0,
     body_length: float | None = None,
     verify: _Recording | Sequence[_Recording] | None = None,
+    pendulum: Literal["swings", "removed", "locked", "alone"] = "swings",
+    removed: _Recording | Sequence[_Recording] | None = None,
+    locked: _Recording | Sequence[_Recording] | None = None,
+    alone: _Recording | Sequence[_Recording] | None = None,
     every: int = 1,
     span: tuple[float, float] | None = None,
     accept_suspicious: bool = False,
@@ -1060,6 +1066,7 @@ def validate(
     recordings: _Recording | Sequence[_Recording],
     rig: _RigLike,
     *,
+    pendulum: Literal["swings", "removed", "locked", "alone"] = "swings",
     every: int = 1,
     span: tuple[float, float] | None = None,
     accept_suspicious: bool = False,

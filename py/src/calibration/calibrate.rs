@@ -6,7 +6,7 @@ use crate::background::told;
 use crate::error;
 use crate::file;
 use crate::kept::{Kept, Reduced, json, kept, unreadable};
-use crate::recording::{choose, selection};
+use crate::recording::{choose, selection, state};
 use crate::rig::PyRig;
 use furuta_ident::Pendulum;
 use furuta_ident::calibrate::{
@@ -276,6 +276,11 @@ impl Kept for PyCalibration {
 ///     Length of the pendulum from hinge to tip, m: neither centre of mass nor inertia lies beyond it.
 /// verify : path, dict, or list of these, optional
 ///     Recordings that the fit must not see: rig file and calibrated rig are judged by them (`verification`).
+/// pendulum : {"swings", "removed", "locked", "alone"}, optional
+///     What the pendulum did in `recordings`: it swings as it is built; it was taken off or locked hanging, and the arm
+///     alone is looked at; or the arm was held, and the pendulum alone is.
+/// removed, locked, alone : as `recordings`, optional
+///     Recordings of the same rig in these states, fitted together with `recordings`.
 /// every : int, optional
 ///     Use every `every`-th sample of each recording. The command of a sample becomes the mean of those until the
 ///     next one used: right where `every` sample periods are short against the motion.
@@ -315,9 +320,11 @@ impl Kept for PyCalibration {
 #[pyfunction]
 #[pyo3(
     signature = (recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, body_length=None, verify=None,
-        every=1, span=None, accept_suspicious=false, progress=None, hold=None),
+        pendulum="swings", removed=None, locked=None, alone=None, every=1, span=None, accept_suspicious=false,
+        progress=None, hold=None),
     text_signature = "(recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, \
-        body_length=None, verify=None, every=1, span=None, accept_suspicious=False, progress=None, hold=None)"
+        body_length=None, verify=None, pendulum='swings', removed=None, locked=None, alone=None, every=1, span=None, \
+        accept_suspicious=False, progress=None, hold=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords, for Python
 pub(crate) fn calibrate(
@@ -330,6 +337,10 @@ pub(crate) fn calibrate(
     horizon: f64,
     body_length: Option<f64>,
     verify: Option<Bound<'_, PyAny>>,
+    pendulum: &str,
+    removed: Option<Bound<'_, PyAny>>,
+    locked: Option<Bound<'_, PyAny>>,
+    alone: Option<Bound<'_, PyAny>>,
     every: usize,
     span: Option<(f64, f64)>,
     accept_suspicious: bool,
@@ -338,12 +349,34 @@ pub(crate) fn calibrate(
 ) -> PyResult<PyCalibration> {
     let rig = rig.rig.clone();
     let selection = selection(every, span);
-    let given = choose(
+    let pendulum = state(pendulum)?;
+    let mut given = choose(
         (recordings, verify.as_ref()),
-        (&rig, Pendulum::Swings),
+        (&rig, pendulum),
         &selection,
         accept_suspicious,
     )?;
+    let mut beside = Vec::new();
+    for (others, state) in [
+        (removed, Pendulum::Removed),
+        (locked, Pendulum::Locked),
+        (alone, Pendulum::Alone),
+    ] {
+        let Some(others) = others else { continue };
+        let chosen = choose(
+            (&others, None),
+            (&rig, state),
+            &selection,
+            accept_suspicious,
+        )?;
+        given.notices.extend(chosen.notices);
+        beside.extend(
+            chosen
+                .recordings
+                .into_iter()
+                .map(|recording| (state, recording)),
+        );
+    }
     let options = Options {
         free: free.unwrap_or_default().0,
         hold: [fix, hold]
@@ -354,6 +387,8 @@ pub(crate) fn calibrate(
         profile: profile.unwrap_or_default().0,
         horizon,
         body_length,
+        pendulum,
+        beside,
     };
     let work = move |send: &Sender<(&'static str, f64)>| {
         // Where the call has ended, nothing hears this any more, and the work ends too.
@@ -362,7 +397,7 @@ pub(crate) fn calibrate(
         outcome.calibration.notices.splice(0..0, given.notices);
         if !given.verify.is_empty() {
             heard("verifying", 95.0);
-            outcome.verify(&given.verify, &rig)?;
+            outcome.verify(&given.verify, &rig, pendulum)?;
         }
         Ok(outcome)
     };

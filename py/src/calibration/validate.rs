@@ -5,8 +5,7 @@ use crate::arguments::RigLike;
 use crate::background::awaited;
 use crate::error;
 use crate::kept::{Kept, Reduced, kept, unreadable};
-use crate::recording::{choose, selection};
-use furuta_ident::Pendulum;
+use crate::recording::{choose, selection, state};
 use furuta_ident::validate::{Validated, Validation};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -121,6 +120,8 @@ impl Kept for PyValidation {
 /// recordings : path, dict, or list of these
 ///     As for `diagnose`.
 /// rig : Rig
+/// pendulum : {"swings", "removed", "locked", "alone"}, optional
+///     What the pendulum did in the recordings, as for `calibrate`.
 /// every : int, optional
 ///     Use every `every`-th sample of each recording. The command of a sample becomes the mean of those until the
 ///     next one used: right where `every` sample periods are short against the motion.
@@ -151,28 +152,30 @@ impl Kept for PyValidation {
 ///   recording-0          theta   99.9 % ...
 #[pyfunction]
 #[pyo3(
-    signature = (recordings, rig, *, every=1, span=None, accept_suspicious=false),
-    text_signature = "(recordings, rig, *, every=1, span=None, accept_suspicious=False)"
+    signature = (recordings, rig, *, pendulum="swings", every=1, span=None, accept_suspicious=false),
+    text_signature = "(recordings, rig, *, pendulum='swings', every=1, span=None, accept_suspicious=False)"
 )]
 pub(crate) fn validate(
     py: Python<'_>,
     recordings: &Bound<'_, PyAny>,
     rig: RigLike,
+    pendulum: &str,
     every: usize,
     span: Option<(f64, f64)>,
     accept_suspicious: bool,
 ) -> PyResult<PyValidation> {
     let rig = rig.rig.clone();
     let selection = selection(every, span);
+    let pendulum = state(pendulum)?;
     let given = choose(
         (recordings, None),
-        (&rig, Pendulum::Swings),
+        (&rig, pendulum),
         &selection,
         accept_suspicious,
     )?;
     let recordings = given.recordings;
     let mut validation = awaited(py, move || {
-        furuta_ident::validate::validate(&recordings, &rig)
+        furuta_ident::validate::validate_in(&recordings, &rig, pendulum)
     })?
     .map_err(error::calibrate)?;
     validation.notices.splice(0..0, given.notices);

@@ -159,10 +159,10 @@ fn described(p: &ParameterSpec, rig: &Rig) -> String {
     if let Kind::Choice(words) = p.kind {
         return format!("{}{default}", words.join(" or "));
     }
-    let unit = match (p.kind.is_continuous(), p.unit) {
-        (false, _) => "whole number",
-        (true, "-") => "number",
-        (true, unit) => unit,
+    let unit = match (p.kind.is_whole(), p.unit) {
+        (true, _) => "whole number",
+        (false, "-") => "number",
+        (false, unit) => unit,
     };
     format!(
         "{unit}, {} to {}{default}; typical on {}: {}",
@@ -196,7 +196,7 @@ fn explained_json(spec: &Spec, rig: &Rig) -> Value {
             };
             json!({
                 "name": p.name, "unit": p.unit, "choices": choices,
-                "whole": choices.is_null() && !p.kind.is_continuous(), "min": p.min, "max": p.max,
+                "whole": choices.is_null() && p.kind.is_whole(), "min": p.min, "max": p.max,
                 "off": value(p.off), "default": p.default.map(value), "typical": value(typical(p, rig)),
             })
         })

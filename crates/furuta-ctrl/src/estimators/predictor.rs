@@ -86,7 +86,7 @@ impl<T: Real> Predictor<T> {
                 self.plant
                     .step(&mut belief.now, belief.held + extra, self.period);
             }
-            let [theta, alpha] = self.plant.measure(&belief.now);
+            let [theta, alpha] = self.plant.expected(&belief.now);
             Some([m.theta - theta, m.alpha - alpha])
         } else {
             belief.started = true;

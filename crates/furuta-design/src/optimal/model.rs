@@ -22,6 +22,7 @@ const LEFT_OUT: Acts = Acts::DELAY
     .and(Acts::JUMPS)
     .and(Acts::DRIVE)
     .and(Acts::READING)
+    .and(Acts::COUNTS)
     .and(Acts::SENSOR_DELAY)
     .and(Acts::VOLTAGE);
 

@@ -40,15 +40,19 @@ pub(super) fn curves(problem: &CalibrationProblem<'_>, as_given: &Fit, fitted: &
         .collect()
 }
 
-/// By recording and angle, over the windows.
+/// By recording and angle, over the windows; an angle that is not looked at has none.
 pub(super) fn channel_fits(
     recordings: &[Recording],
     data: &Data,
     curves: &[Curve],
 ) -> Vec<ChannelFit> {
+    let states = data.states();
+    let state = |r: usize| states.get(r).copied().unwrap_or_default();
     let mut fits = Vec::new();
     for (r, recording) in recordings.iter().enumerate() {
-        for (c, channel) in Channel::ALL.into_iter().enumerate() {
+        let looked_at = state(r).looks_at();
+        let channels = Channel::ALL.into_iter().enumerate();
+        for (c, channel) in channels.filter(|(c, _)| looked_at[*c]) {
             let of = |model: fn(&Curve) -> &[Vec<f64>; 2]| -> Vec<(f64, f64)> {
                 curves
                     .iter()

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::parameters::Space;
+use crate::pendulum::Pendulum;
 use crate::shooting::{
     self, Data, Effort, Layout, MAX_FREE, Model, Observed, Prior, Reduced, Run, Start, Window,
     Windows, ZEROS, reduced, with_zeros_found, zero_bounds, zero_priors,
@@ -40,7 +41,8 @@ struct Free<'a> {
     space: &'a Space,
     free: Vec<usize>,
     values: Vec<f64>,
-    recordings: usize,
+    /// What the rig was at each recording.
+    states: Vec<Pendulum>,
 }
 
 impl Free<'_> {
@@ -78,14 +80,18 @@ impl Model for Free<'_> {
             shared: self.free.len(),
             lead: self.free.len(),
             zeros: ZEROS,
-            recordings: self.recordings,
+            recordings: self.states.len(),
         }
     }
 
     fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>> {
         let layout = self.layout();
-        let (plant, late) = self.space.plant::<N>(&self.values(z), &self.free, 4);
-        let mut seen = Observed::from_true_zeros(plant, late);
+        let values = self.values(z);
+        let plant = |state| self.space.plant::<N>(&values, &self.free, 4, state);
+        let (whole, late) = plant(Pendulum::Swings);
+        let mut seen = Observed::from_true_zeros(whole, late);
+        let otherwise = |state: &Pendulum| (!state.is_whole()).then(|| plant(*state).0);
+        seen.otherwise = self.states.iter().map(otherwise).collect();
         seen.free_zeros(&layout, z);
         seen
     }
@@ -136,7 +142,7 @@ impl<'a> CalibrationProblem<'a> {
             space: self.space,
             free: free.to_vec(),
             values: values.to_vec(),
-            recordings: self.data.recordings,
+            states: self.data.states(),
         }
     }
 

@@ -21,6 +21,7 @@ pub mod result;
 mod start;
 mod words;
 
+use std::borrow::Cow;
 use std::time::Instant;
 
 use furuta_model::Rig;
@@ -33,10 +34,11 @@ pub use result::{Calibration, Verification};
 
 use crate::answer::nan_for_null;
 use crate::insufficient;
+use crate::pendulum::Pendulum;
 use crate::recording::Recording;
 use crate::shooting::Data;
 use crate::stages::Stages;
-use crate::validate::validate;
+use crate::validate::validate_in;
 use combinations::combinations;
 use curves::{channel_fits, curves};
 use fit::{CalibrationProblem, windows};
@@ -85,6 +87,11 @@ pub struct Options {
     /// Length of the pendulum's body from the hinge to its tip, m, where known: then neither centre of mass nor inertia
     /// lies beyond it.
     pub body_length: Option<f64>,
+    /// What the rig was in the recordings: as it is built, or a part of it alone.
+    pub pendulum: Pendulum,
+    /// Recordings of the same rig in other states, fitted together with these: one fit, the numbers of the rig file that
+    /// both show shared. Those of the arm alone set its inertia apart from what the pendulum adds.
+    pub beside: Vec<(Pendulum, Recording)>,
 }
 
 impl Default for Options {
@@ -95,6 +102,8 @@ impl Default for Options {
             profile: Vec::new(),
             horizon: 2.0,
             body_length: None,
+            pendulum: Pendulum::Swings,
+            beside: Vec::new(),
         }
     }
 }
@@ -122,15 +131,20 @@ impl Outcome {
         }
     }
 
-    /// Judges rig file (`as_given`) and calibrated rig by recordings that the fit did not see; the answer is
-    /// [`Calibration::verification`].
+    /// Judges rig file (`as_given`) and calibrated rig by recordings of the rig in this state that the fit did not see;
+    /// the answer is [`Calibration::verification`].
     ///
     /// # Errors
-    /// As [`validate`].
-    pub fn verify(&mut self, unseen: &[Recording], as_given: &Rig) -> Result<(), CalibrateError> {
+    /// As [`validate_in`].
+    pub fn verify(
+        &mut self,
+        unseen: &[Recording],
+        as_given: &Rig,
+        state: Pendulum,
+    ) -> Result<(), CalibrateError> {
         self.calibration.verification = Some(Verification {
-            as_given: validate(unseen, as_given)?,
-            calibrated: validate(unseen, &self.rig)?,
+            as_given: validate_in(unseen, as_given, state)?,
+            calibrated: validate_in(unseen, &self.rig, state)?,
         });
         Ok(())
     }
@@ -237,8 +251,17 @@ pub fn calibrate_with(
         (stage, _) => Err(CalibrateError::Stopped { stage }),
     };
     enter(0)?;
-    let data = Data::new(recordings, rig);
-    insufficient::check(recordings, rig, &data)?;
+    let mut all = Cow::Borrowed(recordings);
+    if !options.beside.is_empty() {
+        all.to_mut()
+            .extend(options.beside.iter().map(|(_, r)| r.clone()));
+    }
+    let state = |r: usize| match r.checked_sub(recordings.len()) {
+        None => options.pendulum,
+        Some(i) => options.beside[i].0,
+    };
+    let data = Data::in_states(&all, rig, state);
+    insufficient::check(&all, rig, &data)?;
     check_options(options)?;
     let space = Space::new(rig, options.body_length, asks_transverse(options));
     let question = question(&space, options)?;
@@ -309,9 +332,14 @@ pub fn calibrate_with(
             .map(|&i| space.parameters[i].key.clone())
             .collect(),
         correlation: correlation(covariance.as_ref(), free.len()),
-        combinations: combinations(&space, &fitted, &free, covariance.as_ref()),
+        // They are ratios to the pendulum's weight, of the arm and of the pendulum.
+        combinations: if data.states().iter().any(|state| state.is_whole()) {
+            combinations(&space, &fitted, &free, covariance.as_ref())
+        } else {
+            Vec::new()
+        },
         identifiability,
-        fit: channel_fits(recordings, &data, &curves),
+        fit: channel_fits(&all, &data, &curves),
         chi: (fitted.cost / long.floor()).sqrt(),
         horizon: options.horizon,
         noise: data.noise,
@@ -362,6 +390,9 @@ pub fn calibrate_with(
             .insert(TRANSVERSE.to_owned(), follower);
     }
     calibration.notices = words::notices(&calibration, &space, &free);
+    calibration
+        .notices
+        .extend(words::of_parts(recordings.len(), &data));
     calibration.seconds = begin.elapsed().as_secs_f64();
     Ok(Outcome {
         calibration,

@@ -4,6 +4,7 @@ use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
 use furuta_model::params::{Coefficients, RANGES};
 use furuta_model::{Effect, Jet, Params, Plant, Rig};
 
+use crate::pendulum::Pendulum;
 use crate::shooting::{MAX_FREE, ZEROS};
 
 /// The most that are fitted at once, beside a recording's zeros.
@@ -127,7 +128,7 @@ impl Space {
         for (i, e) in rig.effects.iter().enumerate() {
             let spec = e.spec();
             for (k, (p, value)) in spec.parameters.iter().zip(e.values()).enumerate() {
-                if !p.kind.is_continuous() || spec.acts.includes(Acts::JUMPS) {
+                if !p.kind.is_continuous() || spec.acts_once() {
                     continue;
                 }
                 let typical = p.typical(&rig.params);
@@ -244,14 +245,15 @@ impl Space {
         Params::from_array(self.rig.params.motor.actuation, all).coefficients()
     }
 
-    /// The plant, and by how much everything is late (s).
+    /// The plant of a rig in this state, and by how much everything is late (s).
     pub(super) fn plant<const N: usize>(
         &self,
         values: &[f64],
         free: &[usize],
         offset: usize,
+        state: Pendulum,
     ) -> (Plant<Jet<f64, N>>, Jet<f64, N>) {
-        let coefficients = self.coefficients::<N>(values, free, offset);
+        let coefficients = state.coefficients(self.coefficients::<N>(values, free, offset));
         let mut late = Jet::constant(0.0);
         let mut effects = Vec::new();
         for (i, e) in self.rig.effects.iter().enumerate() {

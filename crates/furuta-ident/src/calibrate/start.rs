@@ -51,18 +51,19 @@ struct Row {
 }
 
 /// The start: values of all parameters, those of `free` moved to what the convex program says. `None` for an arm that
-/// follows a commanded acceleration, whose equation says nothing, and for samples that are not evenly spaced.
+/// follows a commanded acceleration, whose equation says nothing, for samples that are not evenly spaced, and where no
+/// recording is of the whole rig.
 pub(super) fn start(space: &Space, data: &Data, free: &[usize]) -> Option<Vec<f64>> {
-    let uneven = data.runs.iter().any(Run::is_uneven);
+    // Both equations are of the whole rig.
+    let whole = || data.runs.iter().filter(|run| run.state.is_whole());
+    let uneven = whole().any(Run::is_uneven);
     if uneven || space.rig.params.motor.actuation == Actuation::Acceleration {
         return None;
     }
     let sheet = space
         .coefficients::<1>(&space.sheet(), &[], 0)
         .cast::<f64>();
-    let rows: Vec<Row> = data
-        .runs
-        .iter()
+    let rows: Vec<Row> = whole()
         .flat_map(|run| rows(run, sheet.weight, space.late()))
         .collect();
     let found = solve(space, &sheet, &rows)?;

@@ -4,6 +4,8 @@ use super::parameters::Space;
 use super::result::{Calibration, Held, Why};
 use super::{EXPLAINED, identifiable::per_cent};
 use crate::answer::significant;
+use crate::pendulum::Pendulum;
+use crate::shooting::Data;
 
 /// A condition number beyond which the parameters are known as a bundle rather than one by one.
 const ILL: f64 = 300.0;
@@ -16,6 +18,27 @@ const DIRECTIONS: usize = 12;
 pub(super) fn keys(space: &Space) -> String {
     let keys: Vec<&str> = space.parameters.iter().map(|p| p.key.as_str()).collect();
     keys.join(", ")
+}
+
+/// What a person should know of recordings of a part of the rig, `main` recordings first and others beside them.
+pub(super) fn of_parts(main: usize, data: &Data) -> Vec<String> {
+    let states = data.states();
+    let (here, beside) = states.split_at(main.min(states.len()));
+    if beside.is_empty() {
+        let state = here.first().copied().unwrap_or_default();
+        return state.notice().map(str::to_owned).into_iter().collect();
+    }
+    let count = |state: Pendulum| states.iter().filter(|s| **s == state).count();
+    let parts: Vec<String> = Pendulum::ALL
+        .into_iter()
+        .map(|state| (count(state), state))
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, state)| format!("{n} {}", state.words()))
+        .collect();
+    vec![format!(
+        "one fit of recordings in several states: {}",
+        parts.join(", ")
+    )]
 }
 
 /// What a person should know of the result.
@@ -152,10 +175,12 @@ impl Calibration {
                 if p.unit == "1" { "" } else { &p.unit }
             );
         }
-        out += &format!(
-            "\n{:<34} {:>11} {:>11} {:>9}   formula [unit]\n",
-            "whatever is held is right or not", "rig file", "calibrated", "std"
-        );
+        if !self.combinations.is_empty() {
+            out += &format!(
+                "\n{:<34} {:>11} {:>11} {:>9}   formula [unit]\n",
+                "whatever is held is right or not", "rig file", "calibrated", "std"
+            );
+        }
         for r in &self.combinations {
             let std = if r.std.is_finite() {
                 format!("{:.2} %", 100.0 * r.std / r.fitted.abs())

@@ -54,11 +54,13 @@ pub(super) fn lacks_room(h: &Hypothesis, spec: &Spec) -> bool {
 }
 
 /// Whether an effect can act on the rig and is neither in the hypothesis nor in the rig file, and plant and fit can
-/// still hold it.
+/// still hold it. No fit
+/// follows random moments.
 pub(super) fn can_hold(h: &Hypothesis, spec: &Spec) -> bool {
     let numbers = h.layout().local() + spec.parameters.len();
     let present = h.sheet.present.iter().map(|e| e.spec());
     !h.has(spec.id)
+        && !spec.acts.includes(Acts::UNTIMELY)
         && numbers <= MAX_FREE
         && !lacks_room(h, spec)
         && spec.acts.not_on(h.sheet.params.motor.actuation).is_none()

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use furuta_model::Spec;
-use furuta_model::effects::{self, Acts, Kind};
+use furuta_model::effects::{self, Kind};
 use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Sheet};
@@ -72,7 +72,7 @@ fn compare(
     let find = |d: usize, spec: &Spec| found[d].effects.iter().find(|e| e.id == spec.id);
     let named = |spec: &&'static Spec| (0..2).any(|d| find(d, spec).is_some());
     let effects: Vec<InEither<'_>> = effects::all()
-        .filter(|spec| named(spec) && !spec.acts.includes(Acts::JUMPS))
+        .filter(|spec| named(spec) && !spec.acts_once())
         .map(|spec| InEither {
             spec,
             named: [find(0, spec), find(1, spec)],

@@ -5,8 +5,6 @@
 //! by the reduced gradient `g` and the information `h` of the linearised window. The scatter of the strength about the
 //! fit's `s` is `sqrt(sum(g²/h) - n σ²) / sqrt(sum(h) s²)`, without what `n` windows scatter by the noise `σ²`.
 
-use furuta_model::effects::Acts;
-
 use super::Fit;
 use super::criteria::CRITERIA;
 use super::result::Suspected;
@@ -34,7 +32,7 @@ pub(super) fn scattered(problem: &Problem<'_>, fit: &Fit) -> Vec<Suspected> {
     };
     (fit.model.effects.iter().enumerate())
         // What acts once is seen by one window or two.
-        .filter(|(_, e)| !e.acts.includes(Acts::JUMPS))
+        .filter(|(_, e)| !e.acts_once())
         .map(|(index, e)| { eprintln!("SCATTER {} {} chi2 {}", e.id, scatter(index), problem.chi(fit).powi(2)); (e, scatter(index)) })
         .filter(|(_, scatter)| *scatter > CRITERIA.scatters)
         .map(|(e, scatter)| Suspected::scattered(e, scatter))

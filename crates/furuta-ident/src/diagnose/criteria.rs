@@ -1,7 +1,7 @@
 //! The numbers that decide a name, in one place. Numbers that only save time stand in `savers`.
 
 use furuta_model::Spec;
-use furuta_model::effects::{Acts, Kind};
+use furuta_model::effects::Kind;
 
 use super::screen;
 use crate::shooting::WHITE;
@@ -88,7 +88,7 @@ pub(super) const CRITERIA: Criteria = Criteria {
 impl Criteria {
     /// The least gain that names an effect.
     pub(super) fn least(&self, spec: &Spec) -> f64 {
-        let place = if spec.acts.includes(Acts::JUMPS) {
+        let place = if spec.acts_once() {
             self.moment
         } else if screen::is_scanned(spec) {
             self.scanned

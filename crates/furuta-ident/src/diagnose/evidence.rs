@@ -173,7 +173,7 @@ impl Problem<'_> {
             .any(|e| match e.jump_after(run.recording, f64::NEG_INFINITY) {
                 Some(edge) => {
                     let over = e.jump_after(run.recording, edge).unwrap_or(edge);
-                    edge < end && over > begin && over > edge
+                    edge < end && over > begin
                 }
                 None => false,
             })

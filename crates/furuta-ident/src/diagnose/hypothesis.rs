@@ -13,7 +13,8 @@ use crate::shooting::{
 
 /// The identifiable base parameters, in the order of the vector; the scale of torque is fixed by `mass * com`.
 pub(super) const BASE: usize = 6;
-/// Indices of the motor's gain, of the two dampings and of the arm's length.
+/// Indices of the pendulum's inertia, the motor's gain, of the two dampings and of the arm's length.
+pub(super) const INERTIA: usize = 1;
 pub(super) const DRIVE: usize = 2;
 pub(super) const ARM_DAMPING: usize = 3;
 pub(super) const PENDULUM_DAMPING: usize = 4;
@@ -36,6 +37,8 @@ pub(super) struct Sheet {
     pub(super) coefficients: Coefficients<f64>,
     /// Of the arm's inertia, what goes with the square of its length.
     carried: f64,
+    /// Whether arm and pendulum turn together.
+    is_whole: bool,
     /// Base parameters that data cannot show beside the others: they stay what the sheet says.
     pub(super) held: [bool; BASE],
     /// A natural size of each base parameter: the sheet's value, or a guess where that is zero.
@@ -68,13 +71,18 @@ impl Sheet {
         for i in [ARM_DAMPING, PENDULUM_DAMPING] {
             scale[i] = scale[i].max(small);
         }
-        let of_arm = |i: usize| matches!(i, DRIVE | ARM_DAMPING);
+        let shown = |i: usize| match pendulum {
+            Pendulum::Swings => true,
+            Pendulum::Removed | Pendulum::Locked => matches!(i, DRIVE | ARM_DAMPING),
+            Pendulum::Alone => matches!(i, INERTIA | PENDULUM_DAMPING),
+        };
         let carried = rig.params.pendulum.mass * rig.params.arm.length.powi(2);
         Self {
             params: rig.params,
             coefficients: c,
-            carried: if pendulum.is_still() { 0.0 } else { carried },
-            held: std::array::from_fn(|i| pendulum.is_still() && !of_arm(i)),
+            carried: if pendulum.is_whole() { carried } else { 0.0 },
+            is_whole: pendulum.is_whole(),
+            held: std::array::from_fn(|i| !shown(i)),
             scale,
             known: known(rig, &base, &scale),
             period: data.runs.first().map_or(0.0, |r| r.h),
@@ -237,7 +245,7 @@ impl Hypothesis {
         self.effects
             .iter()
             .enumerate()
-            .filter(|(_, e)| e.acts.includes(Acts::JUMPS))
+            .filter(|(_, e)| e.acts_once())
             .filter_map(move |(i, e)| {
                 let first = self.offset(i);
                 Effect::of(e, &values[first..first + e.parameters.len()])
@@ -298,7 +306,7 @@ impl Hypothesis {
 
     /// Whether one of the effects is a transient (local in time), as a kick is.
     pub(super) fn is_transient(&self) -> bool {
-        self.effects.iter().any(|e| e.acts.includes(Acts::JUMPS))
+        self.effects.iter().any(|e| e.acts_once())
     }
 
     /// Where the parameters of the `index`-th effect begin.
@@ -403,7 +411,7 @@ impl Model for Hypothesis {
                 return (0.0, (sheet.end - p.off) / scale);
             }
             // A push shorter than a sample is none.
-            let lasts = e.acts.includes(Acts::JUMPS) && k >= e.strengths;
+            let lasts = e.acts_once() && k >= e.strengths;
             let least = if lasts {
                 p.min.max(sheet.period)
             } else {
@@ -451,7 +459,11 @@ impl Model for Hypothesis {
             hub: arm - longer * longer * Jet::constant(carried) - Jet::constant(fixed),
             pendulum,
             // m c² is in both: a longer pendulum swings with more inertia about both axes.
-            swing: Jet::constant(c.swing) + pendulum - Jet::constant(c.pendulum),
+            swing: if sheet.is_whole {
+                Jet::constant(c.swing) + pendulum - Jet::constant(c.pendulum)
+            } else {
+                Jet::constant(c.swing)
+            },
             drive: variable(DRIVE),
             arm_damping: variable(ARM_DAMPING),
             pendulum_damping: variable(PENDULUM_DAMPING),

@@ -3,7 +3,6 @@
 //! does not is suspected, not named. What fails the last test alone stays in the model: it predicts, as an imitation.
 
 use furuta_model::Spec;
-use furuta_model::effects::Acts;
 
 use super::Fit;
 use super::constancy;
@@ -98,7 +97,7 @@ impl Judge<'_> {
             let worst = judged
                 .rivals
                 .iter()
-                .filter(|r| !r.spec.acts.includes(Acts::JUMPS) && !stand_ins.has(r.spec))
+                .filter(|r| !r.spec.acts_once() && !stand_ins.has(r.spec))
                 .map(|r| (r, (self.unseen)(&r.without)))
                 .filter(|(_, without)| !here.is_better_than(without))
                 .min_by(|a, b| a.1.level().total_cmp(&b.1.level()));

@@ -23,6 +23,7 @@ mod expression;
 mod held_out;
 mod horizons;
 mod hypothesis;
+mod jitter;
 mod judge;
 mod limits;
 mod location;
@@ -189,12 +190,7 @@ pub struct Options<'a> {
 impl Options<'_> {
     /// Recordings made ready.
     fn data(&self, recordings: &[Recording], rig: &Rig) -> Data {
-        if !self.pendulum.is_still() {
-            return Data::new(recordings, rig);
-        }
-        let recordings = recordings.iter().cloned();
-        let seen: Vec<Recording> = recordings.map(|r| self.pendulum.seen(r)).collect();
-        Data::new(&seen, rig).of_arm()
+        Data::in_states(recordings, rig, |_| self.pendulum)
     }
 }
 
@@ -422,7 +418,7 @@ fn search(
     let mut custom = None;
     if !explained && stop.wanted() {
         unfinished.push(Part::Expression);
-    } else if !explained && !options.pendulum.is_still() {
+    } else if !explained && options.pendulum.is_whole() {
         stage("looking for an expression");
         let without = after.get_or_insert_with(|| unseen(&named));
         custom = custom::propose(&calm, &folds, &refitted, (&named, &without.errors));
@@ -455,7 +451,7 @@ fn search(
     } else {
         Verdict::Unexplained
     });
-    if options.plan && !options.pendulum.is_still() {
+    if options.plan && options.pendulum.is_whole() {
         stage("planning");
         diagnosis.plan = plan::plan(request.rig, &data, &named, &rivals, stop);
         if stop.wanted() {
@@ -515,6 +511,7 @@ fn search(
     diagnosis.interrupted = stop.asked() && !unfinished.is_empty();
     diagnosis.unfinished = unfinished;
 
+    diagnosis.jitter = jitter::jitter(&data, request.rig.sensors.resolution());
     let repaired = repair::repaired(request.rig, &named_fit);
     let best = match diagnosis.best {
         Best::Given => request.rig.clone(),
@@ -546,7 +543,7 @@ fn search(
     diagnosis.notices.append(&mut notices);
     if let Some(notice) = options.pendulum.notice() {
         diagnosis.notices.push(notice.to_owned());
-        diagnosis.forget_pendulum();
+        diagnosis.forget(options.pendulum);
     }
     diagnosis.seconds = begin.elapsed().as_secs_f64();
     Ok(Outcome {

@@ -12,7 +12,7 @@ const TOGETHER: usize = 4;
 impl<'a> Problem<'a> {
     /// Whether a fit is far from the data in more than half of the windows. A kick is not: the others are near.
     pub(super) fn is_far(&self, fit: &Fit) -> bool {
-        let floor = |w: &Window| (self.data.samples(w) - self.data.initial).max(1.0);
+        let floor = |w: &Window| (self.data.samples(w) - self.data.initial(w)).max(1.0);
         let squares = |(w, cost): (&Window, &f64)| cost / floor(w);
         let mut squares: Vec<f64> = self.windows.iter().zip(&fit.costs).map(squares).collect();
         squares.sort_by(f64::total_cmp);

@@ -1,7 +1,6 @@
 //! What acts once (a kick) must help over long windows, and must not come again.
 
 use furuta_model::Spec;
-use furuta_model::effects::Acts;
 
 use super::criteria::CRITERIA;
 use super::horizons::{fitted, long_windows};
@@ -14,7 +13,7 @@ use crate::shooting::{Effort, Problem};
 /// everywhere looks like a transient somewhere; or another moment gains nearly as much.
 pub(super) fn to_drop(problem: &Problem<'_>, named: &Fit) -> Vec<(&'static Spec, Suspected)> {
     let transients: Vec<&'static Spec> = (named.model.effects.iter().copied())
-        .filter(|e| e.acts.includes(Acts::JUMPS))
+        .filter(|e| e.acts_once())
         .collect();
     if transients.is_empty() {
         return Vec::new();

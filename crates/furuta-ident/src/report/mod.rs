@@ -4,6 +4,7 @@
 mod calibration;
 mod card;
 mod charts;
+mod comparison;
 mod encode;
 mod frequency;
 mod sections;
@@ -21,7 +22,7 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// The report of a diagnosis as one HTML page: verdict, what is missing, measured against predicted (zoomable), where
-/// the gap sits, evidence, what was ruled out, parameters, held-out and verified predictions, what to measure next.
+/// the gap sits, evidence, what was ruled out, parameters, held-out and verified predictions, the same of another state of the rig, what to measure next.
 /// Sections for which there is nothing are left out.
 ///
 /// The page stays below some 3 MB: longer recordings are shown at every second, third, ... sample, which it says.
@@ -49,6 +50,7 @@ pub fn html(diagnosis: &Diagnosis, curves: &Curves) -> String {
         sections::limits(diagnosis),
         sections::parameters(diagnosis),
         sections::verification(diagnosis, curves),
+        comparison::section(diagnosis),
         sections::next_experiment(diagnosis),
         sections::notices(diagnosis),
         sections::footer(diagnosis),

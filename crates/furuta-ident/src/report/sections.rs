@@ -4,7 +4,7 @@ use core::fmt::Write as _;
 
 use super::{charts, encode, escape};
 use crate::diagnose::result::{
-    Channel, Curves, Diagnosis, NamedEffect, Part, RunCurves, Verdict, plain, significant,
+    Channel, Curves, Diagnosis, Jitter, NamedEffect, Part, RunCurves, Verdict, plain, significant,
 };
 
 pub(super) fn verdict(diagnosis: &Diagnosis, curves: &Curves) -> String {
@@ -582,14 +582,13 @@ fn plan(diagnosis: &Diagnosis) -> String {
 }
 
 pub(super) fn notices(diagnosis: &Diagnosis) -> String {
-    if diagnosis.notices.is_empty() {
-        return String::new();
-    }
-    let items: String = diagnosis
-        .notices
-        .iter()
-        .map(|notice| format!("<li>{}</li>", escape(notice)))
+    let jitter = diagnosis.jitter.iter().map(Jitter::sentence);
+    let items: String = (diagnosis.notices.iter().cloned().chain(jitter))
+        .map(|notice| format!("<li>{}</li>", escape(&notice)))
         .collect();
+    if items.is_empty() {
+        return items;
+    }
     format!("<section><h2>About the recordings</h2><ul>{items}</ul></section>\n")
 }
 

@@ -20,6 +20,9 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
     for notice in &d.notices {
         out.push(format!("note: {notice}"));
     }
+    if let Some(jitter) = &d.jitter {
+        out.push(format!("note: {}", jitter.sentence()));
+    }
     let mut explain = true;
     for e in &d.effects {
         effect(

@@ -4,6 +4,7 @@ use furuta_model::{Rig, State};
 use nalgebra::{SMatrix, SVector};
 
 use super::reversals::Reversals;
+use crate::pendulum::Pendulum;
 use crate::recording::{Recording, hangs};
 
 /// A stretch of a recording without a gap.
@@ -30,8 +31,11 @@ pub(crate) struct Run {
     pub(crate) speed: Vec<[f64; 2]>,
     /// Where the arm turned back.
     pub(crate) reversals: Reversals,
-    /// Root of the weight of each residual, 1 for a fast encoder, less where counts are rare.
+    /// Root of the weight of each residual, 1 for a fast encoder, less where counts are rare, 0 where the angle is not
+    /// looked at.
     pub(crate) weight: Vec<[f64; 2]>,
+    /// What the rig was when it was recorded.
+    pub(crate) state: Pendulum,
 }
 
 /// A stretch predicted from one initial state: samples `start + 1 ..= start + len`.
@@ -54,8 +58,6 @@ pub(crate) struct Data {
     pub(crate) noise: [f64; 2],
     /// How many recordings they come from.
     pub(crate) recordings: usize,
-    /// How many numbers of a window's initial state its samples determine: two for each angle that is looked at.
-    pub(crate) initial: f64,
 }
 
 /// Samples either side of the local polynomials that give speeds; 13 samples in all.
@@ -73,11 +75,37 @@ impl Data {
             .sum()
     }
 
-    /// All stretches of all recordings, ready to fit.
+    /// What the rig was at each recording.
+    pub(crate) fn states(&self) -> Vec<Pendulum> {
+        let mut states = vec![Pendulum::Swings; self.recordings];
+        for run in &self.runs {
+            states[run.recording] = run.state;
+        }
+        states
+    }
+
+    /// How many numbers of a window's initial state its samples determine: two for each angle that is looked at.
+    pub(crate) fn initial(&self, w: &Window) -> f64 {
+        let looked_at = self.runs[w.run].state.looks_at();
+        looked_at.iter().filter(|at| **at).count() as f64 * 2.0
+    }
+
+    /// All stretches of all recordings of the rig as it is built, ready to fit.
     pub(crate) fn new(recordings: &[Recording], rig: &Rig) -> Self {
+        Self::in_states(recordings, rig, |_| Pendulum::Swings)
+    }
+
+    /// The same of the rig in the state that it was in at each recording, by its number.
+    pub(crate) fn in_states(
+        recordings: &[Recording],
+        rig: &Rig,
+        state: impl Fn(usize) -> Pendulum,
+    ) -> Self {
         let resolution = rig.sensors.resolution();
         let (mut runs, mut smooth) = (Vec::new(), Vec::new());
         for (i, r) in recordings.iter().enumerate() {
+            let state = state(i);
+            let r = &*state.seen(r);
             for segment in &r.segments {
                 if segment.len() < 4 * HALF {
                     continue;
@@ -93,7 +121,11 @@ impl Data {
                 let weight = speed
                     .iter()
                     .map(|v| {
+                        let looked_at = state.looks_at();
                         std::array::from_fn(|c| {
+                            if !looked_at[c] {
+                                return 0.0;
+                            }
                             (v[c].abs() * h / resolution[c])
                                 .clamp(LEAST_WEIGHT, 1.0)
                                 .sqrt()
@@ -116,6 +148,7 @@ impl Data {
                     speed,
                     reversals: Reversals::default(),
                     weight,
+                    state,
                 });
             }
         }
@@ -127,19 +160,7 @@ impl Data {
             runs,
             noise,
             recordings: recordings.len(),
-            initial: 4.0,
         }
-    }
-
-    /// The same with the arm's angle alone: no sample of the pendulum's counts.
-    pub(crate) fn of_arm(mut self) -> Self {
-        for run in &mut self.runs {
-            for weight in &mut run.weight {
-                weight[1] = 0.0;
-            }
-        }
-        self.initial = 2.0;
-        self
     }
 
     /// Consecutive windows of about `seconds` over the runs that `wanted` keeps; a remainder shorter than half a window

@@ -184,7 +184,7 @@ impl<'a> Problem<'a> {
     pub(crate) fn floor(&self) -> f64 {
         self.windows
             .iter()
-            .map(|w| (self.data.samples(w) - self.data.initial).max(1.0))
+            .map(|w| (self.data.samples(w) - self.data.initial(w)).max(1.0))
             .sum()
     }
 

@@ -10,6 +10,9 @@ pub(crate) struct Observed<S> {
     pub(crate) late: S,
     /// For each recording, the true `[theta, alpha]` at which its encoders read zero, rad; those left out are zero.
     pub(crate) zeros: Vec<[S; 2]>,
+    /// For each recording of the rig in another state (its pendulum off, its arm held) the plant that it is then; those
+    /// left out are of `plant`.
+    pub(crate) otherwise: Vec<Option<Plant<S>>>,
 }
 
 impl<S: Scalar<Real = f64>> Observed<S> {
@@ -19,6 +22,7 @@ impl<S: Scalar<Real = f64>> Observed<S> {
             plant,
             late,
             zeros: Vec::new(),
+            otherwise: Vec::new(),
         }
     }
 
@@ -28,13 +32,29 @@ impl<S: Scalar<Real = f64>> Observed<S> {
         self.zeros.get(recording).copied().unwrap_or([S::ZERO; 2])
     }
 
-    /// The same without derivatives.
-    pub(crate) fn plain(&self) -> Observed<f64> {
+    /// The plant of a recording.
+    #[inline(always)]
+    pub(crate) fn plant_in(&self, recording: usize) -> &Plant<S> {
+        let otherwise = self.otherwise.get(recording).and_then(Option::as_ref);
+        otherwise.unwrap_or(&self.plant)
+    }
+
+    /// The same in another scalar, all a constant.
+    pub(crate) fn cast<T: Scalar<Real = f64>>(&self) -> Observed<T> {
+        let number = |x: S| T::from_f64(x.value());
         Observed {
             plant: self.plant.cast(),
-            late: self.late.value(),
-            zeros: self.zeros.iter().map(|z| z.map(|v| v.value())).collect(),
+            late: number(self.late),
+            zeros: self.zeros.iter().map(|z| z.map(number)).collect(),
+            otherwise: (self.otherwise.iter())
+                .map(|plant| plant.as_ref().map(Plant::cast))
+                .collect(),
         }
+    }
+
+    /// The same without derivatives.
+    pub(crate) fn plain(&self) -> Observed<f64> {
+        self.cast()
     }
 }
 

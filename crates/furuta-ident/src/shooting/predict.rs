@@ -60,7 +60,7 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
         predict_uneven(seen, s, run, w, (x0, before), each);
         return;
     }
-    let (plant, late, h) = (&seen.plant, seen.late, run.h);
+    let (plant, late, h) = (seen.plant_in(run.recording), seen.late, run.h);
     let zero = seen.zero(run.recording);
     // Whole samples; what is left lies between -0.1 and 0.9 of a sample.
     let samples = (late.value() / h + 0.1).floor().max(0.0);
@@ -89,12 +89,18 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
         );
         each(Predicted {
             sample: k + 1,
-            y: plant.reading_from([theta, alpha], zero),
+            y: plant.reading_from([theta, alpha], zero, moment(run, k + 1)),
             t,
             before: start,
             volts: s.voltage.value(),
         });
     }
+}
+
+/// When a sample is read: the recording, and the time in it, s.
+#[inline(always)]
+fn moment<S: Scalar<Real = f64>>(run: &Run, sample: usize) -> (usize, S) {
+    (run.recording, S::from_f64(run.time(sample)))
 }
 
 /// [`predict`] for samples that are not evenly spaced: the plant is driven by the commands at the times of the samples,
@@ -108,7 +114,7 @@ fn predict_uneven<S: Scalar<Real = f64>>(
     (x0, before): (State<S>, Option<&Before>),
     mut each: impl FnMut(Predicted<S>),
 ) {
-    let (plant, late) = (&seen.plant, seen.late);
+    let (plant, late) = (seen.plant_in(run.recording), seen.late);
     let zero = seen.zero(run.recording);
     let (mut next, last) = (w.start + 1, w.start + w.len);
     let mut k = first_sample(run, w.start, late.value());
@@ -128,7 +134,7 @@ fn predict_uneven<S: Scalar<Real = f64>>(
             .map(|(y0, v0, y1, v1)| earlier(y0, v0, y1, v1, back, h));
             each(Predicted {
                 sample: next,
-                y: plant.reading_from([theta, alpha], zero),
+                y: plant.reading_from([theta, alpha], zero, moment(run, next)),
                 t,
                 before: start,
                 volts: s.voltage.value(),
@@ -164,19 +170,20 @@ fn run_to(
     (x0, before): (State<f64>, Option<&Before>),
     at: usize,
 ) -> Box<PlantState<f64>> {
-    let mut s = some(&seen.plant);
+    let plant = seen.plant_in(run.recording);
+    let mut s = some(plant);
     if run.is_uneven() {
         let [first, end] = [w.start, at].map(|k| first_sample(run, k, seen.late));
         enter(seen, &mut s, run, first, 0, (x0, before));
         for k in first..end {
-            step(&seen.plant, &mut s, run.u[k], run.interval(k));
+            step(plant, &mut s, run.u[k], run.interval(k));
         }
         return s;
     }
     let late = (seen.late / run.h + 0.1).floor().max(0.0) as usize;
     enter(seen, &mut s, run, w.start, late, (x0, before));
     for k in w.start..at {
-        seen.plant.step(&mut s, run.command(k, late), run.h);
+        plant.step(&mut s, run.command(k, late), run.h);
     }
     s
 }
@@ -189,7 +196,8 @@ pub(super) fn end(
     from: (State<f64>, Option<&Before>),
 ) -> State<f64> {
     let s = run_to(seen, run, w, from, w.start + w.len);
-    shifted(seen.plant.seen(&s), seen.zero(run.recording).map(|z| -z))
+    let plant = seen.plant_in(run.recording);
+    shifted(plant.seen(&s), seen.zero(run.recording).map(|z| -z))
 }
 
 /// What the window before says about the time before this one's start; nothing where the plant has no drive.
@@ -199,15 +207,16 @@ pub(super) fn before(
     (w, from): (&Window, (State<f64>, Option<&Before>)),
     next: &Window,
 ) -> Option<Before> {
-    if !seen.plant.has_drive() {
+    let plant = seen.plant_in(run.recording);
+    if !plant.has_drive() {
         return None;
     }
-    let first = next.start - lead(&seen.plant, run, next.start);
+    let first = next.start - lead(plant, run, next.start);
     let s = run_to(seen, run, w, from, first);
     Some(Before {
         sample: first,
-        x: shifted(seen.plant.seen(&s), seen.zero(run.recording).map(|z| -z)),
-        twist: seen.plant.twist(&s),
+        x: shifted(plant.seen(&s), seen.zero(run.recording).map(|z| -z)),
+        twist: plant.twist(&s),
     })
 }
 
@@ -227,7 +236,7 @@ fn enter<S: Scalar<Real = f64>>(
     late: usize,
     (x0, before): (State<S>, Option<&Before>),
 ) {
-    let plant = &seen.plant;
+    let plant = seen.plant_in(run.recording);
     let zero = seen.zero(run.recording);
     let x0 = shifted(x0, zero);
     // How the rotor stands against the arm comes from the motion before.

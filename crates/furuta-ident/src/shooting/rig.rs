@@ -5,12 +5,15 @@ use furuta_model::{Effect, Jet, Plant, Rig};
 
 use super::model::{Layout, Model, Observed, Prior};
 use super::zeros::{ZEROS, zero_bounds, zero_priors};
+use crate::pendulum::Pendulum;
 
 /// A rig and the number of recordings that it is compared with.
 #[derive(Clone, Copy)]
 pub(crate) struct AsGiven<'a> {
     pub(crate) rig: &'a Rig,
     pub(crate) recordings: usize,
+    /// What the rig was when it was recorded.
+    pub(crate) state: Pendulum,
 }
 
 impl Model for AsGiven<'_> {
@@ -35,7 +38,9 @@ impl Model for AsGiven<'_> {
                 effects.push(e);
             }
         }
-        let coefficients = self.rig.params.cast().coefficients();
+        let coefficients = self
+            .state
+            .coefficients(self.rig.params.cast().coefficients());
         let plant = Plant::from_coefficients(coefficients, &effects);
         let mut seen = Observed::from_true_zeros(plant.unwrap_or_else(|_| Plant::unknown()), late);
         seen.free_zeros(&self.layout(), z);

@@ -98,8 +98,7 @@ impl Model for OnlyZeros {
     }
 
     fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>> {
-        let late = Jet::constant(self.seen.late);
-        let mut seen = Observed::from_true_zeros(self.seen.plant.cast(), late);
+        let mut seen = self.seen.cast();
         seen.free_zeros(&self.layout, z);
         seen
     }

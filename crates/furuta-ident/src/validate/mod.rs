@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::answer::{Channel, fit_percent, null_if_not_finite};
 use crate::insufficient::{self, Insufficient};
+use crate::pendulum::Pendulum;
 use crate::recording::Recording;
 use crate::shooting::{AsGiven, Data, Model, Run, Window, Windows, with_zeros_found};
 use residuals::{Autocorrelation, CrossCorrelation};
@@ -132,16 +133,30 @@ impl Validation {
 /// # Errors
 /// [`Insufficient`]: nothing moves, too short.
 pub fn validate(recordings: &[Recording], rig: &Rig) -> Result<Validation, Insufficient> {
-    let data = Data::new(recordings, rig);
+    validate_in(recordings, rig, Pendulum::Swings)
+}
+
+/// [`validate`] by recordings of the rig in this state: of its arm alone, or of its pendulum alone. Angles that are not
+/// looked at have no rows.
+///
+/// # Errors
+/// As [`validate`].
+pub fn validate_in(
+    recordings: &[Recording],
+    rig: &Rig,
+    state: Pendulum,
+) -> Result<Validation, Insufficient> {
+    let data = Data::in_states(recordings, rig, |_| state);
     insufficient::check(recordings, rig, &data)?;
     let model = AsGiven {
         rig,
         recordings: data.recordings,
+        state,
     };
     let z = with_zeros_found(&data, |_| true, &model, &vec![0.0; model.layout().len()]);
     let windows = Windows::new(&model, &z);
     let mut channels = Vec::new();
-    let mut notices = Vec::new();
+    let mut notices: Vec<String> = state.notice().map(str::to_owned).into_iter().collect();
     for (i, run) in data.runs.iter().enumerate() {
         let simulated = run.hangs();
         let predicted = if simulated {
@@ -157,7 +172,8 @@ pub fn validate(recordings: &[Recording], rig: &Rig) -> Result<Validation, Insuf
                 run.name
             ));
         }
-        for (c, channel) in Channel::ALL.into_iter().enumerate() {
+        let angles = Channel::ALL.into_iter().enumerate();
+        for (c, channel) in angles.filter(|(c, _)| state.looks_at()[*c]) {
             let pairs: Vec<(usize, f64, f64)> = predicted
                 .iter()
                 .map(|(k, p)| (*k, run.y[*k][c], p[c]))

@@ -57,6 +57,11 @@ impl Acts {
     /// A user's own law with a state ([`super::own::InternalState`]).
     pub const STATE: Self = Self(1 << 21);
 
+    /// The encoders' counts step at a moment ([`Law::lost`](super::Law::lost)).
+    pub const COUNTS: Self = Self(1 << 21);
+    /// The readings are not of the moment that their stamps say ([`Law::untimely`](super::Law::untimely)).
+    pub const UNTIMELY: Self = Self(1 << 22);
+
     /// Everything that moves the arm by a torque, or lies between motor and arm.
     const ON_ARM: Self = Self::ARM
         .and(Self::SHAFT)

@@ -130,7 +130,7 @@ pub trait Law<S: Scalar> {
         memory
     }
 
-    /// The first time after `t` in this run at which the effect jumps, s.
+    /// The first time after `t` in this run at which the effect begins, ends or jumps, s.
     #[inline(always)]
     fn jump_after(&self, run: usize, t: S) -> Option<S> {
         let _ = (run, t);
@@ -159,6 +159,20 @@ pub trait Law<S: Scalar> {
     #[inline(always)]
     fn disc(&self, angles: [S; 2]) -> [S; 2] {
         let _ = angles;
+        [S::ZERO; 2]
+    }
+
+    /// How much later than time `t` (s) of this run says its readings are taken, s.
+    #[inline(always)]
+    fn untimely(&self, run: usize, t: S) -> S {
+        let _ = (run, t);
+        S::ZERO
+    }
+
+    /// By how much the encoders' counts are wrong at time `t` (s) of this run for good, `[theta, alpha]`, rad.
+    #[inline(always)]
+    fn lost(&self, run: usize, t: S) -> [S; 2] {
+        let _ = (run, t);
         [S::ZERO; 2]
     }
 

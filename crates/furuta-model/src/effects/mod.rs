@@ -248,6 +248,22 @@ macro_rules! catalogue {
                 }
             }
             #[inline(always)]
+            fn untimely(&self, run: usize, t: S) -> S {
+                match self {
+                    $(Self::$name(e) => e.untimely(run, t),)+
+                    Self::Custom(e) => e.untimely(run, t),
+                    Self::Own(e) => e.untimely(run, t),
+                }
+            }
+            #[inline(always)]
+            fn lost(&self, run: usize, t: S) -> [S; 2] {
+                match self {
+                    $(Self::$name(e) => e.lost(run, t),)+
+                    Self::Custom(e) => e.lost(run, t),
+                    Self::Own(e) => e.lost(run, t),
+                }
+            }
+            #[inline(always)]
             fn end_stop(&self) -> EndStop<S> {
                 match self {
                     $(Self::$name(e) => e.end_stop(),)+
@@ -313,6 +329,9 @@ catalogue! {
     sensor_alpha_scale::SensorAlphaScale,
     sensor_theta_scale::SensorThetaScale,
     sensor_delay::SensorDelay,
+    sensor_jitter::SensorJitter,
+    sensor_theta_lost_counts::SensorThetaLostCounts,
+    sensor_alpha_lost_counts::SensorAlphaLostCounts,
     disturbance_vibration::DisturbanceVibration,
     disturbance_kick::DisturbanceKick,
     disturbance_arm_kick::DisturbanceArmKick,
@@ -526,7 +545,7 @@ fn check<S: Scalar>(spec: &'static Spec, values: &[S]) -> Result<(), EffectError
     let on = values.iter().any(|v| v.value() != 0.0);
     for (p, v) in spec.parameters.iter().zip(values).filter(|_| on) {
         let value = v.value();
-        if !p.kind.is_continuous() && value != libm::floor(value) {
+        if p.kind.is_whole() && value != libm::floor(value) {
             return Err(EffectError::NotWhole {
                 effect: spec.id,
                 parameter: p.name,

@@ -26,8 +26,9 @@ pub(super) fn torque<S: Scalar>(of: S, time: S, duration: S, torque: S, clock: &
     }
 }
 
+/// Whether what belongs to the run `of` acts in this one.
 #[inline(always)]
-fn same<S: Scalar>(of: S, run: usize) -> bool {
+pub(super) fn same<S: Scalar>(of: S, run: usize) -> bool {
     #[allow(clippy::cast_precision_loss)]
     let run = run as f64;
     of.value() == run

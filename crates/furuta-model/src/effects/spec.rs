@@ -22,6 +22,8 @@ pub enum Kind {
     Frequency,
     /// A moment of a run, s: a search looks through all of them.
     Time,
+    /// A moment of a run between two samples, s: a search looks through all of them, and no fit improves it.
+    Moment,
     /// The number of a run, from 0.
     Run,
     /// A whole number: a search tries one after the other.
@@ -63,6 +65,12 @@ pub struct ParameterSpec {
 }
 
 impl Kind {
+    /// Whether only whole numbers are among its values; of a choice they are places in its list.
+    #[must_use]
+    pub const fn is_whole(self) -> bool {
+        matches!(self, Self::Run | Self::Whole | Self::Choice(_))
+    }
+
     /// Whether it varies continuously, so that a fit can improve it.
     #[must_use]
     pub const fn is_continuous(self) -> bool {
@@ -167,6 +175,18 @@ impl Spec {
             .and(Acts::ARM);
         let depends_on_time = self.footprint == Footprint::UNCOMMANDED;
         of_state.includes(self.acts) && !depends_on_time
+    }
+
+    /// Whether it acts once: at one moment of one run.
+    ///
+    /// ```
+    /// let once = |id| furuta_model::effects::spec(id).expect("in the catalogue").acts_once();
+    /// assert!(once("disturbance.kick") && once("sensor.theta.lost_counts"));
+    /// assert!(!once("sensor.alpha.offset"));
+    /// ```
+    #[must_use]
+    pub const fn acts_once(&self) -> bool {
+        self.acts.touches(Acts::JUMPS.and(Acts::COUNTS))
     }
 
     /// Whether both are the same entry: of users' own laws the very same text.

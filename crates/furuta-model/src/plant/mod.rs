@@ -463,10 +463,34 @@ impl<S: Scalar> Plant<S> {
     #[inline(always)]
     #[must_use]
     pub fn measure(&self, s: &PlantState<S>) -> [S; 2] {
-        if self.acts.includes(Acts::SENSOR_DELAY) {
-            return self.reading(self.late_reading(s));
+        let mut angles = self.angles(s);
+        if self.acts.includes(Acts::UNTIMELY) {
+            let seen = self.seen(s);
+            for e in &self.effects {
+                let late = e.untimely(s.run, s.t);
+                angles[0] += late * seen.theta_dot;
+                angles[1] += late * seen.alpha_dot;
+            }
         }
-        self.reading(self.prompt_reading(s))
+        self.reading_from(angles, [S::ZERO; 2], (s.run, s.t))
+    }
+
+    /// What a model expects the encoders to read: as [`Plant::measure`], each sample taken when it should be, since
+    /// random moments cannot be foreseen.
+    #[inline(always)]
+    #[must_use]
+    pub fn expected(&self, s: &PlantState<S>) -> [S; 2] {
+        self.reading_from(self.angles(s), [S::ZERO; 2], (s.run, s.t))
+    }
+
+    /// The angles that the encoders show at a sample.
+    #[inline(always)]
+    fn angles(&self, s: &PlantState<S>) -> [S; 2] {
+        if self.acts.includes(Acts::SENSOR_DELAY) {
+            self.late_reading(s)
+        } else {
+            self.prompt_reading(s)
+        }
     }
 
     /// The angles at the encoders, now.
@@ -476,23 +500,29 @@ impl<S: Scalar> Plant<S> {
         [seen.theta, seen.alpha]
     }
 
-    /// What the encoders read for true angles, rad.
+    /// What the encoders read for true angles when the first run begins, rad.
     #[inline(always)]
     #[must_use]
     pub fn reading(&self, angles: [S; 2]) -> [S; 2] {
-        self.reading_from(angles, [S::ZERO; 2])
+        self.reading_from(angles, [S::ZERO; 2], (0, S::ZERO))
     }
 
-    /// The same of encoders that were zeroed at other true angles `[theta, alpha]`, rad: a disc's error belongs to the
-    /// place in the turn, scale and offset to what is counted.
+    /// The same at a moment (which run, from 0, and its time, s) of encoders that were zeroed at other true angles
+    /// `[theta, alpha]`, rad: a disc's error belongs to the place in the turn, scale and offset to what is counted.
     #[inline(always)]
     #[must_use]
-    pub fn reading_from(&self, angles: [S; 2], zeros: [S; 2]) -> [S; 2] {
+    pub fn reading_from(&self, angles: [S; 2], zeros: [S; 2], (run, t): (usize, S)) -> [S; 2] {
         let mut shown = [angles[0] - zeros[0], angles[1] - zeros[1]];
         if self.acts.includes(Acts::DISC) {
             shown = self.effects.iter().fold(shown, |y, e| {
                 let off = e.disc(angles);
                 [y[0] + off[0], y[1] + off[1]]
+            });
+        }
+        if self.acts.includes(Acts::COUNTS) {
+            shown = self.effects.iter().fold(shown, |y, e| {
+                let lost = e.lost(run, t);
+                [y[0] + lost[0], y[1] + lost[1]]
             });
         }
         if !self.acts.includes(Acts::READING) {

@@ -103,7 +103,10 @@ fn by_formula(
         "arm.relaxation"
         | "motor.inductance"
         | "sensor.theta.eccentricity"
-        | "sensor.alpha.eccentricity" => (u, 0.0),
+        | "sensor.alpha.eccentricity"
+        | "sensor.jitter"
+        | "sensor.theta.lost_counts"
+        | "sensor.alpha.lost_counts" => (u, 0.0),
         "arm.presliding"
         | "motor.lag"
         | "motor.delay"

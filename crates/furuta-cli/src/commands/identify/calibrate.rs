@@ -37,6 +37,19 @@ pub(crate) struct Args {
     /// Length of the pendulum from hinge to tip, m: neither centre of mass nor inertia lies beyond it.
     #[arg(long, value_name = "METRES")]
     body_length: Option<f64>,
+    /// What the pendulum did in DATA: swings; removed (taken off) or locked (hanging, held to the arm), so that the arm
+    /// alone is looked at; alone (it swings, the arm is held), so that the pendulum is.
+    #[arg(long, value_name = "STATE", default_value = "swings")]
+    pendulum: Pendulum,
+    /// Recordings with the pendulum taken off, to be fitted together with DATA.
+    #[arg(long, value_name = "DATA", num_args = 1..)]
+    removed: Vec<PathBuf>,
+    /// Recordings with the pendulum locked to the arm, hanging, to be fitted together with DATA.
+    #[arg(long, value_name = "DATA", num_args = 1..)]
+    locked: Vec<PathBuf>,
+    /// Recordings of the pendulum with the arm held, to be fitted together with DATA.
+    #[arg(long, value_name = "DATA", num_args = 1..)]
+    alone: Vec<PathBuf>,
     /// Recordings that the fit must not see: rig file and calibrated rig are judged by them, as
     /// `furuta identify validate` does.
     #[arg(long, value_name = "DATA", num_args = 1..)]
@@ -53,8 +66,16 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let rig = Rig::load(&args.recorded.rig)?;
     let mut notices = Vec::new();
-    let [data, unseen] =
-        (args.recorded).load(&rig, &args.verify, Pendulum::Swings, &mut notices)?;
+    let [data, unseen] = (args.recorded).load(&rig, &args.verify, args.pendulum, &mut notices)?;
+    let mut beside = Vec::new();
+    for (files, state) in [
+        (&args.removed, Pendulum::Removed),
+        (&args.locked, Pendulum::Locked),
+        (&args.alone, Pendulum::Alone),
+    ] {
+        let [read, _] = (args.recorded).load_from(files, &[], (&rig, state), &mut notices)?;
+        beside.extend(read.into_iter().map(|recording| (state, recording)));
+    }
     args.recorded.foretell(Task::Calibrate, &data);
     let options = Options {
         free: args.free.clone(),
@@ -62,10 +83,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         profile: args.profile.clone(),
         horizon: args.horizon,
         body_length: args.body_length,
+        pendulum: args.pendulum,
+        beside,
     };
     let mut outcome = calibrate(&data, &rig, &options)?;
     if !unseen.is_empty() {
-        outcome.verify(&unseen, &rig)?;
+        outcome.verify(&unseen, &rig, args.pendulum)?;
     }
     outcome.calibration.notices.splice(0..0, notices);
     if let Some(path) = &args.report {

@@ -1,6 +1,6 @@
 //! `furuta identify validate`: how well a rig file predicts recordings that it was not fitted to.
 
-use furuta_ident::validate::validate;
+use furuta_ident::validate::validate_in;
 use furuta_ident::{Pendulum, Task};
 use furuta_model::Rig;
 
@@ -13,17 +13,19 @@ use crate::failure::Failure;
 pub(crate) struct Args {
     #[command(flatten)]
     recorded: RecordedArgs,
+    /// What the pendulum did in DATA: swings; removed (taken off) or locked (hanging, held to the arm), so that the arm
+    /// alone is looked at; alone (it swings, the arm is held), so that the pendulum is.
+    #[arg(long, value_name = "STATE", default_value = "swings")]
+    pendulum: Pendulum,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let rig = Rig::load(&args.recorded.rig)?;
     let mut notices = Vec::new();
-    let [data, _] = args
-        .recorded
-        .load(&rig, &[], Pendulum::Swings, &mut notices)?;
+    let [data, _] = args.recorded.load(&rig, &[], args.pendulum, &mut notices)?;
     args.recorded.foretell(Task::Validate, &data);
-    let mut validation = validate(&data, &rig)?;
+    let mut validation = validate_in(&data, &rig, args.pendulum)?;
     validation.notices.splice(0..0, notices);
     args.recorded
         .answer(|| validation.to_json(), || validation.summary())

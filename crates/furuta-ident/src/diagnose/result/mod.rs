@@ -7,6 +7,7 @@
 mod best;
 mod comparison;
 mod curves;
+mod jitter;
 mod missing_torque;
 mod moved;
 mod sentence;
@@ -21,11 +22,13 @@ use serde::{Deserialize, Serialize};
 pub use self::best::Best;
 pub use self::comparison::{Comparison, Difference};
 pub use self::curves::{CandidateEvidence, Curves, GapBar, RunCurves, TorqueByState, TorqueInTime};
+pub use self::jitter::Jitter;
 pub use self::missing_torque::{MissingTorque, Shape};
 pub use self::suspected::Suspected;
 pub use super::expression::{CustomTerm, Expression};
 use crate::answer::null_if_not_finite;
 pub use crate::answer::{Channel, significant};
+use crate::pendulum::Pendulum;
 
 /// Version of the JSON contract, the field `schema`.
 pub const SCHEMA: u32 = 1;
@@ -442,6 +445,9 @@ pub struct Diagnosis {
     /// JSON otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub comparison: Option<Comparison>,
+    /// How far samples scatter about their time stamps, where it shows; left out of the JSON otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jitter: Option<Jitter>,
     /// What was noticed about the recordings and dealt with, one sentence each; left out of the JSON where there is
     /// nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -487,6 +493,7 @@ impl Diagnosis {
             plan: Vec::new(),
             verification: Vec::new(),
             comparison: None,
+            jitter: None,
             notices: Vec::new(),
             interrupted: false,
             unfinished: Vec::new(),
@@ -494,8 +501,9 @@ impl Diagnosis {
         }
     }
 
-    /// Leaves out what is said of the pendulum's angle, where recordings do not show it.
-    pub(super) fn forget_pendulum(&mut self) {
+    /// Leaves out what is said of an angle that is not looked at in this state.
+    pub(super) fn forget(&mut self, state: Pendulum) {
+        let [theta, alpha] = state.looks_at();
         let gap = &mut self.gap;
         let of_gap = [&mut gap.nominal, &mut gap.recalibrated, &mut gap.augmented];
         let held_out = self.held_out.iter_mut();
@@ -506,15 +514,27 @@ impl Diagnosis {
             .chain(of_held_out)
             .chain([&mut gap.noise_floor])
         {
-            channels.alpha = f64::NAN;
+            if !theta {
+                channels.theta = f64::NAN;
+            }
+            if !alpha {
+                channels.alpha = f64::NAN;
+            }
         }
         for zero in &mut self.zeros {
-            zero.alpha = f64::NAN;
+            if !theta {
+                zero.theta = f64::NAN;
+            }
+            if !alpha {
+                zero.alpha = f64::NAN;
+            }
         }
-        self.verification
-            .retain(|row| row.channel == Channel::Theta);
-        self.missing_torque
-            .retain(|torque| torque.axis == Channel::Theta);
+        let is_seen = |channel| match channel {
+            Channel::Theta => theta,
+            Channel::Alpha => alpha,
+        };
+        self.verification.retain(|row| is_seen(row.channel));
+        self.missing_torque.retain(|torque| is_seen(torque.axis));
     }
 
     /// The contract as indented JSON. Numbers that are not finite become `null`.

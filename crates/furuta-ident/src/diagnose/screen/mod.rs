@@ -13,6 +13,7 @@ use furuta_model::effects::{Acts, Kind, ParameterSpec};
 use furuta_model::params::Coefficients;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector, Vector4};
 
+mod counts;
 mod scan;
 mod spectrum;
 mod sums;
@@ -85,17 +86,21 @@ pub(super) struct Screen {
     range: f64,
 }
 
-/// Whether the grid screen finds a start: torques with a place in time, frequency or angle.
+/// Whether the grid screen finds a start: torques with a place in time, frequency or angle, and lost counts.
 pub(super) fn is_placed(spec: &Spec) -> bool {
     let places = |p: &ParameterSpec| p.kind != Kind::Real && !matches!(p.kind, Kind::Choice(_));
-    spec.acts.includes(Acts::TORQUE)
+    let torque = spec.acts.includes(Acts::TORQUE)
         && !spec.acts.includes(Acts::MEMORY)
-        && (spec.acts.includes(Acts::ANGLE) || spec.parameters.iter().any(places))
+        && (spec.acts.includes(Acts::ANGLE) || spec.parameters.iter().any(places));
+    torque || spec.acts.includes(Acts::COUNTS)
 }
 
 /// Whether one of many places was looked for: an order, a frequency, a moment.
 pub(super) fn is_scanned(spec: &Spec) -> bool {
-    let scanned = |p: &ParameterSpec| matches!(p.kind, Kind::Whole | Kind::Frequency | Kind::Time);
+    let scanned = |p: &ParameterSpec| {
+        let kinds = [Kind::Whole, Kind::Frequency, Kind::Time, Kind::Moment];
+        kinds.contains(&p.kind)
+    };
     spec.parameters.iter().any(scanned)
 }
 

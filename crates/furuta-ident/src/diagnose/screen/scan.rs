@@ -46,6 +46,9 @@ impl Screen {
         typical: &[f64],
         asked: impl Fn(&[f64]) -> bool + Sync,
     ) -> Vec<Place> {
+        if spec.acts.includes(Acts::COUNTS) {
+            return self.best(spec, self.steps_of_zero(spec, asked));
+        }
         let mut grid: Vec<Vec<f64>> = vec![Vec::new()];
         for (p, typical) in spec.parameters.iter().zip(typical) {
             let values = self.grid(p, *typical);
@@ -64,11 +67,16 @@ impl Screen {
             touch(spec, values, typical);
         }
         grid.retain(|values| asked(values));
-        let mut tried: Vec<Place> = self
+        let tried = self
             .promising(spec, grid, self.step(Kind::Frequency))
             .into_par_iter()
             .filter_map(|values| self.gain(spec, values))
             .collect();
+        self.best(spec, tried)
+    }
+
+    /// The best of the places tried that are apart.
+    fn best(&self, spec: &Spec, mut tried: Vec<Place>) -> Vec<Place> {
         // A stable sort: the same starts whatever the number of threads.
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         let mut best: Vec<Place> = Vec::new();
@@ -121,7 +129,9 @@ impl Screen {
             .iter()
             .zip(a.iter().zip(b))
             .any(|(p, (a, b))| match p.kind {
-                Kind::Frequency | Kind::Time => (a - b).abs() > NEAR * self.step(p.kind),
+                Kind::Frequency | Kind::Time | Kind::Moment => {
+                    (a - b).abs() > NEAR * self.step(p.kind)
+                }
                 Kind::Whole | Kind::Run => a != b,
                 _ => false,
             })
