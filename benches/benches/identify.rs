@@ -8,7 +8,7 @@ use furuta_ident::frequency::compare::{Measured, compare};
 use furuta_ident::frequency::first_principles::Output;
 use furuta_ident::frequency::fong2014::{Experiment, published};
 use furuta_ident::frequency::{
-    Delay, Estimator, Frf, Hold, Request, Settings, Stretch, fit, periodic,
+    Delay, Estimator, Frf, Hold, Request, Settings, Stretch, fit, local, periodic,
 };
 use furuta_model::Rig;
 use furuta_model::signals::random::normal;
@@ -34,6 +34,9 @@ fn identify(c: &mut Criterion) {
             },
         );
     }
+    c.bench_function("frf, 180 s at 1 kHz, local, 0.05 Hz to 23 Hz", |b| {
+        b.iter(|| local::response(black_box(&data), 0.001, 0.05, Some([0.1, 23.0])));
+    });
     let repeated: Vec<f64> = (0..u.len()).map(|k| u[k % 20_000]).collect();
     let data = [Stretch {
         u: &repeated,

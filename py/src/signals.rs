@@ -41,8 +41,9 @@ const RESTARTS: u32 = 8;
 ///     - chirp: amplitude (1), band ((0, 8); (0.1, 8) if logarithmic) through which the frequency falls, sweep
 ///       ("linear" or "logarithmic")
 ///     - multisine: amplitude (1, the RMS), fundamental (1 / duration), band ((0.2, 6)), harmonics ("logarithmic",
-///       "all", "odd"), lines (12) of logarithmic harmonics, phases ("optimised" for a low peak, "schroeder",
-///       "random"), seed (0) of random phases
+///       "all", "odd", or "detecting": the odd ones but one of each four, at random), lines (12) of logarithmic
+///       harmonics, phases ("optimised" for a low peak, "schroeder", "random"), seed (0) of random phases and of what
+///       "detecting" leaves out
 ///     - prbs: amplitude (1), order (7) for 2^order - 1 bits, hold (0.05), seed (0)
 ///     - noise: amplitude (1, the RMS), band ((0.2, 6)), seed (0)
 ///
@@ -190,15 +191,16 @@ fn multisine(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyRes
     let (low, high) = p.low_to_high()?;
     let lines = p.whole("lines", 12)?;
     let lines = usize::try_from(lines).unwrap_or(usize::MAX); // too many either way
+    let seed = p.whole("seed", 0)?;
     let harmonics = p.choice(
         "harmonics",
         &[
             ("logarithmic", Harmonics::Logarithmic(lines)),
             ("all", Harmonics::All),
             ("odd", Harmonics::Odd),
+            ("detecting", Harmonics::Detecting(seed)),
         ],
     )?;
-    let seed = p.whole("seed", 0)?;
     let (phases, restarts) = p.choice(
         "phases",
         &[

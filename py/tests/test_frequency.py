@@ -56,7 +56,7 @@ def recording():
 
 
 def test_response_is_scipys(recording):
-    response = furuta.frf(recording, resolution=0.1, band=(0.2, 20))
+    response = furuta.frf(recording, resolution=0.1, band=(0.2, 20), estimator="H1")
     n = round(10 / DT)
     settings = {"fs": 1 / DT, "window": "hann", "nperseg": n}
     u, y = recording["u"], recording["alpha"]
@@ -70,6 +70,81 @@ def test_response_is_scipys(recording):
     h2 = furuta.frf(recording, resolution=0.1, band=(0.2, 20), estimator="H2")
     assert np.allclose(np.abs(h2.response), np.abs(response.response) / coherence, rtol=1e-9)
     assert np.all(response.confidence(0.99) > response.confidence(0.5))
+
+
+def local_rational(u, y, dt, resolution, band):
+    """The local rational method in NumPy, one least squares of nine unknowns a line, and the noise's variance."""
+    n = u.size
+    U, Y = (np.fft.rfft(x - x.mean()) / np.sqrt(n) for x in (u, y))
+    f = np.fft.rfftfreq(n, dt)
+    lines = resolution * np.arange(1, round(0.5 / dt / resolution))
+    lines = lines[(lines >= band[0] - 1e-9) & (lines <= band[1] + 1e-9)]
+    found = []
+    for f0 in lines:
+        k = np.flatnonzero((np.abs(f - f0) <= resolution * (1 + 1e-6)) & (f > 0))
+        r = (f[k] - f0) / resolution
+        powers = r[:, None] ** np.arange(4)
+        K = np.column_stack([U[k, None] * powers, powers, -Y[k] * r])
+        x = np.linalg.lstsq(K, Y[k], rcond=None)[0]
+        noise = np.sum(np.abs(Y[k] - K @ x) ** 2) / (k.size - 9)
+        found.append((x[0], noise, np.linalg.inv(K.conj().T @ K)[0, 0].real))
+    response, noise, per_noise = (np.array(each) for each in zip(*found))
+    pooled = np.array([noise[max(0, k - 1) : k + 2].mean() for k in range(noise.size)])
+    return lines, response, np.sqrt(pooled * per_noise)
+
+
+def test_local_response_is_numpys(recording):
+    band = (0.2, 20)
+    ours = furuta.frf(recording, resolution=0.1, band=band)
+    lines, response, std = local_rational(recording["u"], recording["alpha"], DT, 0.1, band)
+    assert np.allclose(ours.frequency, lines, rtol=1e-12)
+    assert np.all(np.abs(ours.response - response) < 1e-7 * np.abs(response))
+    assert np.allclose(ours.std, std, rtol=1e-5)
+
+
+def test_a_linear_rig_is_measured_without_leakage():
+    """Noise-free linear data: the sampled transfer function by the closed form, where Hann's window leaves 0.018."""
+    rig = furuta.Rig.load("fong2014-emecs")
+    dt = 0.005
+    A, B = furuta.linearize(rig, [0, np.pi, 0, 0])
+    Ad, Bd = furuta.zero_order_hold(A, B, dt)
+    u = furuta.signal("noise", 180, dt, rms=0.5, low=0.0, high=30.0, seed=1)
+    _, x = scipy.signal.dlsim((Ad, Bd, np.eye(4), np.zeros((4, 1)), dt), u)[1:]
+    data = {"t": dt * np.arange(u.size), "u": u, "theta": x[:, 0], "alpha": np.pi + x[:, 1]}
+    truth = np.linalg.eigvals(A)
+    truth = truth[np.argmax(truth.imag)]
+
+    def error(response):
+        poles = furuta.fit_transfer_function(response, 1, 3).poles
+        return abs(poles[np.argmax(poles.imag)] - truth)
+
+    response = furuta.frf(data, resolution=0.05, band=(0.1, 23))
+    z = np.exp(2j * np.pi * response.frequency * dt)
+    exact = np.array([np.linalg.solve(z * np.eye(4) - Ad, Bd)[1, 0] for z in z])
+    assert np.abs(response.response / exact - 1).max() < 1e-3
+    assert error(response) < 1e-4
+    assert error(furuta.frf(data, resolution=0.05, band=(0.1, 23), estimator="H1")) > 0.005
+
+
+def test_detection_lines_in_python():
+    rig = furuta.Rig.load("fong2014-emecs")
+    dt = 0.005
+
+    def response(rms):
+        u = furuta.signal(
+            "multisine", 100, dt, rms=rms, fundamental=0.1, low=0.1, high=20, harmonics="detecting", phases="random"
+        )
+        x = furuta.simulate(rig, [0, np.pi, 0, 0], u[:-1], dt, encoders=True)
+        return furuta.frf(
+            {"t": dt * np.arange(u.size), "u": u, "theta": x[1][:, 0], "alpha": x[1][:, 1]}, period=10.0
+        )
+
+    strong, weak = response(0.7), response(0.05)
+    assert strong.distortion.size == strong.frequency.size == strong.band(0.1, 20).distortion.size
+    assert np.all(strong.distortion <= strong.std) and np.any(strong.distortion > 0.5 * strong.std)
+    assert any("deviations are widened by it" in notice for notice in strong.notices)
+    share = [np.median(each.distortion / np.abs(each.response)) for each in (weak, strong)]
+    assert share[0] < 0.3 * share[1]
 
 
 def test_fit_is_scipys_optimum(recording):
@@ -134,13 +209,18 @@ def test_mistakes_are_named(recording):
     with pytest.raises(
         furuta.IdentificationError, match="needs 100.000 s without a gap, and the longest stretch has 90"
     ):
+        furuta.frf(recording, resolution=0.01, estimator="H1")
+    # Nine unknowns and four degrees of freedom: 13 lines within 0.02 Hz.
+    with pytest.raises(furuta.IdentificationError, match="needs 650.000 s without a gap, and the longest stretch has 90"):
         furuta.frf(recording, resolution=0.01)
+    with pytest.raises(furuta.IdentificationError, match="belong to averaged segments"):
+        furuta.frf(recording, window="hann")
     with pytest.raises(furuta.IdentificationError, match="is constant at 0.5: it excites nothing"):
         furuta.spectra(np.full(1000, 0.5), np.arange(1000.0), DT, 100)
     with pytest.raises(furuta.IdentificationError, match="no column of numbers `excitation`"):
         furuta.frf(recording, reference="excitation")
     with pytest.raises(furuta.IdentificationError, match="there is no window"):
-        furuta.frf(recording, window="kaiser")
+        furuta.frf(recording, window="kaiser", estimator="H1")
     with pytest.raises(furuta.IdentificationError, match="must be a whole number"):
         furuta.frf(recording, period=0.0031)
     with pytest.raises(furuta.IdentificationError, match="order 3 over a denominator of order 2"):

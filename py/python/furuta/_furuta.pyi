@@ -840,6 +840,8 @@ class Frf:
     @property
     def std(self) -> NDArray[np.float64]: ...
     @property
+    def distortion(self) -> NDArray[np.float64]: ...
+    @property
     def averages(self) -> float: ...
     @property
     def sample_period(self) -> float: ...
@@ -932,10 +934,10 @@ def frf(
     output: str = "alpha",
     input: str = "u",
     reference: str | None = None,
-    estimator: Literal["H1", "H2", "h1", "h2"] = "H1",
+    estimator: Literal["local", "H1", "H2", "h1", "h2"] = "local",
     resolution: float | None = None,
-    window: str = "hann",
-    overlap: float = 0.5,
+    window: str | None = None,
+    overlap: float | None = None,
     period: float | None = None,
     discard: int = 1,
     band: tuple[float, float] | None = None,

@@ -33,8 +33,10 @@ type Array<'py, T> = Bound<'py, PyArray1<T>>;
 /// Attributes
 /// ----------
 /// frequency, response, coherence, std : numpy.ndarray, shape (N,)
+/// distortion : numpy.ndarray, shape (N,) or (0,)
+///     The part of `std` that is odd nonlinear distortion; empty where nothing told it from noise.
 /// averages : float
-///     Independent averages.
+///     Independent averages, or one more than the degrees of freedom behind `std`.
 /// sample_period : float
 /// method : str
 /// notices : list of str
@@ -125,6 +127,11 @@ impl PyFrf {
     #[getter]
     fn std<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
         self.frf.std.clone().into_pyarray(py)
+    }
+
+    #[getter]
+    fn distortion<'py>(&self, py: Python<'py>) -> Array<'py, f64> {
+        self.frf.distortion.clone().into_pyarray(py)
     }
 
     #[getter]
@@ -267,6 +274,7 @@ impl PyFrf {
             this.response(py),
             this.coherence(py),
             this.std(py),
+            this.distortion(py),
         );
         let numbers = (f.averages, f.lines_for_one, f.sample_period);
         let said = (
@@ -285,7 +293,7 @@ impl PyFrf {
     #[classmethod]
     fn _from_parts(
         _class: &Bound<'_, PyType>,
-        arrays: (Vector<'_>, Vector<'_>, Vector<'_>, Vector<'_>),
+        arrays: (Vector<'_>, Vector<'_>, Vector<'_>, Vector<'_>, Vector<'_>),
         numbers: (f64, f64, f64),
         said: (String, Vec<String>, String, bool),
     ) -> PyResult<Self> {
@@ -295,6 +303,7 @@ impl PyFrf {
             response: vector("response", &arrays.1, refuse)?,
             coherence: vector("coherence", &arrays.2, refuse)?,
             std: vector("std", &arrays.3, refuse)?,
+            distortion: vector("distortion", &arrays.4, refuse)?,
             averages: numbers.0,
             lines_for_one: numbers.1,
             sample_period: numbers.2,
@@ -355,6 +364,7 @@ type Parts<'py> = (
     (
         Array<'py, f64>,
         Array<'py, Complex<f64>>,
+        Array<'py, f64>,
         Array<'py, f64>,
         Array<'py, f64>,
     ),

@@ -5,11 +5,11 @@ use crate::background::awaited;
 use crate::error;
 use crate::recording::read;
 use furuta_ident::frequency::record::{Columns, Taken};
-use furuta_ident::frequency::{Estimator, Frf, Settings, periodic};
+use furuta_ident::frequency::{Estimator, Measurement, Method};
 use pyo3::prelude::*;
 
-/// Frequency response from recordings: by averaging windowed segments (Welch), or from whole periods of a periodic
-/// signal.
+/// Frequency response from recordings: together with its transient, by averaging windowed segments (Welch), or from
+/// whole periods of a periodic signal.
 ///
 /// It is the response of the sampled plant: the hold of the command, half a sample of delay, is in it;
 /// `fit_transfer_function` takes it out.
@@ -22,15 +22,18 @@ use pyo3::prelude::*;
 ///     Columns: "alpha" or "theta" over "u".
 /// reference : str, optional
 ///     Column that no controller chose: joint input-output estimate, for recordings in closed loop.
-/// estimator : {"H1", "H2"}, optional
+/// estimator : {"local", "H1", "H2"}, optional
+///     "local": response and transient together, by the local rational method, without leakage. "H1", "H2": quotients of
+///     averaged spectra; with `reference`, both mean the joint one.
 /// resolution : float, optional
 ///     Distance of lines in Hz; a tenth of the longest stretch gives it if not given.
 /// window : str, optional
-///     As for `spectra`.
+///     As for `spectra`; for averaged spectra alone.
 /// overlap : float, optional
-///     Part of a segment shared with the next.
+///     Part of a segment shared with the next; 0.5 if not given.
 /// period : float, optional
-///     The signal repeats after this time, s: lines without leakage.
+///     The signal repeats after this time, s: lines without leakage; with a multisine of harmonics="detecting",
+///     nonlinear distortion is told from noise (`Frf.distortion`).
 /// discard : int, optional
 ///     Periods left out at the start.
 /// band : (float, float), optional
@@ -60,8 +63,8 @@ use pyo3::prelude::*;
 /// >>> bool(np.median(response.coherence) > 0.9)
 /// True
 #[pyfunction]
-#[pyo3(signature = (recordings, *, output="alpha", input="u", reference=None, estimator="H1", resolution=None,
-    window="hann", overlap=0.5, period=None, discard=1, band=None, accept_suspicious=false))]
+#[pyo3(signature = (recordings, *, output="alpha", input="u", reference=None, estimator="local", resolution=None,
+    window=None, overlap=None, period=None, discard=1, band=None, accept_suspicious=false))]
 #[allow(clippy::too_many_arguments)] // keywords of a Python function
 pub(crate) fn frf(
     py: Python<'_>,
@@ -71,8 +74,8 @@ pub(crate) fn frf(
     reference: Option<&str>,
     estimator: &str,
     resolution: Option<f64>,
-    window: &str,
-    overlap: f64,
+    window: Option<&str>,
+    overlap: Option<f64>,
     period: Option<f64>,
     discard: usize,
     band: Option<(f64, f64)>,
@@ -80,21 +83,39 @@ pub(crate) fn frf(
 ) -> PyResult<PyFrf> {
     let (recordings, mut notices) = read(recordings, accept_suspicious)?;
     let estimator = match (reference, estimator) {
-        (Some(_), _) => Estimator::Joint,
-        (None, "H1" | "h1") => Estimator::H1,
-        (None, "H2" | "h2") => Estimator::H2,
-        (None, other) => {
+        (_, "local") => None,
+        (Some(_), "H1" | "h1" | "H2" | "h2") => Some(Estimator::Joint),
+        (None, "H1" | "h1") => Some(Estimator::H1),
+        (None, "H2" | "h2") => Some(Estimator::H2),
+        (_, other) => {
             return Err(error::identification(format!(
-                "estimator = {other:?} is none of \"H1\", \"H2\""
+                "estimator = {other:?} is none of \"local\", \"H1\", \"H2\""
             )));
         }
     };
-    let window = window.parse().map_err(error::identification)?;
-    if !(0.0..=0.95).contains(&overlap) {
-        return Err(error::identification(format!(
-            "overlap = {overlap} is outside the allowed range [0, 0.95]"
-        )));
-    }
+    let window = window
+        .map(str::parse)
+        .transpose()
+        .map_err(error::identification)?;
+    let method = match (period, estimator) {
+        (Some(period), _) => Method::Periodic { period, discard },
+        (None, None) if window.is_some() || overlap.is_some() => {
+            return Err(error::identification(
+                "window and overlap belong to averaged segments: give estimator=\"H1\" or \"H2\" with them",
+            ));
+        }
+        (None, None) => Method::Local,
+        (None, Some(estimator)) => Method::Averaged {
+            estimator,
+            window: window.unwrap_or_default(),
+            overlap: overlap.unwrap_or(0.5),
+        },
+    };
+    let measurement = Measurement {
+        method,
+        resolution,
+        band: band.map(|(low, high)| [low, high]),
+    };
     let [output, input] = [output, input].map(str::to_owned);
     let reference = reference.map(str::to_owned);
     let what = format!("{output} / {input}");
@@ -105,32 +126,7 @@ pub(crate) fn frf(
             external: reference.as_deref(),
         };
         let taken = Taken::from_recordings(&recordings, columns)?;
-        let mut said = taken.notices.clone();
-        let mut frf = match period {
-            Some(period) => {
-                periodic::response(&taken.stretches, taken.sample_period, period, discard)?
-            }
-            None => {
-                let mut settings = taken.usual_settings();
-                if let Some(resolution) = resolution {
-                    settings.segment = (1.0 / (resolution * taken.sample_period)).round() as usize;
-                }
-                settings = Settings {
-                    overlap: (overlap * settings.segment as f64) as usize,
-                    window,
-                    ..settings
-                };
-                let (frf, more) =
-                    Frf::measure(&taken.stretches, taken.sample_period, &settings, estimator)?;
-                said.extend(more);
-                frf
-            }
-        };
-        if let Some((low, high)) = band {
-            frf = frf.band(low, high)?;
-        }
-        said.extend(frf.low_coherence());
-        Ok((frf, said))
+        measurement.response(&taken)
     })?;
     let (frf, said) =
         measured.map_err(|e: furuta_ident::frequency::FrequencyError| error::identification(e))?;

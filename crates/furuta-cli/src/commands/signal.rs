@@ -48,10 +48,13 @@ pub(crate) struct SignalArgs {
     /// Number of sines in the multisine, spaced evenly in their logarithm.
     #[arg(long, value_name = "N", default_value_t = 12)]
     lines: usize,
+    /// Which harmonics the multisine has.
+    #[arg(long, value_enum, default_value_t = Grid::Logarithmic)]
+    harmonics: Grid,
     /// The PRBS repeats after 2^N - 1 holds, N from 2 to 20.
     #[arg(long, value_name = "N", default_value_t = 7)]
     order: u32,
-    /// Another noise, another place in the PRBS.
+    /// Another noise, another place in the PRBS, other detection lines and phases.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     /// Ramp a test signal in and out over so long.
@@ -70,6 +73,16 @@ enum By {
     Linear,
     /// By the same factor each second.
     Logarithmic,
+}
+
+/// Harmonics of a multisine.
+#[derive(clap::ValueEnum, Copy, Clone, Debug, PartialEq, Eq)]
+enum Grid {
+    /// --lines of them, spaced evenly in their logarithm, phases chosen for a low peak.
+    Logarithmic,
+    /// All odd ones in the band but one of each four, at random, with random phases (--seed): what the response has at
+    /// those left out is nonlinear distortion.
+    Detecting,
 }
 
 /// The longest period of a multisine (s): longer runs hold several.
@@ -148,10 +161,24 @@ impl SignalArgs {
             Kind::Multisine => {
                 // Whole periods in the run, so that its spectrum has no leakage.
                 let fundamental = (duration / LONGEST_PERIOD).ceil() / duration;
-                let lines = Harmonics::Logarithmic(self.lines);
-                let start =
-                    Multisine::new(amplitude, fundamental, low, high, lines, Phases::Schroeder)?;
-                let (signal, CrestFactors { before, after }) = start.optimised(RESTARTS);
+                let lines = match self.harmonics {
+                    Grid::Logarithmic => Harmonics::Logarithmic(self.lines),
+                    Grid::Detecting => Harmonics::Detecting(self.seed),
+                };
+                let phases = match self.harmonics {
+                    Grid::Logarithmic => Phases::Schroeder,
+                    Grid::Detecting => Phases::Random(self.seed),
+                };
+                let start = Multisine::new(amplitude, fundamental, low, high, lines, phases)?;
+                // Random phases are what makes distortion look like noise: they stay.
+                let (signal, CrestFactors { before, after }) = match self.harmonics {
+                    Grid::Logarithmic => start.optimised(RESTARTS),
+                    Grid::Detecting => {
+                        let crest = start.crest_factor();
+                        let (before, after) = (crest, crest);
+                        (start, CrestFactors { before, after })
+                    }
+                };
                 notes.push(format!(
                     "{signal}, repeating after {:.6} s: crest factor {after:.2} (with Schroeder's phases {before:.2})",
                     signal.period()

@@ -3,6 +3,7 @@
 mod calibration;
 mod estimators;
 mod fong2014;
+mod frequency_coverage;
 mod limit_cycle;
 mod mpc;
 mod parts;
@@ -32,6 +33,7 @@ pub(crate) struct Args {
 enum Study {
     #[command(name = "fong2014")]
     Fong2014(fong2014::Args),
+    FrequencyCoverage(frequency_coverage::Args),
     #[command(name = "shahzad2022")]
     Shahzad2022(shahzad2022::Args),
     RamosVelasco(ramos_velasco::Args),
@@ -48,6 +50,7 @@ enum Study {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     match &args.study {
         Study::Fong2014(args) => fong2014::run(args),
+        Study::FrequencyCoverage(args) => frequency_coverage::run(args),
         Study::Shahzad2022(args) => shahzad2022::run(args),
         Study::RamosVelasco(args) => ramos_velasco::run(args),
         Study::SwingUp(args) => swing_up::run(args),

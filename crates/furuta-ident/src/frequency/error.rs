@@ -204,6 +204,17 @@ pub enum FrequencyNotice {
         /// Lines beyond it.
         left_out: usize,
     },
+    /// How much of what repeats is nonlinear distortion, by the harmonics that nothing excites.
+    Distortion {
+        /// Whether odd distortion stands out from the noise, at 95 %.
+        detected: bool,
+        /// Power of the odd one, per harmonic and referred to the input, over that of an excited harmonic.
+        odd: f64,
+        /// The same of the even one.
+        even: f64,
+        /// The same of the noise, in the mean of the periods.
+        noise: f64,
+    },
     /// Feedback is at work: H1 and H2 are wrong then.
     FeedbackSuspected {
         /// The mode in which the recording was made.
@@ -249,6 +260,28 @@ impl fmt::Display for FrequencyNotice {
                 "the coherence ends at {at:.3} Hz: the {left_out} lines beyond it, whose coherence is no higher than \
                  chance makes it ({by_chance:.2}), are left out of the fit; a band of your own puts them back"
             ),
+            Self::Distortion {
+                detected,
+                odd,
+                even,
+                noise,
+            } => {
+                let db = |share: &f64| 10.0 * share.log10();
+                write!(
+                    f,
+                    "by the harmonics that nothing excites, referred to the input: odd distortion {:.1} dB, even {:.1} \
+                     dB, noise {:.1} dB below an excited harmonic; ",
+                    -db(odd),
+                    -db(even),
+                    -db(noise)
+                )?;
+                f.write_str(if *detected {
+                    "the odd one is beyond the noise, so the response depends on the amplitude: deviations are widened \
+                     by it; excite less strongly for the linear response"
+                } else {
+                    "no odd distortion is beyond the noise: the response is linear as far as these data tell"
+                })
+            }
             Self::FeedbackSuspected { mode } => write!(
                 f,
                 "the recording was made under feedback (mode {mode}): H1 and H2 are biased then; give --reference \

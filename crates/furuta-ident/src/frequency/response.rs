@@ -41,7 +41,10 @@ pub struct Frf {
     pub coherence: Vec<f64>,
     /// Standard deviation of the response: the root of the mean squared distance in the complex plane.
     pub std: Vec<f64>,
-    /// Independent averages behind each line.
+    /// The part of it that is odd nonlinear distortion, where detection lines told it from noise
+    /// ([`super::periodic`]); empty where nothing is known of it.
+    pub distortion: Vec<f64>,
+    /// Independent averages behind each line; where the noise is known otherwise, one more than its degrees of freedom.
     pub averages: f64,
     /// How many lines side by side hold the information of one ([`super::Window::lines_for_one`]).
     pub lines_for_one: f64,
@@ -90,6 +93,7 @@ impl Frf {
             response: Vec::with_capacity(lines.len()),
             coherence: Vec::with_capacity(lines.len()),
             std: Vec::with_capacity(lines.len()),
+            distortion: Vec::new(),
             averages: spectra.averages,
             lines_for_one: spectra.window.lines_for_one(),
             sample_period: spectra.sample_period,
@@ -134,6 +138,7 @@ impl Frf {
             response: frequency.iter().map(|f| response(*f)).collect(),
             coherence: vec![1.0; frequency.len()],
             std: vec![0.0; frequency.len()],
+            distortion: Vec::new(),
             averages: f64::INFINITY,
             lines_for_one: 1.0,
             sample_period: 0.0,
@@ -160,13 +165,12 @@ impl Frf {
                 unused: spectra.unused,
             });
         }
-        if spectra.averages < FEW {
-            notices.push(FrequencyNotice::FewAverages {
-                averages: spectra.averages,
-                by_chance: frf.coherence_by_chance(),
-            });
-        }
-        notices.extend(aliasing(&spectra));
+        notices.extend(few(&frf));
+        let power = |from: f64| -> f64 {
+            let pairs = spectra.frequency.iter().zip(&spectra.yy).skip(1);
+            pairs.filter(|(f, _)| **f >= from).map(|(_, s)| s).sum()
+        };
+        notices.extend(aliasing(power, sample_period));
         Ok((frf, notices))
     }
 
@@ -188,12 +192,17 @@ impl Frf {
                 highest: self.frequency.last().copied().unwrap_or(0.0),
             });
         }
-        let cut = |values: &[f64]| kept.iter().map(|k| values[*k]).collect();
+        let cut = |values: &[f64]| {
+            kept.iter()
+                .filter_map(|k| values.get(*k).copied())
+                .collect()
+        };
         Ok(Self {
             frequency: cut(&self.frequency),
             response: kept.iter().map(|k| self.response[*k]).collect(),
             coherence: cut(&self.coherence),
             std: cut(&self.std),
+            distortion: cut(&self.distortion),
             method: self.method.clone(),
             ..*self
         })
@@ -237,9 +246,15 @@ impl Frf {
             });
         }
         // |H - H0|^2 / std^2 has the distribution F(2, 2 n - 2).
-        let spare = (self.averages - 1.0).clamp(0.1, 1e9);
+        let spare = self.freedom().clamp(0.1, 1e9);
         let quantile = spare * ((1.0 - probability).powf(-1.0 / spare) - 1.0);
         Ok(self.std.iter().map(|s| s * quantile.sqrt()).collect())
+    }
+
+    /// Degrees of freedom, complex ones, behind each line's standard deviation.
+    #[must_use]
+    pub fn freedom(&self) -> f64 {
+        self.averages - 1.0
     }
 
     /// Says so where a fifth of the lines or more have a coherence below one half.
@@ -312,12 +327,17 @@ const FEW: f64 = 8.0;
 /// Above this share of the output's power in the last fifth of the band, faster motion must be feared.
 const NEAR_NYQUIST: f64 = 0.01;
 
-fn aliasing(spectra: &Spectra) -> Option<FrequencyNotice> {
-    let nyquist = 0.5 / spectra.sample_period;
-    let power = |from: f64| -> f64 {
-        let pairs = spectra.frequency.iter().zip(&spectra.yy).skip(1);
-        pairs.filter(|(f, _)| **f >= from).map(|(_, s)| s).sum()
-    };
+/// Says so where few averages stand behind each line.
+pub(super) fn few(frf: &Frf) -> Option<FrequencyNotice> {
+    (frf.averages < FEW).then(|| FrequencyNotice::FewAverages {
+        averages: frf.averages,
+        by_chance: frf.coherence_by_chance(),
+    })
+}
+
+/// Says so where much of the output's power, given from a frequency on, lies near half the sampling rate.
+pub(super) fn aliasing(power: impl Fn(f64) -> f64, sample_period: f64) -> Option<FrequencyNotice> {
+    let nyquist = 0.5 / sample_period;
     let share = power(0.8 * nyquist) / power(0.0);
     (share > NEAR_NYQUIST).then_some(FrequencyNotice::AliasingSuspected { share, nyquist })
 }

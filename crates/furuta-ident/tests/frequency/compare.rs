@@ -161,7 +161,7 @@ fn footprints_are_those_of_the_effects_own_laws() {
 fn noise_to_transfer_function() {
     let experiment = Experiment {
         duration: 60.0,
-        segment: 12.0,
+        resolution: 0.12,
         rms: 0.4,
         ..Experiment::default()
     };

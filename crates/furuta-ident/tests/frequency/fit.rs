@@ -286,6 +286,35 @@ fn what_cannot_be_fitted_is_refused_and_what_is_doubtful_said() {
     );
     assert!(text.contains("fit lower orders"), "{text}");
 
+    // However little it is unstable, and however unsure that is.
+    let mut barely = Frf::exact(&band(), |f| {
+        Complex::new(1.0, 0.0) / Complex::new(-0.01, TAU * f)
+    });
+    barely.std = barely.response.iter().map(|h| 0.3 * h.norm()).collect();
+    let found = fit(&barely, &request(0, 1)).expect("a fit");
+    assert!(!found.is_stable() && found.poles[0].std.re > found.poles[0].value.re);
+    assert!(
+        matches!(found.notices()[..], [FitNotice::Unstable { .. }, ..]),
+        "{found:?}"
+    );
+
+    // A pair of poles does not cancel a real zero, however unsure both are.
+    let pair = Transfer::new(&[1.0, 3.0], &[1.0, 6.0, 9.5]).expect("proper");
+    let mut unsure = Frf::exact(&band(), |f| pair.response(f));
+    unsure.std = unsure.response.iter().map(|h| 0.5 * h.norm()).collect();
+    let found = fit(&unsure, &request(1, 2)).expect("a fit");
+    assert!(
+        found.poles[0].value.im != 0.0 && found.poles[0].std.re > 1.0,
+        "{found:?}"
+    );
+    assert!(
+        !found
+            .notices()
+            .iter()
+            .any(|n| matches!(n, FitNotice::Cancels { .. })),
+        "{found:?}"
+    );
+
     let error = |frf: &Frf, request: Request| fit(frf, &request).expect_err("refused").to_string();
     assert!(
         error(&frf, request(3, 2))

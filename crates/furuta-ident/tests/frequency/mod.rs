@@ -3,6 +3,7 @@
 mod bad_input;
 mod compare;
 mod fit;
+mod local;
 mod response;
 
 use furuta_model::signals::random::normal;

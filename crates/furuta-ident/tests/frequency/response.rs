@@ -114,7 +114,9 @@ fn periods_have_no_leakage() {
     let n = 8000; // 8 periods of 1000
     let u: Vec<f64> = (0..n).map(|k| signal.volts(k as f64 * H)).collect();
     let y = filtered(&u);
-    let frf = periodic::response(&[stretch(&u, &y)], H, 2.0, 1).expect("periodic");
+    let frf = periodic::response(&[stretch(&u, &y)], H, 2.0, 1)
+        .expect("periodic")
+        .0;
     assert_eq!(frf.frequency.len(), 40);
     for (f, h) in frf.frequency.iter().zip(&frf.response) {
         // What rings after the first period is 0.8^500.
@@ -123,7 +125,9 @@ fn periods_have_no_leakage() {
     let (mut errors, mut variances) = (0.0, 0.0);
     for seed in 0..20 {
         let noisy: Vec<f64> = y.iter().zip(white(seed, n)).map(|(y, e)| y + e).collect();
-        let frf = periodic::response(&[stretch(&u, &noisy)], H, 2.0, 1).expect("periodic");
+        let frf = periodic::response(&[stretch(&u, &noisy)], H, 2.0, 1)
+            .expect("periodic")
+            .0;
         for k in 0..40 {
             errors += (frf.response[k] - exact(frf.frequency[k], H)).norm_sqr();
             variances += frf.std[k].powi(2);

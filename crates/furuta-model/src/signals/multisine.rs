@@ -34,6 +34,9 @@ pub enum Harmonics {
     All,
     /// The odd ones: what shows at an even one in the response is a nonlinearity that is even.
     Odd,
+    /// The odd ones, of each four one left out at random (a seed): what the response has at those is a nonlinearity that
+    /// is odd, what it has at even ones one that is even (Pintelon, Schoukens 2012, chapter 4).
+    Detecting(u64),
     /// This many (or all, if there are no more), spaced as evenly in their logarithm as whole numbers can be.
     Logarithmic(usize),
 }
@@ -103,6 +106,11 @@ impl Multisine {
         let lines = match harmonics {
             Harmonics::All => lines(all)?,
             Harmonics::Odd => lines(all.filter(|k| k % 2 == 1))?,
+            Harmonics::Detecting(seed) => {
+                let odd = all.filter(|k| k % 2 == 1).enumerate();
+                let kept = odd.filter(|(i, _)| i % 4 != left_out(seed, i / 4));
+                lines(kept.map(|(_, k)| k))?
+            }
             Harmonics::Logarithmic(most) => lines(spaced(first, last, most.min(all.len())))?,
         };
         if lines.is_empty() {
@@ -213,6 +221,14 @@ impl Multisine {
     pub(super) fn highest_harmonic(&self) -> u32 {
         self.lines.last().map_or(1, |line| line.harmonic)
     }
+}
+
+/// Which of the four lines of a group is left out.
+fn left_out(seed: u64, group: usize) -> usize {
+    // Below 1, so below 4.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let place = (4.0 * uniform(seed, group as u64)) as usize;
+    place
 }
 
 /// Sines at these harmonics, phase 0.
@@ -336,6 +352,18 @@ mod tests {
         );
         let odd: Vec<u32> = (1..32).step_by(2).collect();
         assert_eq!(harmonics(&signal(Harmonics::Odd, Phases::Schroeder)), odd);
+        for seed in 0..20 {
+            let kept = harmonics(&signal(Harmonics::Detecting(seed), Phases::Schroeder));
+            assert!(kept.iter().all(|k| odd.contains(k)));
+            // Of each whole group of four one is left out, of a part of one at most one.
+            for group in odd.chunks(4) {
+                let left_out = group.iter().filter(|k| !kept.contains(k)).count();
+                assert!(
+                    left_out == 1 || group.len() < 4 && left_out == 0,
+                    "{seed}: {group:?}"
+                );
+            }
+        }
         let few = harmonics(&signal(Harmonics::Logarithmic(6), Phases::Schroeder));
         assert_eq!(few, [1, 2, 4, 8, 16, 32]);
         let more = harmonics(&signal(Harmonics::Logarithmic(100), Phases::Schroeder));

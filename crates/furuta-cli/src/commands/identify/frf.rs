@@ -7,7 +7,7 @@ use furuta_ident::frequency::bode::Bode;
 use furuta_ident::frequency::first_principles::Output;
 use furuta_ident::frequency::record::{Columns, Taken};
 use furuta_ident::frequency::words::{csv, response_text};
-use furuta_ident::frequency::{Estimator, Frf, Settings, Window, periodic};
+use furuta_ident::frequency::{Estimator, Frf, Measurement, Method, Window};
 use furuta_ident::recording::Recording;
 use furuta_ident::report;
 use serde_json::json;
@@ -17,8 +17,8 @@ use crate::failure::Failure;
 use crate::outputs;
 use crate::streams::{self, note};
 
-/// Frequency response from recordings, with coherence and confidence: by averaging windowed segments (Welch; the same
-/// numbers as SciPy's csd), or from whole periods of a periodic signal.
+/// Frequency response from recordings, with coherence and confidence: together with its transient, by averaging
+/// windowed segments (Welch; the same numbers as SciPy's csd), or from whole periods of a periodic signal.
 ///
 /// It is the response of the sampled plant: the hold of the command, half a sample of delay, is in it.
 #[derive(clap::Args, Debug)]
@@ -60,25 +60,20 @@ pub(crate) struct Measure {
     /// recordings in closed loop.
     #[arg(long, value_name = "COLUMN")]
     reference: Option<String>,
-    /// How the response is formed in open loop.
-    #[arg(long, value_enum, default_value_t = By::H1, conflicts_with = "reference")]
+    /// How the response is formed; with --reference, h1 and h2 both mean the joint quotient of averaged spectra.
+    #[arg(long, value_enum, default_value_t = By::Local, conflicts_with = "period")]
     estimator: By,
     /// Distance of lines; a tenth of the longest stretch gives it if not given.
     #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with = "period")]
     resolution: Option<f64>,
-    /// Window: rectangular, hann, hamming, blackman, blackmanharris, flattop.
-    #[arg(
-        long,
-        value_name = "NAME",
-        default_value = "hann",
-        conflicts_with = "period"
-    )]
-    window: Window,
-    /// Part of a segment that it shares with the next.
-    #[arg(long, value_name = "PART", default_value_t = 0.5, value_parser = part, conflicts_with = "period")]
-    overlap: f64,
+    /// Window of averaged segments: rectangular, hann (if not given), hamming, blackman, blackmanharris, flattop.
+    #[arg(long, value_name = "NAME", conflicts_with = "period")]
+    window: Option<Window>,
+    /// Part of an averaged segment that it shares with the next; half if not given.
+    #[arg(long, value_name = "PART", value_parser = part, conflicts_with = "period")]
+    overlap: Option<f64>,
     /// The signal repeats after so long (`furuta run` prints a multisine's period): lines without leakage, deviation
-    /// from the periods' spread.
+    /// from the periods' spread; with a multisine of --harmonics detecting, nonlinear distortion is told from noise.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     period: Option<f64>,
     /// Periods left out at the start, in which the start still rings.
@@ -91,6 +86,8 @@ pub(crate) struct Measure {
 
 #[derive(clap::ValueEnum, Copy, Clone, Debug, PartialEq, Eq)]
 enum By {
+    /// Response and transient together, by the local rational method: no leakage.
+    Local,
     /// Cross spectrum over the input's: right with noise on the output.
     H1,
     /// The output's spectrum over the cross spectrum: right with noise on the input.
@@ -125,38 +122,40 @@ impl Measure {
             external: self.reference.as_deref(),
         };
         let taken = Taken::from_recordings(&recordings, columns)?;
-        said.extend(taken.notices.iter().map(ToString::to_string));
-        let frf = match self.period {
-            Some(period) => {
-                periodic::response(&taken.stretches, taken.sample_period, period, self.discard)?
-            }
-            None => {
-                let mut settings = taken.usual_settings();
-                if let Some(resolution) = self.resolution {
-                    settings.segment = (1.0 / (resolution * taken.sample_period)).round() as usize;
-                }
-                settings = Settings {
-                    overlap: (self.overlap * settings.segment as f64) as usize,
-                    window: self.window,
-                    ..settings
-                };
-                let estimator = match (&self.reference, self.estimator) {
-                    (Some(_), _) => Estimator::Joint,
-                    (None, By::H1) => Estimator::H1,
-                    (None, By::H2) => Estimator::H2,
-                };
-                let (frf, notices) =
-                    Frf::measure(&taken.stretches, taken.sample_period, &settings, estimator)?;
-                said.extend(notices.iter().map(ToString::to_string));
-                frf
-            }
+        let measurement = Measurement {
+            method: self.method()?,
+            resolution: self.resolution,
+            band: self.band,
         };
-        let frf = match self.band {
-            Some([low, high]) => frf.band(low, high)?,
-            None => frf,
-        };
-        said.extend(frf.low_coherence().map(|n| n.to_string()));
+        let (frf, notices) = measurement.response(&taken)?;
+        said.extend(notices.iter().map(ToString::to_string));
         Ok((frf, said))
+    }
+
+    fn method(&self) -> Result<Method, Failure> {
+        if let Some(period) = self.period {
+            return Ok(Method::Periodic {
+                period,
+                discard: self.discard,
+            });
+        }
+        let estimator = match (&self.reference, self.estimator) {
+            (_, By::Local) if self.window.is_some() || self.overlap.is_some() => {
+                return Err(Failure::new(
+                    "--window and --overlap belong to averaged segments: give --estimator h1 or h2 with them, or \
+                     leave them out",
+                ));
+            }
+            (_, By::Local) => return Ok(Method::Local),
+            (Some(_), _) => Estimator::Joint,
+            (None, By::H1) => Estimator::H1,
+            (None, By::H2) => Estimator::H2,
+        };
+        Ok(Method::Averaged {
+            estimator,
+            window: self.window.unwrap_or_default(),
+            overlap: self.overlap.unwrap_or(0.5),
+        })
     }
 
     /// The angle that is the output, for a rig's model of it.
@@ -208,7 +207,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             "sample_period": frf.sample_period, "notices": notices, "frequency": frf.frequency,
             "real": frf.response.iter().map(|h| h.re).collect::<Vec<_>>(),
             "imaginary": frf.response.iter().map(|h| h.im).collect::<Vec<_>>(),
-            "coherence": frf.coherence, "std": frf.std,
+            "coherence": frf.coherence, "std": frf.std, "distortion": frf.distortion,
         });
         return Ok(writeln!(out, "{line}")?);
     }

@@ -76,6 +76,8 @@ const LINES: usize = 60;
 const TOGETHER: usize = 3;
 /// Two explanations whose responses differ by less than this, RMS relative, are one to whoever sees responses alone.
 const SAME: f64 = 0.01;
+/// A fall of BIC by more than this is strong evidence (Kass, Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
+pub const STRONG: f64 = 6.0;
 /// A refitted parameter beyond this factor of the data sheet's is not believed without a word.
 pub const FAR: f64 = 2.0;
 
@@ -173,6 +175,12 @@ pub struct Explanation {
 }
 
 impl Explanation {
+    /// Whether it has effects, and strong evidence for them.
+    #[must_use]
+    pub fn has_evidence(&self) -> bool {
+        !self.effects.is_empty() && self.evidence > STRONG
+    }
+
     /// Its effects in words, `parameters alone` where there are none.
     #[must_use]
     pub fn name(&self) -> String {
@@ -206,6 +214,12 @@ impl Comparison {
     #[must_use]
     pub fn parameters_alone(&self) -> Option<&Explanation> {
         self.explanations.iter().find(|e| e.effects.is_empty())
+    }
+
+    /// The best explanation by effects, where the evidence for it is strong.
+    #[must_use]
+    pub fn best(&self) -> Option<&Explanation> {
+        self.explanations.first().filter(|e| e.has_evidence())
     }
 
     /// Explanations by one effect, best first.

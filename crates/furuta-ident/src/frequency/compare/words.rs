@@ -8,7 +8,7 @@ use super::super::bode::Bode;
 use super::super::error::FrequencyError;
 use super::super::first_principles::Output;
 use super::super::transfer::{Transfer, polynomial_text};
-use super::{Comparison, Explanation, FAR, Measured, name, own};
+use super::{Comparison, Explanation, FAR, Measured, STRONG, name, own};
 use crate::answer::significant;
 
 /// Sets of effects shown.
@@ -71,14 +71,22 @@ pub fn text(
         .take(SHOWN.saturating_sub(found.singles().count()))
         .for_each(|e| text += &row(e));
     text += &format!(
-        "evidence: fall of BIC against the parameters alone, of {:.0} independent numbers; above 6 is strong\n",
+        "evidence: fall of BIC against the parameters alone, of {:.0} independent numbers; above {STRONG} is strong\n",
         measured.numbers
     );
-    let mut shown: Vec<&Explanation> = found.singles().take(1).collect();
-    if let Some(best) = found.explanations.first()
-        && best.effects.len() != 1
-    {
-        shown.push(best);
+    // An effect without evidence is not worth its numbers.
+    let mut shown: Vec<&Explanation> = found
+        .singles()
+        .take(1)
+        .filter(|e| e.has_evidence())
+        .collect();
+    match found.best() {
+        Some(best) if best.effects.len() > 1 => shown.push(best),
+        Some(_) => {}
+        None => {
+            text += "no effect has strong evidence\n";
+            shown.extend(found.parameters_alone());
+        }
     }
     for e in shown {
         text += &details(e);
@@ -189,8 +197,7 @@ pub fn plot(
     if let Some(alone) = found.parameters_alone() {
         bode = bode.model("parameters refitted", &over(&alone.response), true);
     }
-    let best = found.explanations.first();
-    if let Some(best) = best.filter(|b| !b.effects.is_empty()) {
+    if let Some(best) = found.best() {
         bode = bode.model(&best.name(), &over(&best.response), true);
     }
     Ok(bode)

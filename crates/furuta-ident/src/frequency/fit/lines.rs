@@ -20,6 +20,8 @@ pub(super) struct Lines {
     s: Vec<Complex<f64>>,
     h: Vec<Complex<f64>>,
     weights: Vec<f64>,
+    /// Size of the hold's factor.
+    factors: Vec<f64>,
     /// rad/s.
     pub(super) unit: f64,
 }
@@ -40,6 +42,7 @@ impl Lines {
                 .collect(),
             h: frf.response.clone(),
             weights: Vec::new(),
+            factors: Vec::new(),
             unit,
         };
         let noiseless = frf.std.iter().all(|s| *s == 0.0);
@@ -49,6 +52,7 @@ impl Lines {
             let finest = if noiseless { 1.0 } else { FINEST };
             let deviation = (frf.std[k] * share).max(finest * frf.response[k].norm());
             lines.weights.push(factor.norm() / deviation);
+            lines.factors.push(factor.norm());
         }
         lines
     }
@@ -126,6 +130,27 @@ impl Lines {
             .chain(jacobian.iter())
             .all(|v| v.is_finite());
         finite.then_some((residuals, jacobian))
+    }
+
+    /// What distortion as large as was detected does to the parameters, by real and imaginary part of each line; `None`
+    /// where nothing is known of it.
+    pub(super) fn distorted(
+        &self,
+        frf: &Frf,
+        covariance: &DMatrix<f64>,
+        jacobian: &DMatrix<f64>,
+    ) -> Option<DMatrix<f64>> {
+        if frf.distortion.is_empty() {
+            return None;
+        }
+        let mut reach = covariance * jacobian.transpose();
+        for (column, mut values) in reach.column_iter_mut().enumerate() {
+            let k = column / 2;
+            // The weight is that of the response with the hold taken out.
+            let size = self.weights[k] * frf.distortion[k] / self.factors[k];
+            values.iter_mut().for_each(|v| *v *= size);
+        }
+        Some(reach)
     }
 
     /// The function of these parameters, in unscaled time.

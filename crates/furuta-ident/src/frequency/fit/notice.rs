@@ -11,7 +11,7 @@ const MUCH: f64 = 2.0;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FitNotice {
-    /// A pole in the right half plane.
+    /// A pole in the right half plane, by however little.
     Unstable {
         /// The fastest growing one, rad/s.
         pole: Uncertain<Complex<f64>>,
@@ -42,10 +42,17 @@ impl std::fmt::Display for FitNotice {
         match self {
             Self::Unstable { pole } => write!(
                 f,
-                "the fit is unstable: a pole at {:.4} {:+.4}i rad/s (± {:.2}) in the right half plane; a hanging \
+                "the fit is unstable: a pole at {:.4} {:+.4}i rad/s (± {:.2}) in the right half plane{}; a hanging \
                  pendulum is stable: fit lower orders or a narrower band, or, if the rig stood upright, take the \
                  response by the joint method",
-                pole.value.re, pole.value.im, pole.std.re
+                pole.value.re,
+                pole.value.im,
+                pole.std.re,
+                if pole.value.re < 2.0 * pole.std.re {
+                    ", which the response does not tell from one on the axis or left of it"
+                } else {
+                    ""
+                }
             ),
             Self::Cancels { pole, zero } => write!(
                 f,
@@ -72,16 +79,17 @@ impl Fit {
     #[must_use]
     pub fn notices(&self) -> Vec<FitNotice> {
         let mut notices = Vec::new();
-        // An integrator's pole lies at 0 give or take its deviation.
-        let unstable = |p: &&Uncertain<Complex<f64>>| p.value.re > p.std.re;
+        let unstable = |p: &&Uncertain<Complex<f64>>| p.value.re > 0.0;
         let fastest = self.poles.iter().filter(unstable);
         if let Some(pole) = fastest.max_by(|a, b| a.value.re.total_cmp(&b.value.re)) {
             notices.push(FitNotice::Unstable { pole: *pole });
         }
         for pole in self.poles.iter().filter(|p| p.value.im >= 0.0) {
             let cancels = |zero: &&Uncertain<Complex<f64>>| {
-                let spread = pole.std.norm() + zero.std.norm();
-                (pole.value - zero.value).norm() < spread
+                // A pair cancels a pair, a real one a real one; each within two deviations of the other.
+                let alike = (pole.value.im > 0.0) == (zero.value.im > 0.0) && zero.value.im >= 0.0;
+                let least = pole.std.norm().min(zero.std.norm());
+                alike && (pole.value - zero.value).norm() < 2.0 * least
             };
             if let Some(zero) = self.zeros.iter().find(cancels) {
                 notices.push(FitNotice::Cancels {
