@@ -33,7 +33,7 @@ pub(super) fn scattered(problem: &Problem<'_>, fit: &Fit) -> Vec<Suspected> {
     (fit.model.effects.iter().enumerate())
         // What acts once is seen by one window or two.
         .filter(|(_, e)| !e.acts_once())
-        .map(|(index, e)| { eprintln!("SCATTER {} {} chi2 {}", e.id, scatter(index), problem.chi(fit).powi(2)); (e, scatter(index)) })
+        .map(|(index, e)| (e, scatter(index)))
         .filter(|(_, scatter)| *scatter > CRITERIA.scatters)
         .map(|(e, scatter)| Suspected::scattered(e, scatter))
         .collect()

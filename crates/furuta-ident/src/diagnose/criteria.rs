@@ -208,12 +208,13 @@ mod tests {
             ),
             (
                 "inferred",
-                "a kick must gain this many times more where a window's start is partly inferred (backlash, bristles)",
+                "a kick must gain this many times more where a window's start is partly inferred (backlash, a flexible drive, bristles)",
                 inferred,
             ),
             (
                 "scatters",
-                "where something is left, a strength may scatter from window to window by this share of its size",
+                "where something is left, or bodies meet in blows, a strength may scatter from window to window by this \
+                 share of its size",
                 scatters,
             ),
             (

@@ -252,10 +252,10 @@ impl Hypothesis {
             })
     }
 
-    /// Whether a window's start holds what is only computed from the motion before: which flanks touch, how far
-    /// bristles are bent, what a cable, a winding or a user's own law remembers.
+    /// Whether a window's start holds what is only computed from the motion before: how a drive is twisted and which
+    /// flanks touch, how far bristles are bent, what a cable, a winding or a user's own law remembers.
     pub(super) fn infers(&self) -> bool {
-        let inferred = Acts::BLOWS.and(Acts::MEMORY).and(Acts::INNER);
+        let inferred = Acts::DRIVE.and(Acts::MEMORY).and(Acts::INNER);
         self.effects.iter().any(|e| e.acts.touches(inferred))
     }
 
