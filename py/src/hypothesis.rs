@@ -78,10 +78,10 @@ fn keys(what: &str, given: &Bound<'_, PyDict>, known: &[&str]) -> PyResult<()> {
 /// The value of a key that may be left out.
 fn optional<'py, T>(given: &Bound<'py, PyDict>, key: &str) -> PyResult<Option<T>>
 where
-    T: for<'a> FromPyObject<'a, 'py, Error: Into<PyErr>>,
+    T: FromPyObjectOwned<'py>,
 {
     match given.get_item(key)? {
-        Some(value) if !value.is_none() => value.extract().map(Some).map_err(Into::into),
+        Some(value) if !value.is_none() => value.extract::<T>().map(Some).map_err(Into::into),
         _ => Ok(None),
     }
 }
@@ -89,7 +89,7 @@ where
 /// The value of a key that must be there.
 fn required<'py, T>(what: &str, given: &Bound<'py, PyDict>, key: &str) -> PyResult<T>
 where
-    T: for<'a> FromPyObject<'a, 'py, Error: Into<PyErr>>,
+    T: FromPyObjectOwned<'py>,
 {
     optional(given, key)?.ok_or_else(|| error::rig(format!("{what} lacks `{key}`")))
 }

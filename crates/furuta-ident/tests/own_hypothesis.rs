@@ -67,7 +67,9 @@ fn recorded(p: &Params<f64>, hidden: &Hidden, seed: f64) -> Recording {
         );
         [w, v, w_rate, v_rate, z_rate]
     };
-    let along = |x: &[f64; 5], k: &[f64; 5], h: f64| std::array::from_fn(|i| x[i] + h * k[i]);
+    let along = |x: &[f64; 5], k: &[f64; 5], h: f64| -> [f64; 5] {
+        std::array::from_fn(|i| x[i] + h * k[i])
+    };
     let counts = 2.0 * PI / 2048.0;
     let mut x = [0.0, PI, 0.0, 0.0, 0.0];
     let samples = (0..3000).map(|n| {
