@@ -5,7 +5,7 @@ use crate::background::awaited;
 use crate::error;
 use crate::recording::read;
 use furuta_ident::frequency::record::{Columns, Taken};
-use furuta_ident::frequency::{Estimator, Measurement, Method};
+use furuta_ident::frequency::{Estimator, Measurement, Method, Window};
 use pyo3::prelude::*;
 
 /// Frequency response from recordings: together with its transient, by averaging windowed segments (Welch), or from
@@ -94,7 +94,7 @@ pub(crate) fn frf(
         }
     };
     let window = window
-        .map(str::parse)
+        .map(str::parse::<Window>)
         .transpose()
         .map_err(error::identification)?;
     let method = match (period, estimator) {
