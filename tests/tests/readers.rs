@@ -2,7 +2,7 @@
 //! single bytes changed.
 
 #[path = "../../fuzz/readers.rs"]
-mod readers;
+mod properties;
 
 fn each(target: &str, property: fn(&[u8])) {
     let folder = format!("{}/../fuzz/corpus/{target}", env!("CARGO_MANIFEST_DIR"));
@@ -28,20 +28,20 @@ fn each(target: &str, property: fn(&[u8])) {
 
 #[test]
 fn csv() {
-    each("csv", readers::csv);
+    each("csv", properties::csv);
 }
 
 #[test]
 fn mcap() {
-    each("mcap", readers::mcap);
+    each("mcap", properties::mcap);
 }
 
 #[test]
 fn rig_file() {
-    each("rig_file", readers::rig_file);
+    each("rig_file", properties::rig_file);
 }
 
 #[test]
 fn controller_file() {
-    each("controller_file", readers::controller_file);
+    each("controller_file", properties::controller_file);
 }

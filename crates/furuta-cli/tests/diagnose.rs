@@ -587,9 +587,9 @@ fn a_law_of_a_file_goes_all_the_way() {
 fn a_law_with_a_mistake_is_marked() {
     let folder = Folder::new("diagnose-own-wrong");
     let data = folder.file("run.csv", swing());
-    let law = folder.file("brake.toml", &BRAKE.replace("theta_dot/v", "thetta_dot/v"));
+    let law = folder.file("brake.toml", BRAKE.replace("theta_dot/v", "thetta_dot/v"));
     let other = folder.file("other.toml", BRAKE);
-    let same_id = folder.file("same-id.toml", &BRAKE.replace("1 + (", "2 + ("));
+    let same_id = folder.file("same-id.toml", BRAKE.replace("1 + (", "2 + ("));
     let said = |candidates: &[&std::path::PathBuf]| {
         let mut command = furuta(&["diagnose", "--rig", "qube-servo-2"]);
         for file in candidates {

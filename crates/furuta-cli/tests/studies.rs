@@ -387,7 +387,7 @@ fn parts_of_a_study_make_the_whole() {
         .map(|k| {
             folder.file(
                 &format!("part-{k}.jsonl"),
-                &asked(&["--part", &format!("{k}/3")]),
+                asked(&["--part", &format!("{k}/3")]),
             )
         })
         .map(|path| path.display().to_string())

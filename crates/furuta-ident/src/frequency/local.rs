@@ -171,7 +171,7 @@ fn parts(
     let spare = |s: &Stretch<'_>| (2.0 * resolution * length(s) + 1e-6).floor() - TERMS as f64;
     let needed = (TERMS + 1 + LEAST_FREEDOM) as f64;
     let (kept, dropped): (Vec<_>, Vec<_>) = stretches.iter().copied().partition(|s| spare(s) > 0.0);
-    if kept.iter().map(|s| spare(s)).sum::<f64>() < needed {
+    if kept.iter().map(spare).sum::<f64>() < needed {
         let longest = stretches.iter().map(length).fold(0.0, f64::max);
         let lines = needed + TERMS as f64;
         return Err(FrequencyError::TooShort {

@@ -72,9 +72,9 @@ fn circles_hold_the_truth_at_the_resonance() {
             let band = Some([2.0, 2.0 + 40.0 * resolution]);
             let (frf, _) = local::response(&[stretch(&u, &y)], H, resolution, band).expect("good");
             let radius = frf.confidence(0.95).expect("a probability");
-            for k in 0..frf.frequency.len() {
-                let error = (frf.response[k] - resonant(frf.frequency[k])).norm();
-                inside += u32::from(error <= radius[k]);
+            for ((f, h), radius) in frf.frequency.iter().zip(&frf.response).zip(&radius) {
+                let error = (h - resonant(*f)).norm();
+                inside += u32::from(error <= *radius);
                 all += 1;
             }
         }
