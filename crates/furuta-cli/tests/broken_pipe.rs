@@ -63,7 +63,7 @@ fn no_command_fails_for_want_of_a_reader() {
         ],
         &["design", "steady-motion", rig[0], rig[1]],
         &["convert", csv, mcap],
-        &["identify", "frf", csv],
+        &["identify", "frf", csv, "--estimator", "h1"],
         &["study", "shahzad2022"],
         &["emulate", rig[0], rig[1], "--duration", "0.1"],
         &["latency", "--seconds", "0.1"],

@@ -149,6 +149,19 @@ pub enum FrequencyError {
         /// Share of the power that differs, %.
         percent: f64,
     },
+    /// The input excites no line of the band, as a single sine does.
+    #[error(
+        "the input excites no line between {low} and {high} Hz together with its neighbours within {resolution:.4} Hz, \
+         as noise and sums of sines do; averaged spectra (--estimator h1) answer at single lines"
+    )]
+    NotExcited {
+        /// Hz.
+        low: f64,
+        /// Hz.
+        high: f64,
+        /// Hz.
+        resolution: f64,
+    },
     /// Nothing of the response lies in the band asked for.
     #[error(
         "no line lies between {low} and {high} Hz: lines are {resolution:.4} Hz apart up to {highest:.3} Hz"

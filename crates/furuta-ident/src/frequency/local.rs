@@ -88,7 +88,8 @@ pub fn response(
     let frequencies = (1..)
         .map(|j| f64::from(j) * resolution)
         .take_while(|f| f + resolution <= nyquist)
-        .filter(inside);
+        .filter(inside)
+        .collect::<Vec<f64>>();
     let mut frf = Frf {
         frequency: Vec::new(),
         response: Vec::new(),
@@ -106,7 +107,8 @@ pub fn response(
         .map(Complex::norm_sqr)
         .fold(0.0, f64::max);
     let lines: Vec<(f64, Line)> = frequencies
-        .filter_map(|f| Some((f, line(&parts, f, resolution, loudest)?)))
+        .iter()
+        .filter_map(|f| Some((*f, line(&parts, *f, resolution, loudest)?)))
         .collect();
     for (k, (f, line)) in lines.iter().enumerate() {
         let beside = &lines[k.saturating_sub(1)..(k + 2).min(lines.len())];
@@ -124,12 +126,19 @@ pub fn response(
         frf.averages = frf.averages.min(freedom + 1.0);
     }
     frf.lines_for_one = lines_for_one(&lines);
-    if frf.frequency.is_empty() {
+    if frequencies.is_empty() {
         return Err(FrequencyError::EmptyBand {
             low,
             high,
             resolution,
             highest: nyquist - resolution,
+        });
+    }
+    if frf.frequency.is_empty() {
+        return Err(FrequencyError::NotExcited {
+            low,
+            high,
+            resolution,
         });
     }
     let mut notices = Vec::new();
