@@ -82,13 +82,14 @@ fn upper_bound(
     let one_way = spec.parameters[0].min >= spec.parameters[0].off;
     let first = named.model.shared();
     let h = named.model.with(spec);
-    let at = |strength: f64| {
+    let score = |strength: f64| {
         let mut here = z.to_vec();
         here[first] = strength;
         let score = screen.score(problem, named, &h, &here)?;
-        if score.square <= 0.0 {
-            return None;
-        }
+        (score.square > 0.0).then_some(score)
+    };
+    let at = |strength: f64| {
+        let score = score(strength)?;
         let (best, deviation) = (
             strength * score.product / score.square,
             named.widened * strength * (per_sample / score.square).sqrt(),
@@ -100,6 +101,11 @@ fn upper_bound(
         };
         Some((limit, deviation))
     };
+    // Of what does no more at twice the strength, rounding included, there is no largest one.
+    let square = |strength: f64| Some(score(strength)?.square);
+    if square(FIRST)? <= square(0.5 * FIRST)? {
+        return None;
+    }
     // What sticks is not in proportion to its strength: the second test is made where it matters.
     let first = at(FIRST)?;
     at(first.0.clamp(TESTED[0], TESTED[1])).or(Some(first))

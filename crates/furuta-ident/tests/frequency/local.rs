@@ -165,7 +165,10 @@ fn what_cannot_be_measured_is_refused() {
     let at = |band| local::response(&[stretch(&sine, &sine)], H, 5.0, band);
     assert_eq!(at(None).expect("one line").0.frequency, [25.0]);
     let error = at(Some([30.0, 200.0])).expect_err("nothing");
-    assert!(matches!(error, FrequencyError::NotExcited { .. }), "{error}");
+    assert!(
+        matches!(error, FrequencyError::NotExcited { .. }),
+        "{error}"
+    );
 }
 
 /// Odd multisines through `v = u + c u³`, then a filter, with noise: what detection lines tell of distortion is how the

@@ -58,7 +58,7 @@ impl Acts {
     pub const STATE: Self = Self(1 << 21);
 
     /// The encoders' counts step at a moment ([`Law::lost`](super::Law::lost)).
-    pub const COUNTS: Self = Self(1 << 21);
+    pub const COUNTS: Self = Self(1 << 23);
     /// The readings are not of the moment that their stamps say ([`Law::untimely`](super::Law::untimely)).
     pub const UNTIMELY: Self = Self(1 << 22);
 

@@ -69,7 +69,9 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::COUNTS,
     at_rest: AtRest::UNCOMMANDED,
     own: None,
-    offered: Offered::Always,
+    offered: Offered::OnRequest(
+        "thousands of moments are tried, and a step of less than a count explains a little of much: it accused a sound rig",
+    ),
 };
 
 /// What is lost at time `t` of a run.
