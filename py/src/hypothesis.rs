@@ -53,9 +53,9 @@ use std::hash::{Hash, Hasher};
 /// {'user.eddy-brake': {'k': 0.0003, 'v': 4.0}}
 /// >>> furuta.Rig.from_toml(rig.to_toml()) == rig
 /// True
-/// >>> furuta.Hypothesis("user.drag", arm="-c*theta_dott", parameters=brake.parameters)
+/// >>> furuta.Hypothesis("user.drag", arm="-k*theta_dott", parameters=brake.parameters)
 /// Traceback (most recent call last):
-/// furuta.RigError: hypothesis user.drag, arm, character 2: ...
+/// furuta.RigError: hypothesis user.drag, arm, character 4: ...
 #[pyclass(name = "Hypothesis", module = "furuta", frozen)]
 pub(crate) struct PyHypothesis {
     pub(crate) spec: &'static Spec,

@@ -33,7 +33,7 @@ def test_effects_that_differ(effect):
     """To the bit what `simulate` gives, for effects that run in lanes and for those that cut the step."""
     values = {
         "run": 0.0, "time": 0.1, "duration": 0.05, "order": 2.0, "motor_share": 0.4, "damping": 1e-3, "stiffness": 0.3,
-        "velocity": 0.5,
+        "velocity": 0.5, "seed": 1.0,
         "negative_gain": 0.8, "scale": 1.02, "frequency": 7.0, "delay": 0.0031, "gap": 0.05, "width": 0.3, "limit": 2.0,
     }  # fmt: skip
     details = furuta.catalogue()[effect]["details"]

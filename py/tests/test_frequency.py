@@ -134,10 +134,9 @@ def test_detection_lines_in_python():
         u = furuta.signal(
             "multisine", 100, dt, rms=rms, fundamental=0.1, low=0.1, high=20, harmonics="detecting", phases="random"
         )
-        x = furuta.simulate(rig, [0, np.pi, 0, 0], u[:-1], dt, encoders=True)
-        return furuta.frf(
-            {"t": dt * np.arange(u.size), "u": u, "theta": x[1][:, 0], "alpha": x[1][:, 1]}, period=10.0
-        )
+        # Without encoders: the steps of their counts are a distortion of their own where a swing is small.
+        x = furuta.simulate(rig, [0, np.pi, 0, 0], u[:-1], dt)
+        return furuta.frf({"t": dt * np.arange(u.size), "u": u, "theta": x[:, 0], "alpha": x[:, 1]}, period=10.0)
 
     strong, weak = response(0.7), response(0.05)
     assert strong.distortion.size == strong.frequency.size == strong.band(0.1, 20).distortion.size

@@ -30,9 +30,9 @@ MADE = {
     "ExperimentPlan": lambda data: furuta.plan_experiment(
         RIG, free=["arm.inertia"], rate=100.0 if data is FIRST else 200.0, experiments=1
     ),
-    "Frf": lambda data: furuta.frf(data, resolution=1.0).band(1.0, 20.0),
-    "TransferFit": lambda data: furuta.fit_transfer_function(furuta.frf(data, resolution=1.0).band(1.0, 20.0), 2, 4),
-    "Comparison": lambda data: furuta.compare(furuta.frf(data, resolution=1.0).band(1.0, 20.0), RIG),
+    "Frf": lambda data: furuta.frf(data, resolution=2.0).band(1.0, 20.0),
+    "TransferFit": lambda data: furuta.fit_transfer_function(furuta.frf(data, resolution=2.0).band(1.0, 20.0), 2, 4),
+    "Comparison": lambda data: furuta.compare(furuta.frf(data, resolution=2.0).band(1.0, 20.0), RIG),
 }
 
 

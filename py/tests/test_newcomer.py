@@ -139,7 +139,7 @@ def test_one_string_is_a_list_of_one_and_a_name_is_a_rig(tmp_path):
 def test_estimators_names_in_small_letters():
     data = swing()
     assert np.array_equal(furuta.frf(data, estimator="h1").response, furuta.frf(data, estimator="H1").response)
-    with pytest.raises(furuta.IdentificationError, match='"H3" is none of "H1", "H2"'):
+    with pytest.raises(furuta.IdentificationError, match='"H3" is none of "local", "H1", "H2"'):
         furuta.frf(data, estimator="H3")
 
 

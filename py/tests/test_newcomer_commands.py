@@ -57,7 +57,7 @@ def test_a_fit_stops_where_the_coherence_ends(tmp_path):
     # A band that is asked for is kept.
     asked = command(
         "identify", "tf", tmp_path / "run.csv", "--column", "alpha", "--resolution", 0.5, "--orders", "2/4",
-        "--band", "1,20",
+        "--estimator", "h1", "--band", "1,20",
     )  # fmt: skip
     assert "coherence ends" not in asked.stderr
     assert float(re.findall(r"to ([\d.]+) Hz", asked.stdout)[0]) > 15
@@ -77,7 +77,7 @@ def test_plus_minus_is_explained_where_it_first_stands():
     said = {
         "rigs": command("rigs", "qube-servo-2").stdout,
         "tf": command(
-            "identify", "tf", QUBE / "chirp-plus-1.csv", "--column", "theta", "--resolution", 0.5, "--orders", "1/3"
+            "identify", "tf", QUBE / "chirp-plus-1.csv", "--column", "theta", "--resolution", 1, "--orders", "1/3"
         ).stdout,
         "compare": command("identify", "compare", "--rig", "fong2014-emecs", "--published", "fong2014").stdout,
     }
@@ -92,7 +92,7 @@ def test_plus_minus_is_explained_where_it_first_stands():
 
 def test_sentences_from_templates_are_english():
     """Whatever effects cannot be told apart: no verb twice, no name twice, no number with an impossible unit."""
-    texts = [command("effects", effect["id"]).stdout for effect in furuta.catalogue()]
+    texts = [command("effects", effect).stdout for effect in furuta.catalogue()]
     dt = 0.002
     u = furuta.signal("steps", 8, dt, amplitude=1.5, hold=0.5)
     x = furuta.simulate(

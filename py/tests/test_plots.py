@@ -64,7 +64,7 @@ def test_phase_portraits(tmp_path):
 
 
 def test_bode_plots(tmp_path, data):
-    response = furuta.frf(data, band=(0.3, 6), resolution=0.25)
+    response = furuta.frf(data, band=(0.3, 6), resolution=0.25, estimator="H1")
     fit = furuta.fit_transfer_function(response, 1, 2)
     figure = furuta.plot.bode(response, fit, model=RIG)
     written(figure, tmp_path / "bode.png")
@@ -233,7 +233,7 @@ def test_without_matplotlib():
 
 
 def test_cards(data, calibration, diagnosis):
-    response = furuta.frf(data, band=(0.3, 6), resolution=0.25)
+    response = furuta.frf(data, band=(0.3, 6), resolution=0.25, estimator="H1")
     controller = furuta.Controller.from_toml("", RIG, DT)
     shown = [
         (RIG.with_effect("arm.coulomb"), "arm.coulomb"),
