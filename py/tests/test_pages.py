@@ -54,6 +54,9 @@ def test_files_in_pages_are_read():
     rig, seen = furuta.Rig.load("qube-servo-2"), 0
     for page in PAGES + [ROOT / "docs/own-hypothesis.md", ROOT / "docs/controllers.md"]:
         for text in re.findall(r"^```toml\n(.*?)^```", page.read_text(), re.MULTILINE | re.DOTALL):
+            # What is left out of a law for the sake of brevity is no law.
+            if "[hypothesis" in text and "parameters" not in text:
+                continue
             seen += 1
             if text.startswith("[controller]"):
                 furuta.Controller.from_toml(text, rig, 0.002)

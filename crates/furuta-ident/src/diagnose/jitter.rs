@@ -26,6 +26,10 @@ const LEAST: usize = 20;
 /// MuJoCo plants without jitter they scattered as normal numbers do (mean -0.04, deviation 1.07:
 /// `py/tests/jitter_study.py`), of which one in 30,000 is so large.
 const SHOWS: f64 = 4.0;
+/// And where it moves readings by this many times the encoders' noise: less is rounding, of recordings without encoders.
+const MOVES: f64 = 0.1;
+/// What a quintic leaves of 13 samples has this many degrees of freedom.
+const FREEDOM: f64 = 7.0;
 
 /// The spread of the moments at which samples are taken, where it shows.
 pub(super) fn jitter(data: &Data, resolution: [f64; 2]) -> Option<Jitter> {
@@ -70,7 +74,10 @@ pub(super) fn jitter(data: &Data, resolution: [f64; 2]) -> Option<Jitter> {
     let none = sum(&|common, unit| (common * unit).powi(2)).sqrt() / information;
     let about = sum(&|common, unit| ((common - square * unit) * unit).powi(2)).sqrt() / information;
     let deviations = square / none;
-    (deviations > SHOWS).then(|| Jitter {
+    // By how much it moves a reading, beside the encoders' noise: both as the geometric mean of the two angles.
+    let speeds = sum(&|_, unit| unit.abs()) / (pairs.len() as f64 * FREEDOM);
+    let moves = (square.max(0.0) * speeds).sqrt() / (data.noise[0] * data.noise[1]).sqrt();
+    (deviations > SHOWS && moves > MOVES).then(|| Jitter {
         spread: square.sqrt(),
         std: 0.5 * about / square.sqrt(),
         deviations,
