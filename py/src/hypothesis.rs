@@ -53,7 +53,7 @@ use std::hash::{Hash, Hasher};
 /// {'user.eddy-brake': {'k': 0.0003, 'v': 4.0}}
 /// >>> furuta.Rig.from_toml(rig.to_toml()) == rig
 /// True
-/// >>> furuta.Hypothesis("user.drag", arm="-k*theta_dott", parameters=brake.parameters)
+/// >>> furuta.Hypothesis("user.drag", arm="-k*theta_dott", parameters=brake.parameters)  # doctest: +ELLIPSIS
 /// Traceback (most recent call last):
 /// furuta.RigError: hypothesis user.drag, arm, character 4: ...
 #[pyclass(name = "Hypothesis", module = "furuta", frozen)]
