@@ -65,7 +65,7 @@ impl core::str::FromStr for Pendulum {
     }
 }
 
-/// An arm that is held is one of so many times its inertia: nothing moves it by as much as rounding would.
+/// An arm that is held is one of this many times its inertia: nothing moves it by as much as rounding would.
 const HELD: f64 = 1e30;
 
 impl Pendulum {

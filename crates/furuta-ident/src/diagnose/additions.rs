@@ -54,8 +54,7 @@ pub(super) fn lacks_room(h: &Hypothesis, spec: &Spec) -> bool {
 }
 
 /// Whether an effect can act on the rig and is neither in the hypothesis nor in the rig file, and plant and fit can
-/// still hold it. No fit
-/// follows random moments.
+/// still hold it. No fit follows random moments.
 pub(super) fn can_hold(h: &Hypothesis, spec: &Spec) -> bool {
     let numbers = h.layout().local() + spec.parameters.len();
     let present = h.sheet.present.iter().map(|e| e.spec());

@@ -20,7 +20,7 @@ const SPAN: usize = 13;
 const ORDER: usize = 6;
 /// The middle of a stretch.
 const HALF: f64 = 6.0;
-/// So many stretches in which both encoders count are needed: the sum's deviation comes from their scatter.
+/// The least number of stretches in which both encoders count: the sum's deviation comes from their scatter.
 const LEAST: usize = 20;
 /// A spread is there above this many of its standard deviations. In 94 recordings of
 /// MuJoCo plants without jitter they scattered as normal numbers do (mean -0.04, deviation 1.07:

@@ -41,8 +41,6 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
                 && s.parameters[0].kind == Kind::Real
                 && !screen::is_scanned(s)
                 && !s.acts.touches(Acts::DRIVE)
-                // Of what does less the larger it is there is no largest one.
-                && !s.acts.includes(Acts::BACKWARDS)
         })
         .collect();
     let actuation = named.model.sheet.params.motor.actuation;
@@ -105,7 +103,7 @@ fn upper_bound(
         };
         Some((limit, deviation))
     };
-    // Of what does no more at twice the strength, rounding included, there is no largest one.
+    // A limit of the voltage does more the smaller it is: of that there is no largest one.
     let square = |strength: f64| Some(score(strength)?.square);
     if square(FIRST)? <= square(0.5 * FIRST)? {
         return None;

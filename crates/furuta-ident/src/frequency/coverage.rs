@@ -75,7 +75,7 @@ const PERIOD: f64 = 10.0;
 const LARGEST: f64 = 0.175;
 /// Recordings whose mean tells the bias.
 const FOR_BIAS: u64 = 8;
-/// A bias of so many standard deviations leaves a 95 % interval 92.1 %.
+/// A bias of this many standard deviations leaves a 95 % interval 92.1 %.
 const BIAS: f64 = 0.5;
 /// The search goes down by the root of two, to a swing of less than an encoder's count.
 const STEPS: usize = 16;

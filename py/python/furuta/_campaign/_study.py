@@ -14,7 +14,7 @@ from furuta._campaign._kinds import SHARED, answers_of, lines_of
 from furuta._furuta import Rig
 
 PARTS = 32
-"""Into so many parts a study is cut: some for each core of a workstation or a small cluster."""
+"""Parts into which a study is cut: some for each core of a workstation or a small cluster."""
 
 
 def study(
