@@ -6,61 +6,75 @@ use crate::actuation::Actuation;
 #[derive(Copy, Clone, Debug, PartialEq, Eq, Default)]
 pub struct Acts(u32);
 
+/// Marks of an effect, each a bit of its own.
+macro_rules! marks {
+    ($($(#[$doc:meta])* $name:ident,)+) => {
+        /// The number of each mark's bit.
+        #[expect(non_camel_case_types, clippy::upper_case_acronyms)]
+        enum Bit { $($name,)+ }
+
+        impl Acts {
+            $($(#[$doc])* pub const $name: Self = Self(1 << Bit::$name as u32);)+
+        }
+    };
+}
+
+marks! {
+    /// Between command and motor voltage, without memory ([`Law::voltage`](super::Law::voltage)).
+    VOLTAGE,
+    /// Delays the command ([`Law::delay`](super::Law::delay)).
+    DELAY,
+    /// Low-pass between command and motor ([`Law::lag`](super::Law::lag)).
+    LAG,
+    /// A torque that depends on time and state ([`Law::torque`](super::Law::torque)).
+    TORQUE,
+    /// Dry friction, able to hold an axis still ([`Law::dry_friction`](super::Law::dry_friction)).
+    DRY_FRICTION,
+    /// Between true and measured angles ([`Law::reading`](super::Law::reading)).
+    READING,
+    /// On the coefficients of the equations of motion ([`Law::shape`](super::Law::shape)).
+    SHAPE,
+    /// A torque that depends on where the arm has been ([`Law::travelled`](super::Law::travelled)).
+    MEMORY,
+    /// Jumps at known times ([`Law::jump_after`](super::Law::jump_after)).
+    JUMPS,
+    /// Between rotor and arm ([`Law::drive`](super::Law::drive)).
+    DRIVE,
+    /// Delays the encoders ([`Law::sensor_delay`](super::Law::sensor_delay)).
+    SENSOR_DELAY,
+    /// It depends on the arm's absolute angle: where the arm's encoder was zeroed matters.
+    ANGLE,
+    /// On the motor's side of a drive: where rotor and arm are two bodies it acts on the rotor, at the rotor's angle
+    /// and speed, as the arm's damping does.
+    SHAFT,
+    /// Bodies meet in blows: what is wrong before a blow is many times as wrong after it.
+    BLOWS,
+    /// On what the encoders' discs show of the true angles ([`Law::disc`](super::Law::disc)).
+    DISC,
+    /// Something that the arm touches and leaves ([`Law::end_stop`](super::Law::end_stop)).
+    CONTACT,
+    /// It has a state that follows a differential equation ([`Law::relaxation`](super::Law::relaxation),
+    /// [`Law::winding`](super::Law::winding), or that of a user's own law).
+    INNER,
+    /// Its strength counts backwards: the larger the number, the less it does (a limit, the stiffness of a coupling).
+    BACKWARDS,
+    /// Keeps the arm's speed within bounds ([`Law::speed_limit`](super::Law::speed_limit)).
+    SPEED_LIMIT,
+    /// A torque on the arm alone that is not of the motor's side: an arm that follows an acceleration does not feel it.
+    ARM,
+    /// Its law is of a voltage and the current that it drives against the back-EMF.
+    CURRENT,
+    /// A user's own law with a state ([`super::own::InternalState`]).
+    STATE,
+    /// The encoders' counts step at a moment ([`Law::lost`](super::Law::lost)).
+    COUNTS,
+    /// The readings are not of the moment that their stamps say ([`Law::untimely`](super::Law::untimely)).
+    UNTIMELY,
+}
+
 impl Acts {
     /// Nowhere.
     pub const NOWHERE: Self = Self(0);
-    /// Between command and motor voltage, without memory ([`Law::voltage`](super::Law::voltage)).
-    pub const VOLTAGE: Self = Self(1);
-    /// Delays the command ([`Law::delay`](super::Law::delay)).
-    pub const DELAY: Self = Self(1 << 1);
-    /// Low-pass between command and motor ([`Law::lag`](super::Law::lag)).
-    pub const LAG: Self = Self(1 << 2);
-    /// A torque that depends on time and state ([`Law::torque`](super::Law::torque)).
-    pub const TORQUE: Self = Self(1 << 3);
-    /// Dry friction, able to hold an axis still ([`Law::dry_friction`](super::Law::dry_friction)).
-    pub const DRY_FRICTION: Self = Self(1 << 4);
-    /// Between true and measured angles ([`Law::reading`](super::Law::reading)).
-    pub const READING: Self = Self(1 << 5);
-    /// On the coefficients of the equations of motion ([`Law::shape`](super::Law::shape)).
-    pub const SHAPE: Self = Self(1 << 6);
-    /// A torque that depends on where the arm has been ([`Law::travelled`](super::Law::travelled)).
-    pub const MEMORY: Self = Self(1 << 7);
-    /// Jumps at known times ([`Law::jump_after`](super::Law::jump_after)).
-    pub const JUMPS: Self = Self(1 << 8);
-    /// Between rotor and arm ([`Law::drive`](super::Law::drive)).
-    pub const DRIVE: Self = Self(1 << 9);
-    /// Delays the encoders ([`Law::sensor_delay`](super::Law::sensor_delay)).
-    pub const SENSOR_DELAY: Self = Self(1 << 10);
-    /// It depends on the arm's absolute angle: where the arm's encoder was zeroed matters.
-    pub const ANGLE: Self = Self(1 << 11);
-    /// On the motor's side of a drive: where rotor and arm are two bodies it acts on the rotor, at the rotor's angle
-    /// and speed, as the arm's damping does.
-    pub const SHAFT: Self = Self(1 << 12);
-    /// Bodies meet in blows: what is wrong before a blow is many times as wrong after it.
-    pub const BLOWS: Self = Self(1 << 13);
-    /// On what the encoders' discs show of the true angles ([`Law::disc`](super::Law::disc)).
-    pub const DISC: Self = Self(1 << 14);
-    /// Something that the arm touches and leaves ([`Law::end_stop`](super::Law::end_stop)).
-    pub const CONTACT: Self = Self(1 << 15);
-    /// It has a state that follows a differential equation ([`Law::relaxation`](super::Law::relaxation),
-    /// [`Law::winding`](super::Law::winding), or that of a user's own law).
-    pub const INNER: Self = Self(1 << 16);
-    /// Its strength counts backwards: the larger the number, the less it does (a limit, the stiffness of a coupling).
-    pub const BACKWARDS: Self = Self(1 << 17);
-    /// Keeps the arm's speed within bounds ([`Law::speed_limit`](super::Law::speed_limit)).
-    pub const SPEED_LIMIT: Self = Self(1 << 18);
-
-    /// A torque on the arm alone that is not of the motor's side: an arm that follows an acceleration does not feel it.
-    pub const ARM: Self = Self(1 << 19);
-    /// Its law is of a voltage and the current that it drives against the back-EMF.
-    pub const CURRENT: Self = Self(1 << 20);
-    /// A user's own law with a state ([`super::own::InternalState`]).
-    pub const STATE: Self = Self(1 << 21);
-
-    /// The encoders' counts step at a moment ([`Law::lost`](super::Law::lost)).
-    pub const COUNTS: Self = Self(1 << 23);
-    /// The readings are not of the moment that their stamps say ([`Law::untimely`](super::Law::untimely)).
-    pub const UNTIMELY: Self = Self(1 << 22);
 
     /// Everything that moves the arm by a torque, or lies between motor and arm.
     const ON_ARM: Self = Self::ARM
