@@ -1,5 +1,6 @@
 //! A kick: `torque` on the pendulum for `duration` from `time` on, in one run.
 
+use super::pulse::{DURATION, RUN, TIME};
 use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
@@ -37,39 +38,9 @@ pub(super) const SPEC: Spec = Spec {
             typical: Typical::Of(|p| 0.3 * p.coefficients().weight),
             starts: &[0.5],
         },
-        ParameterSpec {
-            name: "time",
-            unit: "s",
-            kind: Kind::Time,
-            default: None,
-            min: 0.0,
-            max: 1e6,
-            off: 0.0,
-            typical: Typical::Of(|_| 1.0),
-            starts: &[0.0],
-        },
-        ParameterSpec {
-            name: "duration",
-            unit: "s",
-            kind: Kind::Real,
-            default: None,
-            min: 0.0,
-            max: 1e6,
-            off: 0.0,
-            typical: Typical::Of(|_| 0.05),
-            starts: &[0.4, 1.0, 2.5],
-        },
-        ParameterSpec {
-            name: "run",
-            unit: "-",
-            kind: Kind::Run,
-            default: Some(0.0),
-            min: 0.0,
-            max: 1e6,
-            off: 0.0,
-            typical: Typical::Of(|_| 1.0),
-            starts: &[0.0],
-        },
+        TIME,
+        DURATION,
+        RUN,
     ],
     strengths: 1,
     footprint: Footprint::UNCOMMANDED,

@@ -1,7 +1,46 @@
 //! A rectangular pulse in time, shared by the kicks.
 
-use super::Clock;
+use super::{Clock, Kind, ParameterSpec, Typical};
 use crate::scalar::Scalar;
+
+/// When it begins.
+pub(super) const TIME: ParameterSpec = ParameterSpec {
+    name: "time",
+    unit: "s",
+    kind: Kind::Time,
+    default: None,
+    min: 0.0,
+    max: 1e6,
+    off: 0.0,
+    typical: Typical::Of(|_| 1.0),
+    starts: &[0.0],
+};
+
+/// How long it lasts.
+pub(super) const DURATION: ParameterSpec = ParameterSpec {
+    name: "duration",
+    unit: "s",
+    kind: Kind::Real,
+    default: None,
+    min: 0.0,
+    max: 1e6,
+    off: 0.0,
+    typical: Typical::Of(|_| 0.05),
+    starts: &[0.4, 1.0, 2.5],
+};
+
+/// In which run.
+pub(super) const RUN: ParameterSpec = ParameterSpec {
+    name: "run",
+    unit: "-",
+    kind: Kind::Run,
+    default: Some(0.0),
+    min: 0.0,
+    max: 1e6,
+    off: 0.0,
+    typical: Typical::Of(|_| 1.0),
+    starts: &[0.0],
+};
 
 /// The first edge after `t`; none in other runs.
 #[inline(always)]

@@ -1,6 +1,7 @@
 //! Lost counts of the pendulum's encoder: `measured alpha = alpha + size` from a moment of one run on.
 
-use super::sensor_theta_lost_counts::{self as of_theta, RUN, SIZE, TIME};
+use super::pulse::RUN;
+use super::sensor_theta_lost_counts::{self as of_theta, SIZE, TIME};
 use super::{Acts, AtRest, Footprint, Law, Offered, Spec};
 use crate::scalar::Scalar;
 

@@ -1,6 +1,6 @@
 //! Lost counts of the arm's encoder: `measured theta = theta + size` from a moment of one run on.
 
-use super::pulse::same;
+use super::pulse::{RUN, same};
 use super::{Acts, AtRest, Footprint, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
@@ -28,7 +28,7 @@ pub(super) const SIZE: ParameterSpec = ParameterSpec {
     typical: Typical::Of(|_| 0.05),
     starts: &[1.0],
 };
-/// Since when.
+/// Since when: no fit moves it.
 pub(super) const TIME: ParameterSpec = ParameterSpec {
     name: "time",
     unit: "s",
@@ -40,19 +40,6 @@ pub(super) const TIME: ParameterSpec = ParameterSpec {
     typical: Typical::Of(|_| 1.0),
     starts: &[0.0],
 };
-/// In which run.
-pub(super) const RUN: ParameterSpec = ParameterSpec {
-    name: "run",
-    unit: "-",
-    kind: Kind::Run,
-    default: Some(0.0),
-    min: 0.0,
-    max: 1e6,
-    off: 0.0,
-    typical: Typical::Of(|_| 1.0),
-    starts: &[0.0],
-};
-
 pub(super) const SPEC: Spec = Spec {
     id: "sensor.theta.lost_counts",
     name: "Lost counts of the arm's encoder",
