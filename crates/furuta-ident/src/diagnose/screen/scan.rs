@@ -138,7 +138,7 @@ impl Screen {
     }
 
     /// The effect at this place with the best strength and, where it has one, the best phase or angle of rest.
-    fn gain(&self, spec: &'static Spec, mut values: Vec<f64>) -> Option<Place> {
+    pub(super) fn gain(&self, spec: &'static Spec, mut values: Vec<f64>) -> Option<Place> {
         let turned = spec
             .parameters
             .iter()

@@ -102,3 +102,61 @@ impl Screen {
         products
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use furuta_model::{Plant, Rig, State, effects};
+
+    use super::*;
+    use crate::diagnose::SEARCH;
+    use crate::diagnose::hypothesis::{Hypothesis, Sheet};
+    use crate::pendulum::Pendulum;
+    use crate::recording::Recording;
+    use crate::shooting::{Data, Effort, Problem};
+
+    /// Of all frequencies the best is among those that are tried, and the estimate is what the exact sums say.
+    #[test]
+    fn the_best_frequency_is_among_the_promising() {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let hum = Effect::new("disturbance.vibration", &[5e-4, 7.3, 0.4]).expect("valid");
+        let plant: Plant<f64> = Plant::new(&rig.params, &[hum]).expect("one effect");
+        let mut x = plant.rest(State::hanging());
+        let samples: Vec<[f64; 4]> = (0..3000)
+            .map(|k| {
+                let t = f64::from(k) * 0.002;
+                let u = 1.5 * (3.0 * t * (1.0 + t)).sin();
+                let [theta, alpha] = rig.sensors.quantised(plant.measure(&x));
+                plant.step(&mut x, u, 0.002);
+                [t, u, theta, alpha]
+            })
+            .collect();
+        let recording = Recording::from_samples("hum", samples).expect("sound").0;
+        let data = Data::new(&[recording], &rig);
+        let sheet = Arc::new(Sheet::new(&rig, &data, true, Pendulum::Swings));
+        let problem = Problem::new(&data, data.windows(SEARCH, |_| true));
+        let base = Hypothesis::base(&sheet);
+        let given = problem.solve_states(&base, &vec![0.0; base.len()], None);
+        let fit = problem.fit(&base, given.z, &given.states, Effort::FULL);
+        let screen = Screen::new(&problem, &fit);
+        let spec = effects::spec("disturbance.vibration").expect("an entry");
+        let step = 0.5 / data.runs[0].time(data.runs[0].y.len());
+        let places: Vec<Vec<f64>> = (1..=200)
+            .map(|k| vec![1e-4, f64::from(k) * step, 0.0])
+            .collect();
+        let gain = |place: &Vec<f64>| screen.gain(spec, place.clone()).expect("a gain").gain;
+        let best = places
+            .iter()
+            .max_by(|a, b| gain(a).total_cmp(&gain(b)))
+            .expect("some")
+            .clone();
+        assert!((best[1] - 7.3).abs() < step, "{best:?}");
+        let tried = screen.promising(spec, places, step);
+        assert_eq!(tried.len(), TRIED);
+        assert_eq!(tried[0], best);
+        // Of what is tried the gains fall, but for what interpolating `q` misses: some per cent.
+        let gains: Vec<f64> = tried.iter().map(gain).collect();
+        assert!(gains.windows(2).all(|g| g[1] < 1.1 * g[0]), "{gains:?}");
+    }
+}
