@@ -23,22 +23,6 @@ pub enum Insufficient {
         /// Seconds that are needed.
         needed: f64,
     },
-    /// The samples of a recording are not evenly spaced.
-    #[error(
-        "{run}: its time stamps scatter too much for a diagnosis, which needs a fixed rate: record at one, or use \
-         `furuta identify calibrate`, which takes time stamps as they are"
-    )]
-    UnevenTime {
-        /// The recording.
-        run: String,
-    },
-    /// The rig's arm follows a commanded acceleration.
-    #[error(
-        "a diagnosis refits the arm's inertia, gain and damping, which a rig whose motor.kind is \"acceleration\" does \
-         not have: use `furuta identify calibrate`, which determines what its equations contain and the effects of its \
-         rig file (a delay, say)"
-    )]
-    CommandedAcceleration,
     /// Neither angle moves by more than a few counts.
     #[error(
         "nothing moves: theta spans {theta:.1} counts and alpha {alpha:.1} in all recordings, at least {needed} are \

@@ -1,5 +1,6 @@
 //! Recordings in, answers out: diagnosis, calibration, validation, frequency. One program: each links all of what it tests.
 
+mod accelerated;
 mod calibrate;
 mod combinations;
 mod common;

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use furuta_ident::calibrate::{Options, calibrate};
 use furuta_ident::diagnose::result::{Best, Channel, VerificationRow};
-use furuta_ident::diagnose::{Diagnosis, Request, diagnose};
+use furuta_ident::diagnose::{Diagnosis, Request, Verdict, diagnose};
 use furuta_ident::recording::Recording;
 use furuta_model::Rig;
 
@@ -170,6 +170,42 @@ fn balanced_runs_do_no_harm() {
         ],
     );
     does_no_harm(&d);
+}
+
+/// The same kit by its drawings alone: the speed at which its driver keeps the arm is that of the flat top, differenced
+/// over six samples, and one of its owners' pages gives 14 ms for the delay.
+#[test]
+fn a_stepper_kit_has_its_drivers_limit_named() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/stepper-kit");
+    let drawings = Rig::builtin("stepper-kit").expect("built in");
+    assert!(drawings.effects.is_empty());
+    let run = Recording::load(folder.join("run-1-swingup.csv")).expect("a readable recording");
+    let ends = (0..run.t.len() - 6).map(|k| (k, k + 6));
+    let mut speeds: Vec<f64> = ends
+        .map(|(a, b)| ((run.theta[b] - run.theta[a]) / (run.t[b] - run.t[a])).abs())
+        .collect();
+    speeds.sort_by(f64::total_cmp);
+    let flat_top = speeds[speeds.len() * 99 / 100];
+    let request = Request {
+        recordings: &[run],
+        rig: &drawings,
+        verify: &[],
+    };
+    let d = diagnose(&request, &|_| ())
+        .expect("a good recording")
+        .diagnosis;
+    let of = |id: &str, name: &str| {
+        let effect = d.effects.iter().find(|e| e.id == id).expect("named");
+        effect.parameters[name].clone()
+    };
+    let speed = of("motor.speed_limit", "speed");
+    assert!(
+        (speed.value - flat_top).abs() < 2.0 * speed.std,
+        "{speed:?} {flat_top}"
+    );
+    let delay = of("motor.delay", "delay");
+    assert!((delay.value - 0.014).abs() < 3e-3, "{delay:?}");
+    assert_eq!(d.verdict, Verdict::Unexplained);
 }
 
 /// A kit with a stepper motor, whose clock jitters by half a sample: from the first half of a run the delay of the

@@ -359,8 +359,7 @@ impl fmt::Display for NoticeKind {
             } => write!(
                 f,
                 "{irregular} of {intervals} intervals between time stamps differ much from their mean of {} s: the time \
-                 stamps are used as they are (calibrate and validate can; diagnose and frequency responses need a \
-                 fixed rate)",
+                 stamps are used as they are (frequency responses alone need a fixed rate)",
                 number(*period)
             ),
             Self::Jitter { largest, period } => write!(

@@ -1,6 +1,6 @@
 //! One more effect: where each candidate of the catalogue may start, which are fitted, and what the fits say.
 
-use furuta_model::effects::Acts;
+use furuta_model::effects::{Acts, OF_ACCELERATION};
 use furuta_model::{CATALOGUE, MAX_OWN_STATES, Spec};
 use rayon::prelude::*;
 
@@ -28,11 +28,13 @@ pub(super) struct Trial {
     pub(super) evidence: Evidence,
 }
 
-/// The catalogue's entries that are looked for unasked. Late encoders are the same as a late command on recorded input
-/// and output, which stands for both; others are looked for on request ([`super::Options::candidates`]).
+/// The catalogue's entries that are looked for unasked, those of one kind of rig included. Late encoders are the same as
+/// a late command on recorded input and output, which stands for both; others are looked for on request
+/// ([`super::Options::candidates`]).
 pub fn candidates() -> impl Iterator<Item = &'static Spec> {
     CATALOGUE
         .iter()
+        .chain(OF_ACCELERATION)
         .copied()
         .filter(|s| !s.acts.includes(Acts::SENSOR_DELAY))
 }

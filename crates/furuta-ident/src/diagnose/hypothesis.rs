@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
 use furuta_model::params::Coefficients;
-use furuta_model::{Effect, Jet, Params, Plant, Rig, Scalar, Spec};
+use furuta_model::{Actuation, Effect, Jet, Params, Plant, Rig, Scalar, Spec};
 
 use crate::pendulum::Pendulum;
 use crate::shooting::{
@@ -13,7 +13,8 @@ use crate::shooting::{
 
 /// The identifiable base parameters, in the order of the vector; the scale of torque is fixed by `mass * com`.
 pub(super) const BASE: usize = 6;
-/// Indices of the pendulum's inertia, the motor's gain, of the two dampings and of the arm's length.
+/// Indices of the arm's and the pendulum's inertia, the motor's gain, of the two dampings and of the arm's length.
+pub(super) const ARM_INERTIA: usize = 0;
 pub(super) const INERTIA: usize = 1;
 pub(super) const DRIVE: usize = 2;
 pub(super) const ARM_DAMPING: usize = 3;
@@ -41,6 +42,9 @@ pub(super) struct Sheet {
     is_whole: bool,
     /// Base parameters that data cannot show beside the others: they stay what the sheet says.
     pub(super) held: [bool; BASE],
+    /// Whether a torque moves each axis: none moves one that is held or not there, nor an arm that follows a commanded
+    /// acceleration.
+    pub(super) moved: [bool; 2],
     /// A natural size of each base parameter: the sheet's value, or a guess where that is zero.
     pub(super) scale: [f64; BASE],
     /// One standard deviation of each base parameter beforehand, by the sheet's tolerances, in units of the vector.
@@ -71,9 +75,11 @@ impl Sheet {
         for i in [ARM_DAMPING, PENDULUM_DAMPING] {
             scale[i] = scale[i].max(small);
         }
+        let mut moved = pendulum.looks_at();
+        moved[0] &= rig.params.motor.actuation != Actuation::Acceleration;
         let shown = |i: usize| match pendulum {
-            Pendulum::Swings => true,
-            Pendulum::Removed | Pendulum::Locked => matches!(i, DRIVE | ARM_DAMPING),
+            Pendulum::Swings => moved[0] || !matches!(i, ARM_INERTIA | ARM_DAMPING),
+            Pendulum::Removed | Pendulum::Locked => i == DRIVE || (moved[0] && i == ARM_DAMPING),
             Pendulum::Alone => matches!(i, INERTIA | PENDULUM_DAMPING),
         };
         let carried = rig.params.pendulum.mass * rig.params.arm.length.powi(2);
@@ -83,6 +89,7 @@ impl Sheet {
             carried: if pendulum.is_whole() { carried } else { 0.0 },
             is_whole: pendulum.is_whole(),
             held: std::array::from_fn(|i| !shown(i)),
+            moved,
             scale,
             known: known(rig, &base, &scale),
             period: data.runs.first().map_or(0.0, |r| r.h),
@@ -125,15 +132,17 @@ fn base(c: &Coefficients<f64>, length: f64) -> [f64; BASE] {
     ]
 }
 
-/// The `i`-th base parameter as recordings see it: inertias, gain and dampings in proportion to the weight's moment.
+/// The `i`-th base parameter as recordings see it: inertias, gain and dampings in proportion to the weight's moment, a
+/// commanded acceleration's gain by itself.
 fn seen<S: Scalar>(params: &Params<S>, i: usize) -> S {
     let c = params.coefficients();
     match i {
         LENGTH => params.arm.length,
+        DRIVE if params.motor.actuation == Actuation::Acceleration => c.drive / c.arm,
         DRIVE => c.drive / c.weight,
         ARM_DAMPING => c.arm_damping / c.weight,
         PENDULUM_DAMPING => c.pendulum_damping / c.weight,
-        0 => c.arm / c.weight,
+        ARM_INERTIA => c.arm / c.weight,
         _ => c.pendulum / c.weight,
     }
 }

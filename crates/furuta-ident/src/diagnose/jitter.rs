@@ -13,7 +13,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::result::Jitter;
-use crate::shooting::Data;
+use crate::shooting::{Data, Run};
 
 /// Samples of a stretch, and coefficients of its polynomial.
 const SPAN: usize = 13;
@@ -47,7 +47,8 @@ pub(super) fn jitter(data: &Data, resolution: [f64; 2]) -> Option<Jitter> {
     let speed = slope * fit;
     // Of each stretch what both angles leave in common, and what a spread of one second would.
     let mut pairs: Vec<[f64; 2]> = Vec::new();
-    for run in data.runs.iter().filter(|run| run.state.is_whole()) {
+    let stamped_evenly = |run: &&Run| run.state.is_whole() && !run.is_uneven();
+    for run in data.runs.iter().filter(stamped_evenly) {
         for stretch in run.y.chunks_exact(SPAN) {
             let angles: [SVector<f64, SPAN>; 2] =
                 std::array::from_fn(|c| SVector::from_fn(|k, _| stretch[k][c]));

@@ -46,7 +46,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use furuta_model::{Actuation, Rig, Spec};
+use furuta_model::{Rig, Spec};
 
 pub use additions::candidates;
 pub use parts::Parts;
@@ -250,8 +250,7 @@ impl Outcome {
 /// ```
 ///
 /// # Errors
-/// [`Insufficient`] where the recordings cannot carry a diagnosis: none, too short, nothing moves; or the rig's arm
-/// follows a commanded acceleration.
+/// [`Insufficient`] where the recordings cannot carry a diagnosis: none, too short, nothing moves.
 pub fn diagnose(
     request: &Request<'_>,
     progress: &(dyn Fn(Progress) + Sync),
@@ -306,15 +305,6 @@ fn search(
         &savers::USUAL
     };
     let mut unfinished: Vec<Part> = Vec::new();
-    if request.rig.params.motor.actuation == Actuation::Acceleration {
-        return Err(Insufficient::CommandedAcceleration);
-    }
-    let all = request.recordings.iter().chain(request.verify);
-    if let Some(uneven) = all.into_iter().find(|r| r.is_uneven()) {
-        return Err(Insufficient::UnevenTime {
-            run: uneven.name.clone(),
-        });
-    }
     let data = options.data(request.recordings, request.rig);
     insufficient::check(request.recordings, request.rig, &data)?;
     let mut sheet = Sheet::new(request.rig, &data, !options.same_zero, options.pendulum);

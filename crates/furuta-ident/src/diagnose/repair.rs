@@ -7,14 +7,16 @@ use furuta_model::params::RANGES;
 use furuta_model::{Actuation, Effect, Rig};
 
 use super::Fit;
-use super::hypothesis::{BASE, FIRST_EFFECT, LENGTH};
+use super::hypothesis::{
+    ARM_DAMPING, ARM_INERTIA, BASE, DRIVE, FIRST_EFFECT, INERTIA, LENGTH, PENDULUM_DAMPING,
+};
 use super::result::{Estimate, ParameterEstimate};
 
 /// The rig with the fitted parameters and effects.
 ///
 /// Data show only combinations; where one stands for several parameters, the change goes to the one that is known
 /// least: inertias to `arm.inertia` and `pendulum.inertia`, the coupling of both axes to `arm.length`, gain to
-/// `motor.torque_constant`, damping to `arm.viscous`. Where the command is a torque, the gain is
+/// `motor.torque_constant`, damping to `arm.viscous`. Where the command is a torque or an acceleration, the gain is
 /// `motor.amplifier_gain`.
 pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
     let mut rig = rig.clone();
@@ -22,8 +24,8 @@ pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
     let v = fit.model.physical(&fit.z);
     let p = &mut rig.params;
     let moment = p.pendulum.mass * p.pendulum.com;
-    let about_com = v[1] - moment * p.pendulum.com;
-    if sheet.held[1] {
+    let about_com = v[INERTIA] - moment * p.pendulum.com;
+    if sheet.held[INERTIA] {
         // As the sheet says.
     } else if about_com >= 0.0 {
         let change = about_com - p.pendulum.inertia;
@@ -32,31 +34,30 @@ pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
     } else {
         // A point mass cannot lose inertia: it moves closer instead, its moment kept.
         p.pendulum.inertia = 0.0;
-        p.pendulum.com = v[1] / moment;
+        p.pendulum.com = v[INERTIA] / moment;
         p.pendulum.mass = moment / p.pendulum.com;
     }
     p.arm.length = v[LENGTH];
-    if !sheet.held[0] {
+    if !sheet.held[ARM_INERTIA] {
         let carried = p.pendulum.mass * p.arm.length * p.arm.length + p.pendulum.inertia_axial;
-        p.arm.inertia = (v[0] - carried).max(1e-3 * v[0]);
+        p.arm.inertia = (v[ARM_INERTIA] - carried).max(1e-3 * v[ARM_INERTIA]);
     }
-    let gain = v[2] / sheet.coefficients.drive;
-    if p.motor.actuation == Actuation::Torque {
-        p.motor.amplifier_gain *= gain;
-    } else {
-        p.motor.torque_constant *= gain;
+    let gain = v[DRIVE] / sheet.coefficients.drive;
+    match p.motor.actuation {
+        Actuation::Torque | Actuation::Acceleration => p.motor.amplifier_gain *= gain,
+        Actuation::Voltage | Actuation::Current => p.motor.torque_constant *= gain,
     }
-    let m = &p.motor;
-    let per_back_emf =
-        m.torque_constant * m.gear_ratio * m.gear_ratio * m.efficiency / m.resistance;
-    let electric = per_back_emf * m.back_emf_constant;
-    if v[3] >= electric {
-        p.arm.viscous = v[3] - electric;
-    } else {
-        p.arm.viscous = 0.0;
-        p.motor.back_emf_constant = v[3] / per_back_emf;
+    if !sheet.held[ARM_DAMPING] {
+        let m = &p.motor;
+        let per_back_emf =
+            m.torque_constant * m.gear_ratio * m.gear_ratio * m.efficiency / m.resistance;
+        let electric = per_back_emf * m.back_emf_constant;
+        p.arm.viscous = (v[ARM_DAMPING] - electric).max(0.0);
+        if v[ARM_DAMPING] < electric {
+            p.motor.back_emf_constant = v[ARM_DAMPING] / per_back_emf;
+        }
     }
-    p.pendulum.viscous = v[4].max(0.0);
+    p.pendulum.viscous = v[PENDULUM_DAMPING].max(0.0);
     let mut i = FIRST_EFFECT;
     for spec in &fit.model.effects {
         let values: arrayvec::ArrayVec<f64, MAX_PARAMETERS> =
@@ -78,18 +79,20 @@ pub(super) fn parameters(
         true => f64::NAN,
         false => fit.std[i] * sheet.scale[i],
     };
-    let relative_gain = scale(2) / sheet.coefficients.drive;
+    let relative_gain = scale(DRIVE) / sheet.coefficients.drive;
     let motor = &rig.params.motor;
     let (gain, nominal) = match motor.actuation {
-        Actuation::Torque => ("motor.amplifier_gain", motor.amplifier_gain),
-        _ => ("motor.torque_constant", motor.torque_constant),
+        Actuation::Torque | Actuation::Acceleration => {
+            ("motor.amplifier_gain", motor.amplifier_gain)
+        }
+        Actuation::Voltage | Actuation::Current => ("motor.torque_constant", motor.torque_constant),
     };
     let determined: [(&str, f64); BASE] = [
-        ("arm.inertia", scale(0)),
-        ("pendulum.inertia", scale(1)),
+        ("arm.inertia", scale(ARM_INERTIA)),
+        ("pendulum.inertia", scale(INERTIA)),
         (gain, relative_gain * nominal),
-        ("arm.viscous", scale(3)),
-        ("pendulum.viscous", scale(4)),
+        ("arm.viscous", scale(ARM_DAMPING)),
+        ("pendulum.viscous", scale(PENDULUM_DAMPING)),
         ("arm.length", scale(LENGTH)),
     ];
     RANGES
@@ -136,13 +139,11 @@ pub(super) fn effect_parameters(fit: &Fit, index: usize) -> BTreeMap<String, Est
         .enumerate()
         .map(|(k, p)| {
             let i = offset + k;
+            let std = fit.std[i] * scales[i];
+            let shows = p.kind.is_continuous() && std < p.max - p.min;
             let estimate = Estimate {
                 value: values[i],
-                std: if p.kind.is_continuous() {
-                    fit.std[i] * scales[i]
-                } else {
-                    f64::NAN
-                },
+                std: if shows { std } else { f64::NAN },
                 unit: si(actuation.unit_of(p.unit)),
                 word: p.word(values[i]).map(str::to_owned),
             };

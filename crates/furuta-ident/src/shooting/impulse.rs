@@ -80,7 +80,8 @@ pub(crate) fn impulse_responses<const N: usize, const B: usize, M: Model>(
         .filter_map(|(window, (w, x0))| {
             let run = &data.runs[w.run];
             let trace = windows.trace(data, w, x0);
-            response(plant, (window, run.recording), run.h, trace, held)
+            let together = ((BLOCK / run.h).round() as usize).max(1);
+            response(plant, (window, run.recording), together, trace, held)
         })
         .collect();
     (plant.coefficients, responses)
@@ -89,7 +90,7 @@ pub(crate) fn impulse_responses<const N: usize, const B: usize, M: Model>(
 fn response<const N: usize, const B: usize>(
     plant: &Plant<f64>,
     (window, recording): (usize, usize),
-    h: f64,
+    together: usize,
     trace: Trace<N>,
     held: [bool; B],
 ) -> Option<ImpulseResponse<B>> {
@@ -112,6 +113,7 @@ fn response<const N: usize, const B: usize>(
     };
     let mut normal = Matrix4::zeros();
     for step in trace.steps {
+        let h = step.h;
         // An axis that sticks forgets its speed: nothing that happens to it later is like a change of the initial
         // state.
         let remembers = step.transition.determinant().abs() > FORGOTTEN;
@@ -168,7 +170,6 @@ fn response<const N: usize, const B: usize>(
     out.absorbed = out.normal.solve(&cross);
     out.base_normal -= cross.tr_mul(&out.absorbed);
     out.base_gradient -= out.absorbed.tr_mul(&out.gradient);
-    let together = ((BLOCK / h).round() as usize).max(1);
     out.blocks = out.steps.chunks(together).filter_map(Block::sum).collect();
     Some(out)
 }

@@ -167,6 +167,7 @@ impl<const N: usize> Windows<N> {
             let weight: [f64; 2] = std::array::from_fn(|c| run.weight[p.sample][c] / data.noise[c]);
             steps.push(Traced {
                 t: p.t,
+                h: run.interval(p.sample - 1),
                 x: p.before.map(|v| v.v),
                 transition: Matrix4::from_fn(|r, c| rows[r][c]),
                 y: p.y,
@@ -213,8 +214,9 @@ pub(crate) struct Trace<const N: usize> {
 
 /// One step of it.
 pub(crate) struct Traced<const N: usize> {
-    /// Time at its start, s.
+    /// Time at its start, and how long it is, s.
     pub(crate) t: f64,
+    pub(crate) h: f64,
     /// True state at its start.
     pub(crate) x: State<f64>,
     /// That state's slope with respect to the window's initial state.

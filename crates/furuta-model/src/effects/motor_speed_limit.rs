@@ -30,14 +30,15 @@ pub(super) const SPEC: Spec = Spec {
             max: 1e3,
             off: 0.0,
             typical: Typical::Of(typical),
-            starts: &[1.0, 0.5, 2.0],
+            // Halved again and again: a limit that is not reached changes nothing, and says nothing of where it is.
+            starts: &[1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125],
         },
     ],
     strengths: 1,
     footprint: Footprint::Nothing("small motions do not reach it"),
     acts: Acts::SPEED_LIMIT,
     at_rest: AtRest::LeftOut("a rig at rest is far from it"),
-    offered: Offered::OnRequest("no diagnosis is made of rigs whose command is an acceleration"),
+    offered: Offered::Always,
     own: None,
 };
 

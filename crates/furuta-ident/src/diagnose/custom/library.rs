@@ -16,9 +16,10 @@ pub(super) struct Column {
     pub(super) drags: bool,
 }
 
-/// Every term on every axis.
-pub(super) fn library(coefficients: &Coefficients<f64>) -> Vec<Column> {
+/// Every term on every axis that a torque moves.
+pub(super) fn library(coefficients: &Coefficients<f64>, moved: [bool; 2]) -> Vec<Column> {
     (0..2)
+        .filter(|axis| moved[*axis])
         .flat_map(|axis| {
             (0..TERMS.len()).map(move |term| Column {
                 axis,

@@ -103,7 +103,7 @@ pub(super) fn normals<'a>(
                 .zip(&run.y[w.start + 1..])
             {
                 for c in 0..2 {
-                    let speed = (y[c] - before[c]) / run.h;
+                    let speed = (y[c] - before[c]) / step.h;
                     for (i, late) in late.iter().enumerate().take(layout.shared) {
                         step.y[c].d[4 + layout.local_of(i)] -= late * speed;
                     }
@@ -118,7 +118,6 @@ pub(super) fn normals<'a>(
                     (&free, &layout, run.recording),
                     library,
                     &coefficients,
-                    run.h,
                 )?,
             ))
         })
@@ -141,7 +140,6 @@ fn normal<const N: usize>(
     (free, layout, recording): (&[bool], &Layout, usize),
     library: &[Column],
     coefficients: &Coefficients<f64>,
-    h: f64,
 ) -> Option<LibraryNormal> {
     let (p, m) = (free.len(), library.len());
     let mut rows = DMatrix::zeros(2 * steps.len(), 4 + p + m);
@@ -161,10 +159,10 @@ fn normal<const N: usize>(
             [inverse.coupling, inverse.pendulum],
         ]
         .map(|[arm, pendulum]| {
-            let late = -0.5 * h;
-            back * Vector4::new(late * arm, late * pendulum, arm, pendulum) * h
+            let late = -0.5 * step.h;
+            back * Vector4::new(late * arm, late * pendulum, arm, pendulum) * step.h
         });
-        let at = instant(step.t + 0.5 * h, &x, coefficients, step.volts);
+        let at = instant(step.t + 0.5 * step.h, &x, coefficients, step.volts);
         for (j, column) in library.iter().enumerate() {
             moved[j] += impulse[column.axis] * TERMS[column.term].value(&at);
         }

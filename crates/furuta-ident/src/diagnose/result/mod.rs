@@ -161,7 +161,7 @@ pub struct Estimate {
     #[serde(with = "null_if_not_finite")]
     pub value: f64,
     /// Standard deviation of `value` in `unit`; `NaN` for what is chosen, not fitted (a whole number, one of several
-    /// words).
+    /// words), and for what the recordings do not show.
     #[serde(with = "null_if_not_finite")]
     pub std: f64,
     /// SI unit, `1` where there is none.

@@ -107,6 +107,9 @@ pub(in super::super) fn by_state(
             continue;
         };
         for (c, channel) in Channel::ALL.into_iter().enumerate() {
+            if !before.moved[c] {
+                continue;
+            }
             let (refitted, refitted_std) = left.of(c);
             let later = right.as_ref().map(|right| right.of(c));
             let (repaired, repaired_std) = later.unwrap_or_default();

@@ -111,12 +111,13 @@ struct Course {
 }
 
 /// The torques missing in every run, before and after the effects. Where a window says nothing about the model with
-/// them, that is `NaN`.
+/// them, that is `NaN`, and on an axis that no torque moves.
 pub(in super::super) fn in_time(
     problem: &Problem<'_>,
     before: &Responses,
     after: &Responses,
 ) -> Vec<TorqueInTime> {
+    let moved = before.moved;
     let (before, after) = rayon::join(|| courses(before), || courses(after));
     let mut runs: Vec<TorqueInTime> = problem
         .data
@@ -137,8 +138,12 @@ pub(in super::super) fn in_time(
             .filter(|c| c.t.len() == course.t.len());
         let unknown = vec![f64::NAN; course.t.len()];
         for c in 0..2 {
-            out.recalibrated[c].extend(&course.torque[c]);
-            out.recalibrated_std[c].extend(&course.std[c]);
+            let (now, later) = match moved[c] {
+                true => (Some(&course), later),
+                false => (None, None),
+            };
+            out.recalibrated[c].extend(now.map_or(&unknown, |n| &n.torque[c]));
+            out.recalibrated_std[c].extend(now.map_or(&unknown, |n| &n.std[c]));
             out.augmented[c].extend(later.map_or(&unknown, |l| &l.torque[c]));
             out.augmented_std[c].extend(later.map_or(&unknown, |l| &l.std[c]));
         }
@@ -151,7 +156,7 @@ fn courses(responses: &Responses) -> Vec<Course> {
     let slices: Vec<(usize, Slices)> = (responses.by_window.par_iter())
         .filter_map(|response| Some((response.window, Slices::of(response)?)))
         .collect();
-    let size = likely(&slices);
+    let size = likely(&slices, responses.moved);
     (slices.into_par_iter())
         .filter_map(|(window, slices)| {
             let (mean, std) = slices.posterior(size)?;
@@ -170,9 +175,12 @@ fn courses(responses: &Responses) -> Vec<Course> {
 }
 
 /// The sizes of the two axes' torques under which the residuals are the most likely.
-fn likely(slices: &[(usize, Slices)]) -> [f64; 2] {
+fn likely(slices: &[(usize, Slices)], moved: [bool; 2]) -> [f64; 2] {
     // A torque of this size everywhere would just be seen in one window.
     let least: [f64; 2] = std::array::from_fn(|c| {
+        if !moved[c] {
+            return 0.0;
+        }
         let clearest = slices
             .iter()
             .map(|(_, s)| s.clearness[c])

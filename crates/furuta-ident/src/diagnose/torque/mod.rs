@@ -28,6 +28,8 @@ pub(super) struct Responses {
     samples: f64,
     /// What the rig's command is.
     actuation: Actuation,
+    /// Whether a torque moves each axis.
+    moved: [bool; 2],
 }
 
 impl Responses {
@@ -41,6 +43,7 @@ impl Responses {
             chi2: fit.cost / samples,
             samples,
             actuation: model.hypothesis.sheet.params.motor.actuation,
+            moved: model.hypothesis.sheet.moved,
         }
     }
 

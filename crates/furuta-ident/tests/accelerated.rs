@@ -1,0 +1,218 @@
+//! Arms that follow a commanded acceleration: the pendulum on a base that moves as commanded, integrated here without
+//! the library's plant, read by encoders, and diagnosed by a sheet that is off.
+
+use furuta_ident::diagnose::{Channel, Diagnosis, Request, Verdict, diagnose};
+use furuta_ident::recording::Recording;
+use furuta_model::Rig;
+
+/// Longest step of the integration, s: RK4 leaves less than a thousandth of a count.
+const STEP: f64 = 5e-4;
+
+/// What the kit has that its sheet does not say.
+#[derive(Clone, Copy, Default)]
+struct Hidden {
+    /// The command acts later, s.
+    delay: f64,
+    /// The arm is never faster, rad/s; 0 for no limit.
+    speed_limit: f64,
+    /// Torque on the pendulum, N m s²/rad², N m/rad.
+    quadratic: f64,
+    spring: f64,
+}
+
+/// The kit without the effects of its file.
+fn kit() -> Rig {
+    let mut rig = Rig::builtin("stepper-kit").expect("built in");
+    rig.effects.clear();
+    rig
+}
+
+/// Its sheet as a ruler and a balance leave it.
+fn sheet() -> Rig {
+    let mut rig = kit();
+    rig.params.arm.length *= 1.02;
+    rig.params.pendulum.com *= 1.015;
+    rig.params.pendulum.inertia *= 0.95;
+    rig.params.pendulum.viscous *= 1.5;
+    rig
+}
+
+/// Slopes of theta, theta', alpha, alpha' on a base accelerated by `a`:
+/// `J alpha'' = C cos(alpha) a + S sin(alpha) cos(alpha) theta'² + W sin(alpha) - b alpha' + torques`.
+fn slopes(rig: &Rig, hidden: &Hidden, x: [f64; 4], a: f64) -> [f64; 4] {
+    let p = &rig.params.pendulum;
+    let square = p.mass * p.com * p.com;
+    let [_, speed, alpha, rate] = x;
+    let (sin, cos) = alpha.sin_cos();
+    let limited = hidden.speed_limit > 0.0 && speed.abs() >= hidden.speed_limit && speed * a > 0.0;
+    let a = if limited { 0.0 } else { a };
+    let torque = p.mass * rig.params.arm.length * p.com * cos * a
+        + (square + p.inertia_transverse - p.inertia_axial) * sin * cos * speed * speed
+        + p.mass * rig.params.gravity * p.com * sin
+        - p.viscous * rate
+        - hidden.quadratic * rate * rate.abs()
+        - hidden.spring * (alpha - std::f64::consts::PI);
+    [speed, a, rate, torque / (p.inertia + square)]
+}
+
+/// One step of RK4.
+fn stepped(x: [f64; 4], dt: f64, f: impl Fn([f64; 4]) -> [f64; 4]) -> [f64; 4] {
+    let add = |d: [f64; 4], by: f64| std::array::from_fn(|i| x[i] + by * d[i]);
+    let k1 = f(x);
+    let k2 = f(add(k1, 0.5 * dt));
+    let k3 = f(add(k2, 0.5 * dt));
+    let k4 = f(add(k3, dt));
+    std::array::from_fn(|i| x[i] + dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
+}
+
+/// One recording of ten seconds: a sum of sines, held from sample to sample, every sample moved by up to `jitter`
+/// periods.
+fn record(rig: &Rig, hidden: &Hidden, seed: u32, jitter: f64) -> Recording {
+    let h = 0.008;
+    let mut random = seed.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let mut draw = || {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(random >> 8) / f64::from(1 << 24)
+    };
+    let phases: Vec<f64> = (0..12).map(|_| 6.3 * draw()).collect();
+    let times: Vec<f64> = (0..1250)
+        .map(|k| h * (f64::from(k) + if k > 0 { jitter * (draw() - 0.5) } else { 0.0 }))
+        .collect();
+    // Of positions: an arm that is told accelerations would wander off.
+    let command = |t: f64| {
+        let lines = phases.iter().enumerate();
+        lines
+            .map(|(k, phase)| {
+                let w = 6.283 * 0.5 * (k as f64 + 1.0);
+                4.0 * (w * t + phase).sin()
+            })
+            .sum::<f64>()
+    };
+    let commands: Vec<f64> = times.iter().map(|t| command(*t)).collect();
+    let held = |t: f64| {
+        let at = times.partition_point(|time| *time <= t + 1e-12);
+        at.checked_sub(1).map_or(0.0, |k| commands[k])
+    };
+    let mut x = [0.0, 0.0, std::f64::consts::PI, 0.0];
+    let mut samples = Vec::new();
+    for (k, t) in times.iter().enumerate() {
+        let [theta, alpha] = rig.sensors.quantised([x[0], x[2]]);
+        samples.push([*t, commands[k], theta, alpha]);
+        let Some(next) = times.get(k + 1) else { break };
+        // The delayed command changes in between: the steps end there.
+        let changes = times.iter().map(|t| t + hidden.delay);
+        let mut ends: Vec<f64> = changes.filter(|c| t < c && c < next).collect();
+        ends.push(*next);
+        let mut from = *t;
+        for end in ends {
+            let a = held(0.5 * (from + end) - hidden.delay);
+            let parts = ((end - from) / STEP).ceil();
+            let dt = (end - from) / parts;
+            for _ in 0..parts as usize {
+                x = stepped(x, dt, |x| slopes(rig, hidden, x, a));
+            }
+            from = end;
+        }
+    }
+    Recording::from_samples(&format!("run-{seed}"), samples)
+        .expect("sound")
+        .0
+}
+
+fn found(hidden: Hidden, jitter: f64) -> Diagnosis {
+    let recordings = [1, 2].map(|seed| record(&kit(), &hidden, seed, jitter));
+    assert_eq!(recordings[0].is_uneven(), jitter > 0.0);
+    let request = Request {
+        recordings: &recordings,
+        rig: &sheet(),
+        verify: &[],
+    };
+    let outcome = diagnose(&request, &|_| ()).expect("good recordings");
+    println!("{:#?}", outcome.diagnosis.effects);
+    outcome.diagnosis
+}
+
+fn ids(d: &Diagnosis) -> Vec<&str> {
+    d.effects.iter().map(|e| e.id.as_str()).collect()
+}
+
+/// A sheet that is off accuses a sound kit of nothing, and its numbers are found.
+#[test]
+fn a_sound_kit_has_its_sheet_refitted() {
+    for jitter in [0.0, 0.8] {
+        let d = found(Hidden::default(), jitter);
+        assert_eq!(d.verdict, Verdict::ParametersOnly);
+        let length = &d.parameters["arm.length"];
+        assert!(
+            (length.fitted - 0.065).abs() < 4.0 * length.std,
+            "{length:?}"
+        );
+        assert!(!d.parameters.contains_key("arm.inertia"));
+        assert!(d.parameters["motor.amplifier_gain"].identifiable);
+    }
+}
+
+/// A delay, at even and at jittering samples: named, with an interval of a millisecond that holds the truth.
+#[test]
+fn a_late_command_is_found() {
+    for jitter in [0.0, 0.8] {
+        let hidden = Hidden {
+            delay: 0.0137,
+            ..Hidden::default()
+        };
+        let d = found(hidden, jitter);
+        assert_eq!(ids(&d), ["motor.delay"]);
+        let delay = &d.effects[0].parameters["delay"];
+        assert!((delay.value - 0.0137).abs() < 4.0 * delay.std, "{delay:?}");
+        assert!(delay.std < 2.5e-4, "{delay:?}");
+    }
+}
+
+/// What the driver does to fast arms, though nothing of it shows below the limit.
+#[test]
+fn a_limit_of_the_speed_is_found() {
+    let hidden = Hidden {
+        speed_limit: 0.6,
+        ..Hidden::default()
+    };
+    let d = found(hidden, 0.0);
+    assert_eq!(ids(&d), ["motor.speed_limit"]);
+    let speed = &d.effects[0].parameters["speed"];
+    assert!((speed.value - 0.6).abs() < 0.01, "{speed:?}");
+}
+
+/// Torques on the pendulum, one beside a delay, at jittering samples.
+#[test]
+fn torques_on_the_pendulum_are_found() {
+    let drag = Hidden {
+        quadratic: 3e-6,
+        ..Hidden::default()
+    };
+    assert_eq!(ids(&found(drag, 0.0)), ["pendulum.quadratic"]);
+    let both = Hidden {
+        delay: 0.0137,
+        quadratic: 3e-6,
+        ..Hidden::default()
+    };
+    let d = found(both, 0.8);
+    let mut named = ids(&d);
+    named.sort_unstable();
+    assert_eq!(named, ["motor.delay", "pendulum.quadratic"]);
+}
+
+/// A torque missing on an arm that no torque moves is not spoken of.
+#[test]
+fn nothing_is_said_of_torques_on_the_arm() {
+    let hidden = Hidden {
+        spring: 2e-3,
+        ..Hidden::default()
+    };
+    let d = found(hidden, 0.0);
+    assert_eq!(ids(&d), ["pendulum.spring"]);
+    assert!(d.missing_torque.iter().all(|t| t.axis == Channel::Alpha));
+    assert!(
+        d.limits
+            .iter()
+            .all(|l| !l.id.starts_with("arm.") || l.id == "arm.tilt")
+    );
+}
