@@ -14,17 +14,14 @@ const SUBSTEPS: u32 = 2;
 /// State, command and length of an interval: what a step is differentiated by.
 type Number = Jet<f64, 6>;
 
-/// What acts in [`Model`] in a smooth approximation, or not at all.
-const LEFT_OUT: Acts = Acts::DELAY
-    .and(Acts::LAG)
-    .and(Acts::MEMORY)
-    .and(Acts::INNER)
-    .and(Acts::JUMPS)
-    .and(Acts::DRIVE)
-    .and(Acts::READING)
-    .and(Acts::COUNTS)
-    .and(Acts::SENSOR_DELAY)
-    .and(Acts::VOLTAGE);
+/// What [`Model`] takes over: torques of state and command without memory, dry friction in a smooth approximation.
+const TAKEN_OVER: Acts = Acts::TORQUE
+    .and(Acts::DRY_FRICTION)
+    .and(Acts::SHAPE)
+    .and(Acts::ANGLE)
+    .and(Acts::SHAFT)
+    .and(Acts::ARM)
+    .and(Acts::CURRENT);
 
 /// A rig with its smooth effects, dry friction softened.
 #[derive(Clone, Debug)]
@@ -56,7 +53,7 @@ impl Model {
         let (mut smooth, mut dry, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
         for effect in rig.effects.iter().filter(|e| !e.is_off()) {
             let acts = effect.spec().acts;
-            if acts.touches(LEFT_OUT) {
+            if !TAKEN_OVER.includes(acts) {
                 left_out.push(effect.spec().id);
             } else if acts.includes(Acts::DRY_FRICTION) {
                 dry.push(*effect);
@@ -168,6 +165,35 @@ impl Model {
             a: SMatrix::from_fn(|i, j| next[i].d[j]),
             b: SVector::from_fn(|i, _| next[i].d[4]),
             c: SVector::from_fn(|i, _| next[i].d[5]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use furuta_model::effects;
+
+    use super::*;
+
+    /// Every effect of the catalogue changes the model's motion, or is said to be left out.
+    #[test]
+    fn no_effect_is_left_out_silently() {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let bare = Model::of(&rig).expect("no effect");
+        let rest = SVector::from([0.4, 2.5, 9.0, -8.0]);
+        for spec in effects::all() {
+            let typical: Vec<f64> = (spec.parameters.iter())
+                .map(|p| p.off + p.typical(&rig.params))
+                .collect();
+            let Ok(effect) = Effect::checked(spec, &typical) else {
+                panic!("{}: {typical:?}", spec.id);
+            };
+            let mut with = rig.clone();
+            with.effects = vec![effect];
+            let model = Model::of(&with).expect("one effect");
+            let moves = (model.step(&rest, 10.0, 0.02).x - bare.step(&rest, 10.0, 0.02).x).amax();
+            let is_named = model.left_out.contains(&spec.id);
+            assert_eq!(is_named, moves == 0.0, "{}: {moves}", spec.id);
         }
     }
 }
