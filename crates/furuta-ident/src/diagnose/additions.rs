@@ -55,8 +55,8 @@ pub(super) fn lacks_room(h: &Hypothesis, spec: &Spec) -> bool {
     has_state(spec) && others.filter(|s| has_state(s)).count() >= MAX_OWN_STATES
 }
 
-/// Whether an effect can act on the rig and is neither in the hypothesis nor in the rig file, and plant and fit can
-/// still hold it. No fit follows random moments.
+/// Whether an effect can act on the rig and show in its recordings, is neither in the hypothesis nor in the rig file,
+/// and plant and fit can still hold it. No fit follows random moments.
 pub(super) fn can_hold(h: &Hypothesis, spec: &Spec) -> bool {
     let numbers = h.layout().local() + spec.parameters.len();
     let present = h.sheet.present.iter().map(|e| e.spec());
@@ -65,6 +65,7 @@ pub(super) fn can_hold(h: &Hypothesis, spec: &Spec) -> bool {
         && numbers <= MAX_FREE
         && !lacks_room(h, spec)
         && spec.acts.not_on(h.sheet.params.motor.actuation).is_none()
+        && spec.acts.shows_in(h.sheet.looks_at)
         && present
             .into_iter()
             .all(|e| e.id != spec.id && !(is_late(e) && is_late(spec)))

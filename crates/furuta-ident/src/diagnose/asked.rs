@@ -26,6 +26,10 @@ pub(super) fn asked(
             ));
         } else if let Some(why) = spec.acts.not_on(actuation) {
             notices.push(format!("candidate {id} is not looked for: {why}"));
+        } else if !spec.acts.shows_in(base.sheet.looks_at) {
+            notices.push(format!(
+                "candidate {id} is not looked for: recordings of this part of the rig do not show it"
+            ));
         } else if lacks_room(base, spec) {
             notices.push(format!(
                 "candidate {id} is not looked for: the rig file has as many laws with a state as a plant can hold"

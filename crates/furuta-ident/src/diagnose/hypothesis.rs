@@ -42,6 +42,8 @@ pub(super) struct Sheet {
     is_whole: bool,
     /// Base parameters that data cannot show beside the others: they stay what the sheet says.
     pub(super) held: [bool; BASE],
+    /// Whether each of the angles is looked at.
+    pub(super) looks_at: [bool; 2],
     /// Whether a torque moves each axis: none moves one that is held or not there, nor an arm that follows a commanded
     /// acceleration.
     pub(super) moved: [bool; 2],
@@ -75,7 +77,8 @@ impl Sheet {
         for i in [ARM_DAMPING, PENDULUM_DAMPING] {
             scale[i] = scale[i].max(small);
         }
-        let mut moved = pendulum.looks_at();
+        let looks_at = pendulum.looks_at();
+        let mut moved = looks_at;
         moved[0] &= rig.params.motor.actuation != Actuation::Acceleration;
         let shown = |i: usize| match pendulum {
             Pendulum::Swings => moved[0] || !matches!(i, ARM_INERTIA | ARM_DAMPING),
@@ -89,6 +92,7 @@ impl Sheet {
             carried: if pendulum.is_whole() { carried } else { 0.0 },
             is_whole: pendulum.is_whole(),
             held: std::array::from_fn(|i| !shown(i)),
+            looks_at,
             moved,
             scale,
             known: known(rig, &base, &scale),

@@ -21,10 +21,6 @@ const FIRST: f64 = 0.1;
 /// Strengths between which a second test is made, in the same units.
 const TESTED: [f64; 2] = [1e-3, 3.0];
 
-/// What recordings would not show at this many times its typical size, rounding apart, they do not show: the pendulum's
-/// effects in recordings of the arm alone.
-const UNSEEN: f64 = 1e3;
-
 /// For every candidate that `named` lacks and whose strength is one plain number, beside what is named and as it is
 /// named. Cogging, ripple, transients and vibration (any order, any moment, any frequency) and a drive with backlash or
 /// spring are left out.
@@ -54,7 +50,7 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
                 .max_by(|a, b| a.0.total_cmp(&b.0))?;
             let p = &spec.parameters[0];
             let typical = p.typical(&named.model.sheet.params);
-            (bound < UNSEEN).then(|| Limit {
+            Some(Limit {
                 id: spec.id.into(),
                 parameter: p.name.into(),
                 at_most: bound * typical,

@@ -70,6 +70,8 @@ marks! {
     COUNTS,
     /// The readings are not of the moment that their stamps say ([`Law::untimely`](super::Law::untimely)).
     UNTIMELY,
+    /// On the pendulum alone, or on its encoder.
+    PENDULUM,
 }
 
 impl Acts {
@@ -82,6 +84,36 @@ impl Acts {
         .and(Self::MEMORY)
         .and(Self::DRIVE)
         .and(Self::CONTACT);
+
+    /// Everything on the arm's side, where it is not on the pendulum's encoder: between command and arm, and the arm's
+    /// encoder.
+    const OF_ARM: Self = Self::ON_ARM
+        .and(Self::VOLTAGE)
+        .and(Self::DELAY)
+        .and(Self::LAG)
+        .and(Self::CURRENT)
+        .and(Self::SPEED_LIMIT)
+        .and(Self::READING)
+        .and(Self::DISC)
+        .and(Self::COUNTS);
+
+    /// Whether recordings can show what acts here where each of the angles `[theta, alpha]` is looked at, or not.
+    ///
+    /// ```
+    /// use furuta_model::effects;
+    /// let acts = |id| effects::spec(id).expect("in the catalogue").acts;
+    /// assert!(!acts("pendulum.spring").shows_in([true, false]));
+    /// assert!(!acts("sensor.theta.scale").shows_in([false, true]));
+    /// assert!(acts("arm.tilt").shows_in([false, true]));
+    /// ```
+    #[must_use]
+    pub const fn shows_in(self, looks_at: [bool; 2]) -> bool {
+        if self.includes(Self::PENDULUM) {
+            looks_at[1]
+        } else {
+            looks_at[0] || !self.touches(Self::OF_ARM)
+        }
+    }
 
     /// Why an effect that acts here cannot act on a rig whose command is of this kind; `None` where it can.
     ///

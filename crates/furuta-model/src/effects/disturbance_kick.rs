@@ -44,7 +44,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::UNCOMMANDED,
-    acts: Acts::TORQUE.and(Acts::JUMPS),
+    acts: Acts::TORQUE.and(Acts::JUMPS).and(Acts::PENDULUM),
     at_rest: AtRest::UNCOMMANDED,
     own: None,
     offered: Offered::Always,

@@ -35,7 +35,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::REST,
-    acts: Acts::TORQUE,
+    acts: Acts::TORQUE.and(Acts::PENDULUM),
     at_rest: AtRest::Slope,
     own: None,
     offered: Offered::Always,

@@ -34,7 +34,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::PENDULUM_DAMPING,
-    acts: Acts::DRY_FRICTION,
+    acts: Acts::DRY_FRICTION.and(Acts::PENDULUM),
     at_rest: AtRest::Friction("dry friction has no slope at rest"),
     own: None,
     offered: Offered::Always,

@@ -36,7 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::Nothing("it acts with the square of the pendulum's angle from hanging"),
-    acts: Acts::SHAPE,
+    acts: Acts::SHAPE.and(Acts::PENDULUM),
     at_rest: AtRest::Slope,
     own: None,
     offered: Offered::Always,

@@ -34,7 +34,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::PENDULUM_DAMPING,
-    acts: Acts::TORQUE,
+    acts: Acts::TORQUE.and(Acts::PENDULUM),
     at_rest: AtRest::Friction("at rest its slope is 0"),
     own: None,
     offered: Offered::Always,

@@ -48,7 +48,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::Own(&["stiffness"]),
-    acts: Acts::TORQUE,
+    acts: Acts::TORQUE.and(Acts::PENDULUM),
     at_rest: AtRest::Slope,
     own: None,
     offered: Offered::Always,

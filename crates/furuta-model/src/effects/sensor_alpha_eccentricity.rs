@@ -28,7 +28,7 @@ pub(super) const SPEC: Spec = Spec {
     parameters: &[AMPLITUDE, PHASE],
     strengths: 1,
     footprint: Footprint::Scale(Output::Alpha),
-    acts: Acts::DISC,
+    acts: Acts::DISC.and(Acts::PENDULUM),
     at_rest: AtRest::READING,
     own: None,
     offered: Offered::OnRequest("over a part of a turn it is a scale and an offset of the encoder"),

@@ -30,7 +30,7 @@ pub(super) const SPEC: Spec = Spec {
     parameters: &[SIZE, TIME, RUN],
     strengths: 1,
     footprint: Footprint::UNCOMMANDED,
-    acts: Acts::COUNTS,
+    acts: Acts::COUNTS.and(Acts::PENDULUM),
     at_rest: AtRest::UNCOMMANDED,
     own: None,
     offered: Offered::OnRequest(

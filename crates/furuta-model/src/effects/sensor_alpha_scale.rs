@@ -51,7 +51,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::Scale(Output::Alpha),
-    acts: Acts::READING,
+    acts: Acts::READING.and(Acts::PENDULUM),
     at_rest: AtRest::READING,
     own: None,
     offered: Offered::Always,
