@@ -43,6 +43,11 @@ pub(super) static USUAL: Savers = Savers {
     close: 0.8,
 };
 
+/// Those of a diagnosis.
+pub(super) const fn of(options: &super::Options<'_>) -> &'static Savers {
+    if options.thorough { &NONE } else { &USUAL }
+}
+
 /// Nothing is left out.
 pub(super) static NONE: Savers = Savers {
     windows: usize::MAX,

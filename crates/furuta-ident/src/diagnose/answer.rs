@@ -1,0 +1,153 @@
+//! The answer: what was found, fitted over long horizons, judged on data kept apart, and put into words and numbers.
+
+use super::additions::Trial;
+use super::find::{Found, Work};
+use super::gap::gap;
+use super::predict::Predictor;
+use super::result::{Best, CandidateEvidence, Part};
+use super::{Curves, Diagnosis, Fit, Outcome, Request, Verdict};
+use super::{held_out, horizons, jitter, limits, naming, plan, repair, verify};
+
+impl Work<'_> {
+    /// From what was found to what is told.
+    pub(super) fn answer(&self, request: &Request<'_>, mut found: Found) -> Outcome {
+        let (data, rig, stop) = (self.data, request.rig, self.deadlines.stop);
+        let explained = self.short.explains(&found.named);
+        self.teller.stage("fitting");
+        let (base_fit, named_fit) = {
+            let whole = found.whole();
+            rayon::join(
+                || horizons::finish(data, &found.refitted, explained, stop),
+                || horizons::finish(data, whole, self.short.explains(whole), stop),
+            )
+        };
+        if stop.wanted() && !explained {
+            found.unfinished.push(Part::LongHorizons);
+        }
+
+        let mut diagnosis = Diagnosis::new(self.verdict(&found));
+        if self.options.plan && self.options.pendulum.is_whole() {
+            self.teller.stage("planning");
+            diagnosis.plan = plan::plan(rig, data, &found.named, &found.rivals, stop);
+            if stop.wanted() {
+                found.unfinished.push(Part::Plan);
+            }
+        }
+        let gains = self.judged_apart(&mut found, &mut diagnosis);
+        let rivals = std::mem::take(&mut found.rivals);
+        diagnosis.effects = naming::effects(&self.calm, &found.named, &named_fit, rivals, &gains);
+        let is_kept = |id: &str| found.suspected.iter().any(|s| s.kept && s.id == id);
+        diagnosis.effects.retain(|e| !is_kept(&e.id));
+        diagnosis.suspected = std::mem::take(&mut found.suspected);
+        diagnosis.custom = found.custom.as_ref().map(|c| c.refitted(&named_fit));
+        if found.unfinished.contains(&Part::Rivals) {
+            for effect in &mut diagnosis.effects {
+                effect.confusable_with = naming::not_ruled_out(&effect.id, &found.named);
+            }
+        }
+        diagnosis.next_experiment = naming::next_experiment(&diagnosis.effects);
+        if stop.wanted() {
+            found.unfinished.push(Part::Limits);
+        } else {
+            diagnosis.limits = limits::limits(&self.calm, found.whole());
+        }
+        diagnosis.interrupted = stop.asked() && !found.unfinished.is_empty();
+        diagnosis.unfinished = std::mem::take(&mut found.unfinished);
+
+        diagnosis.jitter = jitter::jitter(data, rig.sensors.resolution());
+        let repaired = repair::repaired(rig, &named_fit);
+        let best = match diagnosis.best {
+            Best::Given => rig.clone(),
+            Best::Refitted => repair::repaired(rig, &base_fit),
+            Best::Repaired => repaired.clone(),
+        };
+        diagnosis.parameters = repair::parameters(rig, &repaired, &named_fit);
+        diagnosis.zeros = naming::zeros(request.recordings, &named_fit);
+        let mut curves = Curves {
+            rig: rig.name.clone(),
+            repaired_rig: Some(best.to_toml()),
+            evidence: evidence(&found),
+            ..Curves::default()
+        };
+        let models = &[&found.as_given, &base_fit, &named_fit].map(Predictor::from);
+        gap(data, models, &mut diagnosis, &mut curves);
+        if !request.verify.is_empty() {
+            self.teller.stage("verifying");
+            let unseen = self.options.data(request.verify, rig);
+            verify::verify(&unseen, models, &mut diagnosis, &mut curves);
+        }
+        if let Some(notice) = self.options.pendulum.notice() {
+            diagnosis.notices.push(notice.to_owned());
+            diagnosis.forget(self.options.pendulum);
+        }
+        Outcome {
+            diagnosis,
+            curves,
+            repaired: best,
+        }
+    }
+
+    fn verdict(&self, found: &Found) -> Verdict {
+        let explains = |fit: &Fit| self.short.explains(fit);
+        if !explains(&found.named) {
+            Verdict::Unexplained
+        } else if !found.named.model.effects.is_empty() {
+            Verdict::MissingEffects
+        } else if explains(&found.as_given) {
+            Verdict::NoGap
+        } else {
+            Verdict::ParametersOnly
+        }
+    }
+
+    /// What data kept apart say of the sheet, of the names and of each name: its gain, in their order, not a number
+    /// where time ran out.
+    fn judged_apart(&self, found: &mut Found, diagnosis: &mut Diagnosis) -> Vec<f64> {
+        let unknown = vec![f64::NAN; found.rivals.len()];
+        let (stop, end) = (self.deadlines.stop, self.deadlines.end);
+        let judged = (!stop.wanted()).then(|| {
+            let before = self.unseen(&found.refitted);
+            let after = match found.unseen.take() {
+                Some(after) => after,
+                None if found.named.model.effects.is_empty() => before.clone(),
+                None => self.unseen(&found.named),
+            };
+            let whole = found.custom.as_ref().map_or(&after.errors, |c| &c.errors);
+            let held_out = held_out::compared(self.data, &before.errors, whole);
+            let gain = |without: &Fit| {
+                let without = if without.model.effects.is_empty() {
+                    before.clone()
+                } else {
+                    self.apart(without, true, false)
+                };
+                held_out::removed(self.data, &without.errors, &after.errors)
+            };
+            let gains: Vec<f64> = found.rivals.iter().map(|r| gain(&r.without)).collect();
+            let repaired = found.custom.as_ref().map(|c| self.unseen(&c.fit));
+            let given = self.apart(&found.as_given, false, true);
+            let best = held_out::best(&given, &before, repaired.as_ref().unwrap_or(&after));
+            (held_out, gains, best)
+        });
+        // What ran out of time says nothing.
+        match judged.filter(|_| !end.wanted()) {
+            Some((held_out, gains, best)) => {
+                (diagnosis.held_out, diagnosis.best) = (held_out, best);
+                gains
+            }
+            None => {
+                found.unfinished.push(Part::HeldOut);
+                unknown
+            }
+        }
+    }
+}
+
+/// What spoke for each candidate added to the refitted sheet alone.
+fn evidence(found: &Found) -> Vec<CandidateEvidence> {
+    let of = |t: &Trial| CandidateEvidence {
+        id: t.spec.id.into(),
+        delta_bic: t.evidence.delta_bic,
+        named: found.whole().model.has(t.spec.id),
+    };
+    found.first.iter().map(of).collect()
+}

@@ -1,0 +1,203 @@
+//! What the recordings say: the refitted sheet, the names that hold beside it, and what else was suspected.
+
+use std::sync::Arc;
+
+use super::additions::Trial;
+use super::custom::{self, Custom};
+use super::held_out::{self, Folds, Unseen};
+use super::hypothesis::{Hypothesis, Sheet};
+use super::judge::Judge;
+use super::progress::Teller;
+use super::result::{Part, Suspected};
+use super::search::{Rival, Search};
+use super::{Deadlines, Fit, Options, constancy, horizons, savers, thinned};
+use crate::shooting::{Data, Effort, Problem};
+
+/// What a diagnosis works on.
+pub(super) struct Work<'a> {
+    pub(super) data: &'a Data,
+    /// Short windows, until it is time to judge; and the same until there is no time at all.
+    pub(super) short: Problem<'a>,
+    pub(super) calm: Problem<'a>,
+    pub(super) folds: Folds,
+    pub(super) options: Options<'a>,
+    pub(super) deadlines: Deadlines<'a>,
+    pub(super) teller: Teller<'a>,
+}
+
+/// What was found.
+pub(super) struct Found {
+    /// The sheet as given, and refitted.
+    pub(super) as_given: Fit,
+    pub(super) refitted: Fit,
+    /// With the names that hold.
+    pub(super) named: Fit,
+    /// Each name, what the data say without it, and who may stand in its place.
+    pub(super) rivals: Vec<Rival>,
+    pub(super) suspected: Vec<Suspected>,
+    /// An expression for what no name explains.
+    pub(super) custom: Option<Custom>,
+    /// Each candidate added to the refitted sheet alone.
+    pub(super) first: Vec<Trial>,
+    /// What the names leave on data kept apart, where they were judged.
+    pub(super) unseen: Option<Unseen>,
+    /// What was left out for want of time.
+    pub(super) unfinished: Vec<Part>,
+}
+
+impl Found {
+    /// The fit with everything that was found.
+    pub(super) fn whole(&self) -> &Fit {
+        self.custom.as_ref().map_or(&self.named, |c| &c.fit)
+    }
+}
+
+impl Work<'_> {
+    /// What a fit leaves on data kept apart.
+    pub(super) fn apart(&self, fit: &Fit, refit: bool, horizons: bool) -> Unseen {
+        let asked = held_out::Asked { refit, horizons };
+        held_out::unseen(self.data, &self.folds, fit, asked, self.deadlines.end)
+    }
+
+    /// The same of a fit whose parameters follow, over all horizons.
+    pub(super) fn unseen(&self, fit: &Fit) -> Unseen {
+        self.apart(fit, true, true)
+    }
+
+    /// Refits the sheet, looks for names, and judges them.
+    pub(super) fn find(&self, sheet: &Arc<Sheet>) -> Found {
+        let (short, calm) = (&self.short, &self.calm);
+        let Deadlines { stop, hurry, end } = self.deadlines;
+        let mut unfinished: Vec<Part> = Vec::new();
+        self.teller.stage("recalibrating");
+        let base = Hypothesis::base(sheet);
+        let as_given = short.solve_states(&base, &vec![0.0; base.len()], None);
+        let refitted = short.fit(&base, as_given.z.clone(), &as_given.states, Effort::FULL);
+        if hurry.wanted() {
+            unfinished.push(Part::Parameters);
+        }
+
+        self.teller.stage("searching");
+        let searching = self.teller.candidates("searching");
+        let part = short.thinned(&refitted, savers::of(&self.options).windows);
+        let mut search = self.begun(part.as_ref(), &refitted, &searching);
+        let mut named = search.run();
+        let cut = !search.is_through();
+        let first = std::mem::take(&mut search.first);
+        let mut rivals = search.rivals(&named);
+        let explains = |f: &Fit| short.explains(f);
+        // Where even short windows are far from what was measured, long ones say no more.
+        if !explains(&named) && !short.is_far(&named) && !hurry.wanted() {
+            let further = self.over_long_windows(&named);
+            if further.model.effects.len() > named.model.effects.len() {
+                named = further;
+                rivals = search.rivals(&named);
+            }
+        }
+
+        // From here on every fit is made to its end, as long as there is time at all.
+        search.calmly(calm);
+        let mut suspected = Vec::new();
+        if cut || (!explains(&named) && hurry.wanted()) {
+            // Names of finished rounds stay if they stand up to a fit to the end; who else might stand in their place
+            // was not looked at.
+            unfinished.extend([Part::Search, Part::Rivals]);
+            if !named.model.effects.is_empty() {
+                let (model, z) = (named.model.clone(), named.z.clone());
+                named = calm.simplified(calm.fit(&model, z, &named.states, Effort::FULL));
+            }
+            rivals = search.rivals(&named);
+            if end.wanted() {
+                // Even that was not made to its end.
+                suspected.extend(named.model.effects.iter().map(|e| Suspected::unjudged(e)));
+                (named, rivals) = (refitted.clone(), Vec::new());
+            }
+        }
+
+        let mut unseen = None;
+        // A model that leaves no more than the noise has nothing that a name could stand in for.
+        if !explains(&named) {
+            self.teller.stage("judging");
+            let judge = Judge {
+                problem: calm,
+                unseen: &|fit: &Fit| self.unseen(fit),
+                base: &refitted,
+                search: &search,
+                stop,
+            };
+            let judged = judge.judge(named, rivals);
+            (named, rivals) = (judged.named, judged.rivals);
+            suspected.extend(judged.suspected);
+            unseen = judged.unseen;
+        } else if named.model.has_blows() {
+            // Blows are not quite the law's, and what they leave is imitated like any other rest.
+            suspected.extend(constancy::scattered(calm, &named));
+        }
+        let mut custom = None;
+        if !explains(&named) && stop.wanted() {
+            unfinished.push(Part::Expression);
+        } else if !explains(&named) && self.options.pendulum.is_whole() {
+            self.teller.stage("looking for an expression");
+            let without = unseen.get_or_insert_with(|| self.unseen(&named));
+            custom = custom::propose(calm, &self.folds, &refitted, (&named, &without.errors));
+            if end.wanted() {
+                unfinished.push(Part::Expression);
+            }
+        }
+        let mut found = Found {
+            as_given,
+            refitted,
+            named,
+            rivals,
+            suspected,
+            custom,
+            first,
+            unseen,
+            unfinished,
+        };
+        found.settle_rivals();
+        found
+    }
+
+    /// The search over short windows, begun on a part of them where there is one.
+    fn begun<'s>(
+        &'s self,
+        part: Option<&'s thinned::Part<'s>>,
+        refitted: &Fit,
+        report: &'s (dyn Fn(&str) + Sync),
+    ) -> Search<'s> {
+        let savers = savers::of(&self.options);
+        let from = |problem, start| Search::new(problem, start, &|_| true, savers, report);
+        let Some(part) = part else {
+            return from(&self.short, refitted.clone());
+        };
+        let mut search = from(&part.problem, part.start.clone());
+        search.run_while(|f| part.problem.is_far(f));
+        search.onto(&self.short, refitted.clone())
+    }
+
+    /// What long windows add to the names of short ones.
+    fn over_long_windows(&self, named: &Fit) -> Fit {
+        const STAGE: &str = "searching over long windows";
+        self.teller.stage(STAGE);
+        horizons::search(
+            &self.short,
+            self.data,
+            named.clone(),
+            savers::of(&self.options),
+            &self.teller.candidates(STAGE),
+        )
+    }
+}
+
+impl Found {
+    /// Names that the expression says in other words are suspected, not named.
+    fn settle_rivals(&mut self) {
+        let model = self.whole().model.clone();
+        for rival in self.rivals.iter().filter(|r| !model.has(r.spec.id)) {
+            self.suspected.retain(|s| s.id != rival.spec.id);
+            self.suspected.push(Suspected::expressed(rival.spec));
+        }
+        self.rivals.retain(|r| model.has(r.spec.id));
+    }
+}
