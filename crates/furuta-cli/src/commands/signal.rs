@@ -179,8 +179,10 @@ impl SignalArgs {
                         (start, CrestFactors { before, after })
                     }
                 };
+                // Signals are written in V.
+                let words = signal.to_string().replace(" V ", &format!(" {unit} "));
                 notes.push(format!(
-                    "{signal}, repeating after {:.6} s: crest factor {after:.2} (with Schroeder's phases {before:.2})",
+                    "{words}, repeating after {:.6} s: crest factor {after:.2} (with Schroeder's phases {before:.2})",
                     signal.period()
                 ));
                 let peak = after * amplitude;

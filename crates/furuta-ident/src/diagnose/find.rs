@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use super::additions::Trial;
 use super::custom::{self, Custom};
+use super::deadlines::Deadlines;
 use super::held_out::{self, Folds, Unseen};
 use super::hypothesis::{Hypothesis, Sheet};
 use super::judge::Judge;
 use super::progress::Teller;
+use super::request::Options;
 use super::result::{Part, Suspected};
 use super::search::{Rival, Search};
-use super::{Deadlines, Fit, Options, constancy, horizons, savers, thinned};
+use super::{Fit, constancy, horizons, savers, thinned};
 use crate::shooting::{Data, Effort, Problem};
 
 /// What a diagnosis works on.

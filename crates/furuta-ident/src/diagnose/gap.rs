@@ -52,7 +52,7 @@ pub(super) fn gap(
         let windows = problem.windows.iter().filter(|w| w.run == i);
         curves.runs.push(RunCurves {
             restarts: windows.map(|w| w.start).collect(),
-            ..predict::curves(run, series)
+            ..predict::curves(run, unit, series)
         });
     }
 }

@@ -19,6 +19,7 @@ mod constancy;
 mod contested;
 mod criteria;
 mod custom;
+mod deadlines;
 mod evidence;
 mod expression;
 mod find;
@@ -57,7 +58,7 @@ pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
 
 use crate::insufficient::{self, Insufficient};
 use crate::shooting::{self, Problem};
-use crate::stop::Stop;
+use deadlines::Deadlines;
 use find::Work;
 use hypothesis::{Hypothesis, Sheet};
 use progress::Teller;
@@ -71,8 +72,6 @@ const SEARCH: f64 = 0.25;
 const REPORT: f64 = 0.5;
 /// Length of the windows on which a name must hold as well, where the plant is stable, s.
 const LONG: f64 = 2.0;
-/// Share of the time limit that the search may take.
-const FOR_SEARCH: f64 = 0.6;
 /// Of each worker thread, bytes.
 const STACK: usize = 16 << 20;
 
@@ -138,31 +137,6 @@ pub fn diagnose_with(
     match pool {
         Ok(pool) => pool.install(work),
         Err(_) => work(),
-    }
-}
-
-/// When a diagnosis goes no further.
-#[derive(Clone, Copy)]
-struct Deadlines<'a> {
-    /// With everything that is asked for.
-    stop: Stop<'a>,
-    /// With the search: the rest of the time is for judging what was found.
-    hurry: Stop<'a>,
-    /// With fits that were begun, which a person's Ctrl-C leaves to their end.
-    end: Stop<'a>,
-}
-
-impl<'a> Deadlines<'a> {
-    fn from(begin: Instant, options: &Options<'a>) -> Self {
-        let by = |share: f64| {
-            let limit = options.time_limit?;
-            begin.checked_add(limit.mul_f64(share))
-        };
-        Self {
-            stop: Stop::when(options.stop).or_at(by(1.0)),
-            hurry: Stop::when(options.stop).or_at(by(FOR_SEARCH)),
-            end: Stop::NEVER.or_at(by(1.0)),
-        }
     }
 }
 

@@ -109,11 +109,16 @@ pub(super) fn rms<'a>(errors: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 2] {
 }
 
 /// The measured series and the predictions of the three models, for the report.
-pub(super) fn curves(run: &Run, [as_given, refitted, repaired]: [[Vec<f64>; 2]; 3]) -> RunCurves {
+pub(super) fn curves(
+    run: &Run,
+    unit: &str,
+    [as_given, refitted, repaired]: [[Vec<f64>; 2]; 3],
+) -> RunCurves {
     RunCurves {
         name: run.name.clone(),
         t: (0..run.y.len()).map(|k| run.time(k)).collect(),
         u: run.u.clone(),
+        unit: unit.to_owned(),
         measured: std::array::from_fn(|c| run.y.iter().map(|y| y[c]).collect()),
         nominal: as_given,
         recalibrated: refitted,

@@ -1,6 +1,8 @@
 //! The numbers that only save time, apart from those that decide a name (`criteria`). Without them a search follows
 //! every candidate from every start to the end; tests compare the two.
 
+use super::request::Options;
+
 /// What a search leaves out to save time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Savers {
@@ -44,7 +46,7 @@ pub(super) static USUAL: Savers = Savers {
 };
 
 /// Those of a diagnosis.
-pub(super) const fn of(options: &super::Options<'_>) -> &'static Savers {
+pub(super) const fn of(options: &Options<'_>) -> &'static Savers {
     if options.thorough { &NONE } else { &USUAL }
 }
 

@@ -19,6 +19,7 @@ pub(super) fn verify(
         let z = with_zeros_found(data, |_| true, &hypothesis, &z);
         Predictor { hypothesis, z }
     });
+    let unit = models[0].hypothesis.sheet.params.motor.actuation.unit();
     let windows = data.windows(REPORT, |r| !r.hangs());
     let problem = Problem::new(data, windows);
     let windowed = predict::of_each(models, |m| predict::windowed(&problem, m));
@@ -60,7 +61,7 @@ pub(super) fn verify(
         curves.verification.push(RunCurves {
             restarts,
             held_out: true,
-            ..predict::curves(run, series)
+            ..predict::curves(run, unit, series)
         });
     }
 }

@@ -53,6 +53,7 @@ fn encode(run: &RunCurves, stride: usize) -> Value {
         "name": run.name,
         "t": base64(&times),
         "u": series(&keep(&run.u)),
+        "unit": if run.unit.is_empty() { "V" } else { &run.unit },
         "measured": measured.iter().map(|values| series(values)).collect::<Value>(),
         "residual": {"nominal": residual(&run.nominal), "recalibrated": residual(&run.recalibrated),
             "augmented": residual(&run.augmented)},

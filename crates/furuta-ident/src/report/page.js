@@ -26,7 +26,7 @@
     }
     // Lines end where the prediction starts anew, and everything ends at a gap.
     run.anew = new Set(run.restarts);
-    const steps = run.time.slice(1).map((t, i) => t - run.time[i]), usual = Float64Array.from(steps).sort()[steps.length >> 1] || 1;
+    const steps = run.time.slice(1).map((t, i) => t - run.time[i]), usual = Float64Array.from(steps).sort()[Math.floor(0.95 * steps.length)] || 1; // of clocks that jitter the long ones
     run.holes = new Set(); steps.forEach((s, i) => { if (s > 1.6 * usual) run.holes.add(i + 1); });
     run.ready = true;
     return run;
@@ -51,7 +51,7 @@
       const angle = (c, name) => ({ title: name + ": measured and predicted", unit: "rad", size: 165, lines: [["measured", run.angle[c]], ...MODELS.map(([k]) => [k, run.model[k][c]])], frame: ["measured", "augmented"] });
       const left = (c, name) => ({ title: name + ": measured minus predicted", unit: "rad", size: 105, lines: MODELS.map(([k]) => [k, run.left[k][c]]), frame: ["recalibrated", "augmented"], zero: true });
       return [angle(0, "Arm θ"), left(0, "Arm θ"), angle(1, "Pendulum α"), left(1, "Pendulum α"),
-        { title: "Motor command u", unit: "V", size: 75, lines: [["measured", run.command]], frame: ["measured"], held: true }]
+        { title: "Motor command u", unit: run.unit, size: 75, lines: [["measured", run.command]], frame: ["measured"], held: true }]
         .map((p) => ({ ...p, lines: p.lines.filter(([k, d]) => d && (k === "measured" || shown[k])) }))
         .filter((p) => p.lines.length);
     }
@@ -125,7 +125,7 @@
       if (hover !== null) {
         const i = Math.min(Math.max(at(hover), 0), run.time.length - 1), px = x(run.time[i]);
         ctx.strokeStyle = colour("--faint"); ctx.setLineDash([3, 3]); ctx.beginPath(); ctx.moveTo(px, PAD.top); ctx.lineTo(px, height - PAD.bottom); ctx.stroke(); ctx.setLineDash([]);
-        const parts = ["t = " + run.time[i].toFixed(3) + " s", "u = " + text(run.command ? run.command[i] : NaN) + " V"];
+        const parts = ["t = " + run.time[i].toFixed(3) + " s", "u = " + text(run.command ? run.command[i] : NaN) + " " + run.unit];
         ["θ", "α"].forEach((name, c) => {
           const models = MODELS.filter(([k]) => shown[k] && run.model[k][c]).map(([k, word]) => word + " " + text(run.model[k][c][i]));
           parts.push(name + ": measured " + text(run.angle[c][i]) + (models.length ? ", " + models.join(", ") : "") + " rad");

@@ -242,7 +242,7 @@ pub(super) fn expression(diagnosis: &Diagnosis) -> String {
          {torques}<p class=\"says\">{} It says nothing of why, and nothing outside the motions recorded.</p><div \
          class=\"facts\">{rows}</div>\
          <p class=\"note\">On data kept apart from search and fit, without and with it: {theta}, {alpha}. Angles in \
-         rad, speeds in rad/s, u the motor's voltage in V.</p></article></section>\n",
+         rad, speeds in rad/s, u the command in its unit.</p></article></section>\n",
         escape(&custom.sentence())
     )
 }

@@ -15,9 +15,12 @@ pub struct RunCurves {
     /// Time, s.
     #[serde(deserialize_with = "nan_for_null::list")]
     pub t: Vec<f64>,
-    /// Motor command, V.
+    /// Motor command.
     #[serde(deserialize_with = "nan_for_null::list")]
     pub u: Vec<f64>,
+    /// Its unit; V where that is empty.
+    #[serde(default)]
+    pub unit: String,
     /// Measured `[theta, alpha]`, rad.
     #[serde(deserialize_with = "nan_for_null::pair")]
     pub measured: [Vec<f64>; 2],
