@@ -257,9 +257,8 @@ impl<'a> Search<'a> {
     fn grow(&mut self, here: &Set) {
         let fit = self.known[here].fit.clone();
         let mut convinces = true;
-        for (spec, smaller) in self.without_each(&fit) {
-            let needed = self.problem.evidence(&smaller, &fit).convinces();
-            convinces &= needed || self.fixed.has(spec.id);
+        for (_, smaller) in self.without_each(&fit) {
+            convinces &= self.problem.evidence(&smaller, &fit).convinces();
             self.keep(smaller, true);
         }
         if let Some(node) = self.known.get_mut(here) {
@@ -304,9 +303,6 @@ impl<'a> Search<'a> {
         let goal = fit.cost + self.problem.tolerance(&fit);
         for (spec, smaller) in self.without_each(&fit) {
             self.keep(smaller.clone(), true);
-            if self.fixed.has(spec.id) {
-                continue;
-            }
             // Costs that differ by less than what an effect must gain are one goal.
             let least = CRITERIA.effect * self.problem.per_sample(&fit);
             let followed = self.known[&set(&smaller.model)].followed;
@@ -392,8 +388,11 @@ impl<'a> Search<'a> {
         (z.len() == to.len()).then(|| self.problem.fit(to, z, &here.states, effort))
     }
 
-    /// The set without each of its effects: the better of what was known and what is found from where the set ended.
+    /// The set without each of its effects that need not stay: the better of what was known and what is found from where
+    /// the set ended.
     fn without_each(&self, here: &Fit) -> Vec<(&'static Spec, Fit)> {
+        let effects = here.model.effects.iter().copied();
+        let movable: Vec<&'static Spec> = effects.filter(|e| !self.fixed.has(e.id)).collect();
         let is_known = |fit: &Fit| {
             self.known
                 .get(&set(&here.model))
@@ -404,15 +403,13 @@ impl<'a> Search<'a> {
                 let known = self.known.get(&set(&here.model.without(spec.id)))?;
                 Some((*spec, known.fit.clone()))
             };
-            let all: Option<Vec<_>> = here.model.effects.iter().map(smaller).collect();
+            let all: Option<Vec<_>> = movable.iter().map(smaller).collect();
             if let Some(all) = all {
                 return all;
             }
         }
         let effort = Effort::FULL.above(here.cost);
-        here.model
-            .effects
-            .clone()
+        movable
             .into_par_iter()
             .map(|spec| {
                 let fit = self.problem.without(here, spec.id, effort);
