@@ -146,7 +146,7 @@ impl Problem<'_> {
                 f64::INFINITY
             },
             delta_bic: gain - parameters * self.samples().ln(),
-            possible: possible(smaller, larger),
+            possible: possible(&smaller.model, larger),
         }
     }
 
@@ -181,11 +181,11 @@ impl Problem<'_> {
 }
 
 /// Whether no number of what `larger` has and `smaller` has not ended at a bound of its range, none at all left out.
-fn possible(smaller: &Fit, larger: &Fit) -> bool {
+pub(super) fn possible(smaller: &Hypothesis, larger: &Fit) -> bool {
     let h: &Hypothesis = &larger.model;
     let values = h.physical(&larger.z);
     (h.effects.iter().enumerate())
-        .filter(|(_, e)| !smaller.model.has(e.id))
+        .filter(|(_, e)| !smaller.has(e.id))
         .flat_map(|(i, e)| e.parameters.iter().zip(&values[h.offset(i)..]))
         .filter(|(p, _)| p.kind == Kind::Real)
         .all(|(p, value)| {

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::Fit;
 use super::additions::{Instead, Trial};
 use super::criteria::CRITERIA;
+use super::evidence::possible;
 use super::hypothesis::Hypothesis;
 use super::savers::Savers;
 use super::thinned::FAR;
@@ -123,9 +124,9 @@ impl<'a> Search<'a> {
         self.left == 0 || self.next().is_none()
     }
 
-    /// The search over a part of the windows goes on with all of them: the best set, and what came near it in the
-    /// place of one of its effects, are fitted again from where `start`, without them, has the windows begin. Where
-    /// even the best is still far from the data, the rest of the windows says no more.
+    /// The search over a part of the windows goes on with all of them: the best set, and what came near it with values
+    /// that can be in the place of one of its effects, are fitted again from where `start`, without them, has the
+    /// windows begin. Where even the best is still far from the data, the rest of the windows says no more.
     pub(super) fn onto(self, problem: &'a Problem<'a>, start: Fit) -> Self {
         let ended = self.is_through();
         let best = self.closest();
@@ -136,7 +137,9 @@ impl<'a> Search<'a> {
             .collect();
         let is_near = |s: &Set, fit: &Fit| {
             let beside = |smaller: &Hypothesis| smaller.effects.iter().all(|e| fit.model.has(e.id));
-            let near = |(smaller, limit): &(Hypothesis, f64)| fit.cost < *limit && beside(smaller);
+            let near = |(smaller, limit): &(Hypothesis, f64)| {
+                fit.cost < *limit && beside(smaller) && possible(smaller, fit)
+            };
             *s == here || (s.len() == here.len() && limits.iter().any(near))
         };
         let again: Vec<(Set, Node)> = (self.known.into_iter())
@@ -314,8 +317,8 @@ impl<'a> Search<'a> {
             if self.problem.stop.wanted() {
                 return;
             }
-            // Those that come near, and those that are nested in what they stand for, are fitted from where this set
-            // ended.
+            // Those that come near with values that can be, and those that are nested in what they stand for, are fitted
+            // from where this set ended.
             let limit = self.near(&fit, &smaller);
             let again: Vec<Hypothesis> = self
                 .problem
@@ -323,7 +326,8 @@ impl<'a> Search<'a> {
                 .filter(|c| c.id != spec.id)
                 .map(|c| (c, smaller.model.with(c)))
                 .filter(|(c, h)| {
-                    let near = self.known.get(&set(h)).is_some_and(|n| n.fit.cost < limit);
+                    let is_near = |fit: &Fit| fit.cost < limit && possible(&smaller.model, fit);
+                    let near = self.known.get(&set(h)).is_some_and(|n| is_near(&n.fit));
                     let nested = spec.look_alikes.contains(&c.id)
                         && c.parameters.len() < spec.parameters.len();
                     near || nested
