@@ -158,9 +158,11 @@ mod tests {
             recalibrated: both(),
             augmented: both(),
             restarts: vec![0, 1000],
+            unit: "rad/s2".into(),
             held_out: false,
         };
         let json = runs(&[run]);
+        assert!(json.contains(r#""unit":"rad/s2""#));
         assert!(json.len() < 1_200_000, "{}", json.len());
         assert!(!json.contains("</script>"));
         assert_eq!(stride(&[RunCurves::default()]), 1);
