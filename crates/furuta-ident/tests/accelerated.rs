@@ -83,7 +83,7 @@ fn record(rig: &Rig, hidden: &Hidden, seed: u32, jitter: f64) -> Recording {
         let lines = phases.iter().enumerate();
         lines
             .map(|(k, phase)| {
-                let w = 6.283 * 0.5 * (k as f64 + 1.0);
+                let w = std::f64::consts::PI * (k as f64 + 1.0);
                 4.0 * (w * t + phase).sin()
             })
             .sum::<f64>()

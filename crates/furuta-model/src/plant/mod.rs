@@ -1,6 +1,8 @@
 //! A rig with its effects, stepped under a held command.
 
 mod attached;
+#[cfg(feature = "std")]
+mod bare;
 mod crossing;
 mod drive;
 mod error;

@@ -3,10 +3,8 @@
 use super::drive::{Bodies, Moment};
 use super::friction::Balance;
 use super::{EVENTS, MAX_DELAY_SAMPLES, Plant, PlantState};
-use crate::dynamics::acceleration;
 use crate::effects::{Acts, Clock, Law};
 use crate::integrate::{Field, Fixed, Length, Stage, Variable, rk4};
-use crate::params::Coefficients;
 use crate::scalar::Scalar;
 use crate::state::State;
 
@@ -52,17 +50,6 @@ impl<S: Scalar> Plant<S> {
         if S::LANES == 1 && self.acts.includes(Acts::SENSOR_DELAY) {
             self.remember_reading(s, h);
         }
-    }
-
-    /// What [`Plant::step`] does to the mechanical state of a plant without effects, and nothing else: no question is
-    /// asked on the way, so that a loop of such steps keeps the state in registers.
-    #[inline(always)]
-    pub(crate) fn bare_step(&self, x: State<S>, u: S, h: S::Real) -> State<S> {
-        let field = Bare {
-            coefficients: self.coefficients,
-            volts: u,
-        };
-        rk4(x, Fixed(h), &field)
     }
 
     #[inline(never)]
@@ -303,20 +290,6 @@ impl<S: Scalar> Plant<S> {
             let cube = -(after + before + fall + fall);
             new[i] + back * (back * (back * cube + square) - after)
         })
-    }
-}
-
-/// The equations of motion without effects.
-struct Bare<S> {
-    coefficients: Coefficients<S>,
-    volts: S,
-}
-
-impl<S: Scalar> Field<State<S>> for Bare<S> {
-    #[inline(always)]
-    fn slope(&self, _: Stage, x: &State<S>) -> State<S> {
-        let [arm, pendulum] = acceleration(&self.coefficients, x, self.volts);
-        State::new(x.theta_dot, x.alpha_dot, arm, pendulum)
     }
 }
 

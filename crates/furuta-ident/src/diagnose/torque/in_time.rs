@@ -137,8 +137,8 @@ pub(in super::super) fn in_time(
             .map(|i| &after[i])
             .filter(|c| c.t.len() == course.t.len());
         let unknown = vec![f64::NAN; course.t.len()];
-        for c in 0..2 {
-            let (now, later) = match moved[c] {
+        for (c, moved) in moved.into_iter().enumerate() {
+            let (now, later) = match moved {
                 true => (Some(&course), later),
                 false => (None, None),
             };
