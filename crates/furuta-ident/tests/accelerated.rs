@@ -1,7 +1,7 @@
 //! Arms that follow a commanded acceleration: the pendulum on a base that moves as commanded, integrated here without
 //! the library's plant, read by encoders, and diagnosed by a sheet that is off.
 
-use furuta_ident::diagnose::{Channel, Diagnosis, Request, Verdict, diagnose};
+use furuta_ident::diagnose::{Channel, Diagnosis, Outcome, Request, Verdict, diagnose};
 use furuta_ident::recording::Recording;
 use furuta_model::Rig;
 
@@ -120,6 +120,10 @@ fn record(rig: &Rig, hidden: &Hidden, seed: u32, jitter: f64) -> Recording {
 }
 
 fn found(hidden: Hidden, jitter: f64) -> Diagnosis {
+    outcome(hidden, jitter).diagnosis
+}
+
+fn outcome(hidden: Hidden, jitter: f64) -> Outcome {
     let recordings = [1, 2].map(|seed| record(&kit(), &hidden, seed, jitter));
     assert_eq!(recordings[0].is_uneven(), jitter > 0.0);
     let request = Request {
@@ -129,7 +133,7 @@ fn found(hidden: Hidden, jitter: f64) -> Diagnosis {
     };
     let outcome = diagnose(&request, &|_| ()).expect("good recordings");
     println!("{:#?}", outcome.diagnosis.effects);
-    outcome.diagnosis
+    outcome
 }
 
 fn ids(d: &Diagnosis) -> Vec<&str> {
@@ -200,19 +204,29 @@ fn torques_on_the_pendulum_are_found() {
     assert_eq!(named, ["motor.delay", "pendulum.quadratic"]);
 }
 
-/// A torque missing on an arm that no torque moves is not spoken of.
+/// A torque missing on an arm that no torque moves is not spoken of, nor drawn.
 #[test]
 fn nothing_is_said_of_torques_on_the_arm() {
     let hidden = Hidden {
         spring: 2e-3,
         ..Hidden::default()
     };
-    let d = found(hidden, 0.0);
+    let Outcome {
+        diagnosis: d,
+        curves,
+        ..
+    } = outcome(hidden, 0.0);
     assert_eq!(ids(&d), ["pendulum.spring"]);
     assert!(d.missing_torque.iter().all(|t| t.axis == Channel::Alpha));
+    assert!(!curves.torque_by_state.is_empty() && !curves.torque_in_time.is_empty());
     assert!(
-        d.limits
+        curves
+            .torque_by_state
             .iter()
-            .all(|l| !l.id.starts_with("arm.") || l.id == "arm.tilt")
+            .all(|t| t.axis == Channel::Alpha)
     );
+    for run in &curves.torque_in_time {
+        assert!(run.recalibrated[0].iter().all(|t| t.is_nan()));
+        assert!(run.recalibrated[1].iter().any(|t| t.is_finite()));
+    }
 }

@@ -52,6 +52,16 @@ impl Found {
     pub(super) fn whole(&self) -> &Fit {
         self.custom.as_ref().map_or(&self.named, |c| &c.fit)
     }
+
+    /// Names that the expression says in other words are suspected, not named.
+    fn settle_rivals(&mut self) {
+        let model = self.whole().model.clone();
+        for rival in self.rivals.iter().filter(|r| !model.has(r.spec.id)) {
+            self.suspected.retain(|s| s.id != rival.spec.id);
+            self.suspected.push(Suspected::expressed(rival.spec));
+        }
+        self.rivals.retain(|r| model.has(r.spec.id));
+    }
 }
 
 impl Work<'_> {
@@ -189,17 +199,5 @@ impl Work<'_> {
             savers::of(&self.options),
             &self.teller.candidates(STAGE),
         )
-    }
-}
-
-impl Found {
-    /// Names that the expression says in other words are suspected, not named.
-    fn settle_rivals(&mut self) {
-        let model = self.whole().model.clone();
-        for rival in self.rivals.iter().filter(|r| !model.has(r.spec.id)) {
-            self.suspected.retain(|s| s.id != rival.spec.id);
-            self.suspected.push(Suspected::expressed(rival.spec));
-        }
-        self.rivals.retain(|r| model.has(r.spec.id));
     }
 }

@@ -44,9 +44,6 @@ pub(super) struct Sheet {
     pub(super) held: [bool; BASE],
     /// Whether each of the angles is looked at.
     pub(super) looks_at: [bool; 2],
-    /// Whether a torque moves each axis: none moves one that is held or not there, nor an arm that follows a commanded
-    /// acceleration.
-    pub(super) moved: [bool; 2],
     /// A natural size of each base parameter: the sheet's value, or a guess where that is zero.
     pub(super) scale: [f64; BASE],
     /// One standard deviation of each base parameter beforehand, by the sheet's tolerances, in units of the vector.
@@ -78,8 +75,7 @@ impl Sheet {
             scale[i] = scale[i].max(small);
         }
         let looks_at = pendulum.looks_at();
-        let mut moved = looks_at;
-        moved[0] &= rig.params.motor.actuation != Actuation::Acceleration;
+        let moved = moved(&rig.params, looks_at);
         let shown = |i: usize| match pendulum {
             Pendulum::Swings => moved[0] || !matches!(i, ARM_INERTIA | ARM_DAMPING),
             Pendulum::Removed | Pendulum::Locked => i == DRIVE || (moved[0] && i == ARM_DAMPING),
@@ -93,7 +89,6 @@ impl Sheet {
             is_whole: pendulum.is_whole(),
             held: std::array::from_fn(|i| !shown(i)),
             looks_at,
-            moved,
             scale,
             known: known(rig, &base, &scale),
             period: data.runs.first().map_or(0.0, |r| r.h),
@@ -119,9 +114,21 @@ impl Sheet {
         }
     }
 
+    /// Whether a torque moves each axis.
+    pub(super) fn moved(&self) -> [bool; 2] {
+        moved(&self.params, self.looks_at)
+    }
+
     fn base(&self) -> [f64; BASE] {
         base(&self.coefficients, self.params.arm.length)
     }
+}
+
+/// Whether a torque moves each axis: none moves one that is held or not there, nor an arm that follows a commanded
+/// acceleration.
+fn moved(params: &Params<f64>, looks_at: [bool; 2]) -> [bool; 2] {
+    let follows = params.motor.actuation == Actuation::Acceleration;
+    [looks_at[0] && !follows, looks_at[1]]
 }
 
 /// The base parameters of a sheet.

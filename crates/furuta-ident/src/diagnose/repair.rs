@@ -140,6 +140,7 @@ pub(super) fn effect_parameters(fit: &Fit, index: usize) -> BTreeMap<String, Est
         .map(|(k, p)| {
             let i = offset + k;
             let std = fit.std[i] * scales[i];
+            // A deviation wider than the range says that the recordings do not show the number.
             let shows = p.kind.is_continuous() && std < p.max - p.min;
             let estimate = Estimate {
                 value: values[i],

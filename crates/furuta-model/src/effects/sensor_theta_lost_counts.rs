@@ -30,15 +30,8 @@ pub(super) const SIZE: ParameterSpec = ParameterSpec {
 };
 /// Since when: no fit moves it.
 pub(super) const TIME: ParameterSpec = ParameterSpec {
-    name: "time",
-    unit: "s",
     kind: Kind::Moment,
-    default: None,
-    min: 0.0,
-    max: 1e6,
-    off: 0.0,
-    typical: Typical::Of(|_| 1.0),
-    starts: &[0.0],
+    ..super::pulse::TIME
 };
 pub(super) const SPEC: Spec = Spec {
     id: "sensor.theta.lost_counts",

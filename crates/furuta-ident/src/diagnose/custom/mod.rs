@@ -135,7 +135,7 @@ fn needed(problem: &Problem<'_>, (mut fit, columns): Grown) -> Grown {
 /// Adds terms to `start` as long as they help, each round about the fit with those before.
 fn grow(problem: &Problem<'_>, folds: &Folds, start: &Fit) -> Option<Grown> {
     let sheet = &start.model.sheet;
-    let library = library(&sheet.coefficients, sheet.moved);
+    let library = library(&sheet.coefficients, sheet.moved());
     let (mut here, mut columns) = (start.clone(), Vec::new());
     for _ in 0..ROUNDS {
         if problem.explains(&here) {

@@ -43,7 +43,7 @@ impl Responses {
             chi2: fit.cost / samples,
             samples,
             actuation: model.hypothesis.sheet.params.motor.actuation,
-            moved: model.hypothesis.sheet.moved,
+            moved: model.hypothesis.sheet.moved(),
         }
     }
 
