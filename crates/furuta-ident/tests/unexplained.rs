@@ -105,3 +105,51 @@ fn friction_that_fades_is_not_called_a_law_of_the_speed() {
         found.suspected
     );
 }
+
+/// Friction that grows with the speed fits Stribeck's law with the wrong sign, and is not called so; the repaired model
+/// predicts with it all the same.
+#[test]
+fn friction_that_grows_with_the_speed_is_not_called_stribecks() {
+    let mut rig = qube();
+    rig.effects = vec![Effect::new("arm.stribeck", &[4e-3, 1e-3, 2.0]).expect("valid")];
+    let recordings = [
+        swept("a.csv", &rig, 2.0, 0.0),
+        swept("b.csv", &rig, 3.0, 2.0),
+    ];
+    let found = diagnosis(&recordings, &qube());
+    assert_eq!(found.verdict, Verdict::Unexplained);
+    assert_eq!(names(&found), [""; 0], "{:?}", found.suspected);
+    let reason = suspicion(&found, "arm.stribeck");
+    assert!(reason.contains("grows with the speed"), "{reason}");
+    // The plant here is the model's own: what is left is rounding.
+    assert!(found.gap.augmented.theta < found.gap.noise_floor.theta);
+}
+
+/// Each recording's own zero of alpha shows the offset, whatever steps the arm's encoder makes; data kept apart do not,
+/// as a zero of their own follows it.
+#[test]
+fn an_offset_of_alpha_is_named_beside_lost_counts() {
+    let lossy = |name: &str, amplitude, phase, time| {
+        let mut rig = qube();
+        rig.effects = vec![
+            Effect::new("sensor.theta.lost_counts", &[0.15, time, 0.0]).expect("valid"),
+            Effect::new("sensor.alpha.offset", &[0.04]).expect("valid"),
+        ];
+        swept(name, &rig, amplitude, phase)
+    };
+    let recordings = [
+        lossy("a.csv", 2.0, 0.0, 3.1),
+        lossy("b.csv", 3.0, 2.0, 5.7),
+        lossy("c.csv", 2.5, 4.0, 4.4),
+    ];
+    let found = diagnosis(&recordings, &qube());
+    assert_eq!(found.verdict, Verdict::Unexplained);
+    assert_eq!(
+        names(&found),
+        ["sensor.alpha.offset"],
+        "{:?}",
+        found.suspected
+    );
+    let angle = found.effects[0].parameters["angle"].value;
+    assert!((angle - 0.04).abs() < 2e-3, "{angle}");
+}

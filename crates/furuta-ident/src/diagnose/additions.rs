@@ -403,9 +403,10 @@ fn close(from: &Fit, fits: &[(&'static Spec, Fit)], savers: &Savers) -> f64 {
 }
 
 /// Keeps the starts to be fitted: of those whose score statistic could convince (and could gain `wanted`), the few with
-/// a statistic near the best.
+/// a statistic near the best. What acts once in one window does not say how little matters in all of them.
 fn keep_scored(per_sample: f64, wanted: f64, savers: &Savers, starts: &mut Vec<FitStart>) {
-    let best = starts.first().map_or(0.0, |s| s.statistic);
+    let lasting = starts.iter().find(|s| !s.spec.acts_once());
+    let best = lasting.map_or(0.0, |s| s.statistic);
     let mut kept: Vec<(&'static str, usize)> = Vec::new();
     starts.retain(|start| {
         let spec = start.spec;

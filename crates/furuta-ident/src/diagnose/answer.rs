@@ -89,7 +89,8 @@ impl Work<'_> {
 
     fn verdict(&self, found: &Found) -> Verdict {
         let explains = |fit: &Fit| self.short.explains(fit);
-        if !explains(&found.named) {
+        let contradictions = || found.named.model.contradictions(&found.named.z);
+        if !explains(&found.named) || contradictions().next().is_some() {
             Verdict::Unexplained
         } else if !found.named.model.effects.is_empty() {
             Verdict::MissingEffects

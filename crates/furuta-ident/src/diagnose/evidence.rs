@@ -23,6 +23,9 @@ pub(super) struct Evidence {
     pub(super) windows: f64,
     /// How many there must be.
     pub(super) windows_needed: f64,
+    /// The part of the gain that comes from where the recordings' zeros were before: each is known beforehand, whatever
+    /// is wrong beside.
+    pub(super) zeros: f64,
     /// The least fall of the cost.
     pub(super) least: f64,
     /// Factor by which the excess over the noise falls.
@@ -37,7 +40,8 @@ pub(super) struct Evidence {
 impl Evidence {
     /// Whether the larger hypothesis is to be believed.
     pub(super) fn convinces(&self) -> bool {
-        self.possible && self.helps() && self.delta_bic > 0.0 && self.factor > CRITERIA.factor
+        let much = self.factor > CRITERIA.factor || self.zeros > self.least;
+        self.possible && self.helps() && self.delta_bic > 0.0 && much
     }
 
     /// Whether the larger hypothesis is better, and not in one place alone.
@@ -75,6 +79,7 @@ impl Problem<'_> {
             let shared = (before.0 - after.0) / self.windows.len() as f64;
             shared + zeros(&before.1) - zeros(&after.1)
         };
+        let zeros = before.1.iter().sum::<f64>() - after.1.iter().sum::<f64>();
         let gains: Vec<f64> = (smaller.costs.iter().zip(&larger.costs))
             .zip(&self.windows)
             .map(|((a, b), w)| (a - b) / per_sample + prior(w))
@@ -111,6 +116,7 @@ impl Problem<'_> {
                 elsewhere: gain,
                 windows: 1.0,
                 windows_needed: 0.0,
+                zeros,
                 least: least.max(CRITERIA.stands_out * usual),
                 factor: f64::INFINITY,
                 delta_bic: gain - parameters * self.samples().ln(),
@@ -139,6 +145,7 @@ impl Problem<'_> {
             elsewhere: gain - gains.iter().fold(0.0, |a: f64, b| a.max(*b)),
             windows: sum * sum.abs() / squares.max(1e-300),
             windows_needed: CRITERIA.windows.min(gains.len() as f64 / 8.0),
+            zeros,
             factor: if significant {
                 excess(smaller) / excess(larger)
             } else {

@@ -53,7 +53,7 @@ impl Found {
         self.custom.as_ref().map_or(&self.named, |c| &c.fit)
     }
 
-    /// Names that the expression says in other words are suspected, not named.
+    /// Names that the expression says in other words are suspected, not named; and what is suspected is no rival.
     fn settle_rivals(&mut self) {
         let model = self.whole().model.clone();
         for rival in self.rivals.iter().filter(|r| !model.has(r.spec.id)) {
@@ -61,6 +61,9 @@ impl Found {
             self.suspected.push(Suspected::expressed(rival.spec));
         }
         self.rivals.retain(|r| model.has(r.spec.id));
+        for rival in &mut self.rivals {
+            (rival.near).retain(|t| self.suspected.iter().all(|s| s.id != t.spec.id));
+        }
     }
 }
 
@@ -144,6 +147,11 @@ impl Work<'_> {
         } else if named.model.has_blows() {
             // Blows are not quite the law's, and what they leave is imitated like any other rest.
             suspected.extend(constancy::scattered(calm, &named));
+        }
+        // What has one strength everywhere is of another law all the same if it contradicts its name.
+        for (spec, why) in named.model.contradictions(&named.z) {
+            suspected.retain(|s: &Suspected| s.id != spec.id);
+            suspected.push(Suspected::contradicted(spec, why));
         }
         let mut custom = None;
         if !explains(&named) && stop.wanted() {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
+use furuta_model::effects::{Acts, Kind, Law, MAX_PARAMETERS};
 use furuta_model::params::Coefficients;
 use furuta_model::{Actuation, Effect, Jet, Params, Plant, Rig, Scalar, Spec};
 
@@ -259,17 +259,27 @@ impl Hypothesis {
         self.effects.iter().any(|e| is_late(e))
     }
 
+    /// The effects with their values.
+    fn valued(&self, z: &[f64]) -> impl Iterator<Item = Effect<f64>> {
+        let values = self.physical(z);
+        (self.effects.iter().enumerate()).filter_map(move |(i, e)| {
+            let first = self.offset(i);
+            Effect::of(e, &values[first..first + e.parameters.len()])
+        })
+    }
+
     /// Those that are local in time, with their values.
     pub(super) fn local(&self, z: &[f64]) -> impl Iterator<Item = Effect<f64>> {
-        let values = self.physical(z);
-        self.effects
-            .iter()
-            .enumerate()
-            .filter(|(_, e)| e.acts_once())
-            .filter_map(move |(i, e)| {
-                let first = self.offset(i);
-                Effect::of(e, &values[first..first + e.parameters.len()])
-            })
+        self.valued(z).filter(|e| e.spec().acts_once())
+    }
+
+    /// Those whose values contradict their names, and why.
+    pub(super) fn contradictions(
+        &self,
+        z: &[f64],
+    ) -> impl Iterator<Item = (&'static Spec, &'static str)> {
+        self.valued(z)
+            .filter_map(|e| Some((e.spec(), e.contradiction()?)))
     }
 
     /// Whether a window's start holds what is only computed from the motion before: how a drive is twisted and which

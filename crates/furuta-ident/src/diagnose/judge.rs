@@ -3,6 +3,7 @@
 //! does not is suspected, not named. What fails the last test alone stays in the model: it predicts, as an imitation.
 
 use furuta_model::Spec;
+use furuta_model::effects::Acts;
 
 use super::Fit;
 use super::constancy;
@@ -81,8 +82,15 @@ impl Judge<'_> {
         judged.unseen = None;
     }
 
+    /// Whether data kept apart say nothing of an effect.
+    fn is_untold(&self, spec: &Spec) -> bool {
+        let own_zeros = self.base.model.sheet.own_zeros;
+        spec.acts_once() || (own_zeros && spec.acts.includes(Acts::ZERO))
+    }
+
     /// Takes out, one at a time, the effects without which data kept apart are predicted better; not what acts once,
-    /// which no other recording holds, nor what stands in.
+    /// which no other recording holds, nor what the own zero of a recording kept apart follows as well, nor what stands
+    /// in.
     fn predicting(&self, judged: &mut Judged, stand_ins: &StandIns) {
         while stand_ins.named(&judged.named).next().is_some() {
             if self.stop.wanted() {
@@ -97,7 +105,7 @@ impl Judge<'_> {
             let worst = judged
                 .rivals
                 .iter()
-                .filter(|r| !r.spec.acts_once() && !stand_ins.has(r.spec))
+                .filter(|r| !self.is_untold(r.spec) && !stand_ins.has(r.spec))
                 .map(|r| (r, (self.unseen)(&r.without)))
                 .filter(|(_, without)| !here.is_better_than(without))
                 .min_by(|a, b| a.1.level().total_cmp(&b.1.level()));

@@ -428,6 +428,8 @@ impl<'a> Search<'a> {
     /// For each effect of a fit, the fit without it and what came near in its place, the nearest first.
     pub(super) fn rivals(&self, here: &Fit) -> Vec<Rival> {
         let goal = here.cost + self.problem.tolerance(here);
+        // Of a large rest, many take away as much as a small effect does: only what convinces is like it.
+        let explained = self.problem.explains(here);
         self.without_each(here)
             .into_iter()
             .map(|(spec, without)| {
@@ -437,9 +439,11 @@ impl<'a> Search<'a> {
                     .filter(|c| c.id != spec.id)
                     .filter_map(|c| {
                         let fit = &self.known.get(&set(&without.model.with(c)))?.fit;
-                        (fit.cost < goal).then(|| Trial {
+                        let evidence = self.problem.evidence(&without, fit);
+                        let like = fit.cost < goal && (explained || evidence.convinces());
+                        like.then(|| Trial {
                             spec: c,
-                            evidence: self.problem.evidence(&without, fit),
+                            evidence,
                             fit: fit.clone(),
                         })
                     })

@@ -72,6 +72,8 @@ marks! {
     UNTIMELY,
     /// On the pendulum alone, or on its encoder.
     PENDULUM,
+    /// Shifts an encoder's zero, as each recording's own zero does.
+    ZERO,
 }
 
 impl Acts {

@@ -73,4 +73,10 @@ impl<S: Scalar> Law<S> for ArmStribeck<S> {
         let level = self.coulomb + (self.r#static - self.coulomb) * (-(v * v)).exp();
         [level.if_less(S::ZERO, S::ZERO, level), S::ZERO]
     }
+
+    #[inline(always)]
+    fn contradiction(&self) -> Option<&'static str> {
+        let grows = self.r#static.value() < self.coulomb.value();
+        grows.then_some("this friction grows with the speed, where Stribeck's falls")
+    }
 }

@@ -193,4 +193,11 @@ pub trait Law<S: Scalar> {
     fn winding(&self) -> Winding<S> {
         Winding::PROMPT
     }
+
+    /// Why values like these are not what the effect's name says, where they are not: friction that grows with the
+    /// speed is not Stribeck's. They are simulated all the same, and never named by a diagnosis.
+    #[inline(always)]
+    fn contradiction(&self) -> Option<&'static str> {
+        None
+    }
 }

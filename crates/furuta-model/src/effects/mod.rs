@@ -287,6 +287,14 @@ macro_rules! catalogue {
                     Self::Own(e) => e.winding(),
                 }
             }
+            #[inline(always)]
+            fn contradiction(&self) -> Option<&'static str> {
+                match self {
+                    $(Self::$name(e) => Law::<S>::contradiction(e),)+
+                    Self::Custom(e) => Law::<S>::contradiction(e),
+                    Self::Own(e) => Law::<S>::contradiction(e),
+                }
+            }
         }
     };
 }

@@ -35,7 +35,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::Nothing("a response is of changes"),
-    acts: Acts::READING.and(Acts::PENDULUM),
+    acts: Acts::READING.and(Acts::PENDULUM).and(Acts::ZERO),
     at_rest: AtRest::READING,
     own: None,
     offered: Offered::Always,

@@ -62,13 +62,24 @@ impl Suspected {
     /// One whose strength scatters from window to window by this share of its size.
     pub(crate) fn scattered(spec: &Spec, scatter: f64) -> Self {
         let reason = format!(
-            "its strength is not the same everywhere: from half-second to half-second it scatters by {} of its size, \
+            "its strength is not the same everywhere: from quarter-second to quarter-second it scatters by {} of its size, \
              so its law is another; the repaired model keeps it as an imitation",
             significant(scatter, 2)
         );
         Self {
             kept: true,
             ..Self::because(spec, reason)
+        }
+    }
+
+    /// One whose values contradict its name.
+    pub(crate) fn contradicted(spec: &Spec, why: &str) -> Self {
+        Self {
+            kept: true,
+            ..Self::because(
+                spec,
+                format!("{why}: its law is another; the repaired model keeps it as an imitation"),
+            )
         }
     }
 
