@@ -225,7 +225,8 @@ fn effects_on_request_are_named_where_they_are_asked_for() {
     named_beside_friction("arm.relaxation", &[5e-3, 0.6]);
 }
 
-/// More of them.
+/// More of them. Apart, since each diagnosis with an entry on request takes long, and the test above, which runs by
+/// default, is of the same kind.
 #[test]
 #[ignore = "a minute: make test-long"]
 fn end_stops_and_eccentric_encoders_are_named_where_they_are_asked_for() {
@@ -250,6 +251,7 @@ fn named_beside_friction(id: &str, values: &[f64]) {
 }
 
 /// Each effect that is looked for on request, hidden where it shows and asked for alone: the table of docs/effects.md.
+/// Apart, since it makes a diagnosis for each of a dozen entries.
 #[test]
 #[ignore = "a minute and more: make test-long"]
 fn the_table_of_effects_on_request() {
@@ -299,6 +301,7 @@ fn the_table_of_effects_on_request() {
 }
 
 /// All of them at once do not accuse a sound rig, nor take the place of an effect that is there.
+/// Apart, since every entry on request is fitted in every round.
 #[test]
 #[ignore = "a minute: make test-long"]
 fn effects_on_request_do_not_accuse() {

@@ -3,9 +3,10 @@
 //!
 //! Each window says by itself how strong an effect is, once its initial state follows: `g/h` from the fit's strength,
 //! by the reduced gradient `g` and the information `h` of the linearised window. The scatter of the strength about the
-//! fit's `s` is `sqrt(sum(g²/h) - n σ²) / sqrt(sum(h) s²)`, without what `n` windows scatter by the noise `σ²`. A window
-//! that has more information than all others together is left out: where friction just holds or lets go, a derivative
-//! has no bound, and one window would speak for all.
+//! fit's `s` is `sqrt(sum(g²/h) - n σ²) / sqrt(sum(h) s²)`, without what `n` windows scatter by the noise `σ²`.
+//!
+//! A window that has more information than all others together is left out: where friction just holds or lets go, a
+//! derivative has no bound, and one window would speak for all.
 
 use super::Fit;
 use super::criteria::CRITERIA;
@@ -53,8 +54,8 @@ fn scatter(windows: impl Iterator<Item = (f64, f64)>, s: f64, noise: f64) -> f64
 mod tests {
     use super::scatter;
 
-    /// Half of the windows say twice the strength, the others none: it scatters by its size, also where one window
-    /// that agrees with the fit has all the information.
+    /// Half of the windows say twice the strength, the others none: it scatters by its size, also where two windows
+    /// that agree with the fit have all the information.
     #[test]
     fn one_window_does_not_speak_for_all() {
         let noise = 1.0;
@@ -64,7 +65,7 @@ mod tests {
         let mut windows = vec![(g, h); 10];
         windows.extend([(-g, h); 10]);
         assert!((scatter(windows.iter().copied(), s, noise) - 1.0).abs() < 1e-12);
-        // A second one that also has more than all that are left.
+        // Two windows that agree, each with more information than all that have less.
         windows.extend([(0.0, 1e20), (0.0, 1e12)]);
         assert!((scatter(windows.into_iter(), s, noise) - 1.0).abs() < 1e-12);
     }

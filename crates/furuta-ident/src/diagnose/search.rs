@@ -439,9 +439,11 @@ impl<'a> Search<'a> {
                     .filter(|c| c.id != spec.id)
                     .filter_map(|c| {
                         let fit = &self.known.get(&set(&without.model.with(c)))?.fit;
+                        if fit.cost >= goal {
+                            return None;
+                        }
                         let evidence = self.problem.evidence(&without, fit);
-                        let like = fit.cost < goal && (explained || evidence.convinces());
-                        like.then(|| Trial {
+                        (explained || evidence.convinces()).then(|| Trial {
                             spec: c,
                             evidence,
                             fit: fit.clone(),

@@ -62,8 +62,8 @@ impl Suspected {
     /// One whose strength scatters from window to window by this share of its size.
     pub(crate) fn scattered(spec: &Spec, scatter: f64) -> Self {
         let reason = format!(
-            "its strength is not the same everywhere: from quarter-second to quarter-second it scatters by {} of its size, \
-             so its law is another; the repaired model keeps it as an imitation",
+            "its strength is not the same everywhere: from quarter-second to quarter-second it scatters by {} of its \
+             size, so its law is another; the repaired model keeps it as an imitation",
             significant(scatter, 2)
         );
         Self {
