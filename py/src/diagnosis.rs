@@ -400,8 +400,8 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 ///     Follow every candidate from every start to the end, however little it promises: several times as slow, and to
 ///     the same names where what saves time is sound.
 /// candidates : list of str, Hypothesis or path, optional
-///     Effects to be looked for beside those that always are: ids of the catalogue (`catalogue()[id]["offered"]`), laws
-///     of your own, or files with some (`.toml`).
+///     Effects to be looked for from the outset beside those that always are: ids of the catalogue
+///     (`catalogue()[id]["offered"]`), laws of your own, or files with some (`.toml`).
 /// pendulum : {"swings", "removed", "locked", "alone"}, optional
 ///     What the pendulum did in the recordings: it swings as it is built, was taken off, was locked hanging, or swings
 ///     alone, the arm held. Off or locked, the arm alone is diagnosed, whatever alpha says; with the arm held the

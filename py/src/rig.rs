@@ -556,7 +556,8 @@ pub(crate) fn place(spec: &Spec, name: &str) -> PyResult<usize> {
 ///     By id, in the catalogue's order: `name`, `law` (formula), `sentence` (what it is), `shows` (how it looks in
 ///     data), `experiment` (what shows it apart from its look-alikes), `look_alikes` (ids),
 ///     `follows_state` (whether it is a function of the present state and motor voltage alone), `offered` ("always"
-///     if `diagnose` looks for it unasked, else "on request": `candidates=[id]`), `parameters` (SI unit by name) and
+///     if `diagnose` looks for it from the outset, else "on request": `candidates=[id]`, or where the others leave
+///     something), `parameters` (SI unit by name) and
 ///     `details` (by name: `unit`, `kind`, which is "real", "whole" or "choice", `choices`, `min`, `max`, `off`, the
 ///     value at which it does nothing, and `default`; None where there is none).
 ///

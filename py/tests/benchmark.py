@@ -13,7 +13,9 @@ which the recordings determine its strength (the Cramer-Rao bound, which `furuta
 effect reports in `limits`).
 
 A foreign case (what no catalogue has, alone or with a catalogue effect beside) counts as exact when the verdict is
-`unexplained`, nothing false is named, and the effect beside is; the table counts the three apart, too.
+`unexplained`, nothing false is named, and the effect beside is; the table counts the three apart, too. Some of what is
+foreign is an entry on request by now: such a case is exact as well when it is called by that name and the effect beside
+is named.
 
 Another seed is another set of rigs, sizes, pairs and data sheets. The program under test sees a copy without
 truth.json.
@@ -41,6 +43,7 @@ import furuta
 import numpy as np
 from benchmark_cases import Case, plan
 from mujoco_effects import FOREIGN, draw_effect
+from mujoco_foreign import CALLED
 from mujoco_rig import FAMILIES, draw_rig
 
 # Effects with one strength, for which the tool reports how large they could still be.
@@ -127,7 +130,8 @@ def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, obj
             answer, error = None, str(none)
     row = {"case": case.name, "wanted": sorted(wanted), "seconds": time.perf_counter() - begin}
     known = wanted - set(FOREIGN)  # what can be named
-    row |= {"foreign": known != wanted, "beside": sorted(known)}
+    called = {CALLED[id] for id in wanted if id in CALLED}
+    row |= {"foreign": known != wanted, "beside": sorted(known), "called": sorted(called)}
     if answer is None:
         return row | {
             "got": [error],
@@ -140,8 +144,9 @@ def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, obj
     got = named(e["id"] for e in answer["effects"])
     rivals = got | named(r for e in answer["effects"] for r in e.get("confusable_with", []))
     if row["foreign"]:
-        exact = answer["verdict"] == "unexplained" and got == known
-        close = answer["verdict"] == "unexplained"
+        told = bool(called) and called <= got and answer["verdict"] == "missing_effects"
+        close = told or answer["verdict"] == "unexplained"
+        exact = close and got - called == known
     elif not wanted:
         exact = close = not got and answer["verdict"] in ("no_gap", "parameters_only")
     else:
@@ -152,7 +157,7 @@ def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, obj
         "verdict": answer["verdict"],
         "exact": exact,
         "close": close,
-        "false": sorted(got - wanted),
+        "false": sorted(got - wanted - called),
         "missed": sorted(known - got),
     }
 
@@ -160,9 +165,11 @@ def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, obj
 def table(rows: list[dict[str, object]], groups: list[str]) -> list[str]:
     """How many of each group are exact or near, and how many have something named that is not there.
 
-    Of foreign effects: how many were `unexplained` alone, and beside how many the catalogue effect was named.
+    Of foreign effects: how many were named or else `unexplained` alone, how many of those that are entries on request
+    were named, and beside how many the catalogue effect was.
     """
-    lines = [f"{'group':10} {'exact':>8} {'near':>6} {'false':>6} {'unexplained':>12} {'beside':>8} {'seconds':>8}"]
+    heads = (f"{head:>8}" for head in ("alone", "named", "beside", "seconds"))
+    lines = [f"{'group':10} {'exact':>8} {'near':>6} {'false':>6} {' '.join(heads)}"]
     for group in [*groups, "all"]:
         of = [r for r in rows if group in ("all", r["case"].split("-", 1)[1])]
         if not of:
@@ -172,12 +179,13 @@ def table(rows: list[dict[str, object]], groups: list[str]) -> list[str]:
             sum(r["close"] and not r["exact"] for r in of),
             sum(bool(r["false"]) for r in of),
         )
-        alone = [r["verdict"] == "unexplained" for r in of if r["foreign"] and not r["beside"]]
+        alone = [r["close"] for r in of if r["foreign"] and not r["beside"]]
+        called = [set(r["called"]) <= set(r["got"]) for r in of if r["called"]]
         beside = [not r["missed"] for r in of if r["foreign"] and r["beside"]]
-        shares = [f"{sum(hits)}/{len(hits)}" if hits else "-" for hits in (alone, beside)]
+        shares = [f"{sum(hits)}/{len(hits)}" if hits else "-" for hits in (alone, called, beside)]
         lines.append(
-            f"{group:10} {f'{exact}/{len(of)}':>8} {near:6d} {false:6d} {shares[0]:>12} {shares[1]:>8} "
-            f"{np.median([r['seconds'] for r in of]):8.1f}"
+            f"{group:10} {f'{exact}/{len(of)}':>8} {near:6d} {false:6d} "
+            f"{' '.join(f'{share:>8}' for share in shares)} {np.median([r['seconds'] for r in of]):8.1f}"
         )
     return lines
 
@@ -198,7 +206,7 @@ def row_of(found: dict[str, object]) -> dict[str, object]:
     """A row of the campaign as `score` gives it. What `score` raised ends the benchmark."""
     if found["error"] is not None:
         raise RuntimeError(f"{found['input']}: {found['error']}\n{found['traceback']}")
-    names = ("wanted", "foreign", "beside", "got", "verdict", "exact", "close", "false", "missed")
+    names = ("wanted", "foreign", "beside", "called", "got", "verdict", "exact", "close", "false", "missed")
     return {"case": found["folder"], "seconds": found["took"], **{name: found[name] for name in names}}
 
 

@@ -130,6 +130,9 @@ JUDGED = (
     Judged(("x.memory",), answer("missing_effects", "arm.cable"), False, False, ["arm.cable"], []),
     Judged(("x.memory", "motor.bias"), answer("unexplained", "motor.bias"), True, True, [], []),
     Judged(("x.memory", "motor.bias"), answer("unexplained"), False, True, [], ["motor.bias"]),
+    Judged(("x.memory",), answer("missing_effects", "arm.relaxation"), True, True, [], []),
+    Judged(("x.memory", "motor.bias"), answer("missing_effects", "arm.relaxation"), False, True, [], ["motor.bias"]),
+    Judged(("x.detent",), answer("missing_effects", "arm.relaxation"), False, False, ["arm.relaxation"], []),
 )
 
 
@@ -154,7 +157,8 @@ def test_the_table(program, tmp_path):
         (folder / "truth.json").write_text(json.dumps({"effects": dict.fromkeys(judged.hidden, {})}))
         rows.append(score(program(judged.told), folder, 60))
     head, foreign, total = table(rows, ["foreign"])
-    assert head.split()[:6] == ["group", "exact", "near", "false", "unexplained", "beside"]
-    # 4 of 9 exact, 3 near, something false in 4, 2 of the 3 foreign alone unexplained, 1 of 2 named beside
-    assert foreign.split()[:6] == ["foreign", "4/9", "3", "4", "2/3", "1/2"]
-    assert total.split()[1:6] == foreign.split()[1:6]
+    assert head.split()[:7] == ["group", "exact", "near", "false", "alone", "named", "beside"]
+    # 5 of 12 exact, 4 near, something false in 5; of the foreign, 3 of 5 alone named or unexplained, 2 of 7 that have a
+    # name named, 1 of 3 named beside
+    assert foreign.split()[:7] == ["foreign", "5/12", "4", "5", "3/5", "2/7", "1/3"]
+    assert total.split()[1:7] == foreign.split()[1:7]

@@ -43,10 +43,9 @@ pub enum SelectionError {
     },
 }
 
-/// Chooses among recordings of a rig. One that looks as if a convention were broken is left out with a notice where the
-/// others suffice for a diagnosis; one
-/// for verification is left out in any case. Where it is not one recording that is suspicious but two that contradict
-/// each other, there is no choice.
+/// Chooses among recordings of a rig. One that looks as if a convention were broken, or that most others contradict, is
+/// left out with a notice where the others suffice for a diagnosis; one for verification is left out in any case. Where
+/// recordings contradict each other and none has most on its side, there is no choice.
 ///
 /// With `accept`, suspicious recordings are used, and what is suspicious about them is a notice. Of a rig whose
 /// `pendulum` is off or locked, the arm's angle alone is checked, and not against the rig; alpha is set to hanging.
@@ -131,7 +130,11 @@ pub fn select(
             }
         }
     }
-    let contradiction = |n: &&Notice| matches!(n.kind, NoticeKind::OtherRigSuspected { .. });
+    // Where none has most others on its side, there is no choice.
+    let contradiction = |n: &&Notice| match &n.kind {
+        NoticeKind::OtherRigSuspected { than, .. } => suspicions.iter().any(|s| s.file == *than),
+        _ => false,
+    };
     if let Some(notice) = suspicions.iter().find(contradiction) {
         return Err(SelectionError::Suspicious(notice.clone()));
     }

@@ -219,9 +219,10 @@ fn jitter_is_measured() {
     }
 }
 
-/// Effects that are looked for on request are named where they are asked for, alone and beside Coulomb friction.
+/// What few rigs have is named unasked where it explains what the usual effects leave, alone and beside Coulomb
+/// friction.
 #[test]
-fn effects_on_request_are_named_where_they_are_asked_for() {
+fn what_few_rigs_have_is_named() {
     named_beside_friction("arm.relaxation", &[5e-3, 0.6]);
 }
 
@@ -229,7 +230,7 @@ fn effects_on_request_are_named_where_they_are_asked_for() {
 /// default, is of the same kind.
 #[test]
 #[ignore = "a minute: make test-long"]
-fn end_stops_and_eccentric_encoders_are_named_where_they_are_asked_for() {
+fn end_stops_and_eccentric_encoders_are_named() {
     named_beside_friction("arm.stop", &[0.3, 0.5, 2e-3, 0.1]);
     named_beside_friction("sensor.theta.eccentricity", &[0.06, 0.8]);
 }
@@ -237,7 +238,7 @@ fn end_stops_and_eccentric_encoders_are_named_where_they_are_asked_for() {
 fn named_beside_friction(id: &str, values: &[f64]) {
     let effect = Effect::new(id, values).expect("valid");
     let found = |effects: &[Effect<f64>]| {
-        let found = run_with(&qube(), effects, &[effect.spec()]).diagnosis;
+        let found = run(&qube(), effects).diagnosis;
         let mut ids: Vec<String> = found.effects.iter().map(|e| e.id.clone()).collect();
         ids.sort();
         (ids, found.verdict)
@@ -250,11 +251,11 @@ fn named_beside_friction(id: &str, values: &[f64]) {
     assert_eq!(found(&[effect, friction]), (both, Verdict::MissingEffects));
 }
 
-/// Each effect that is looked for on request, hidden where it shows and asked for alone: the table of docs/effects.md.
+/// Each effect that few rigs have, hidden where it shows: the table of docs/effects.md.
 /// Apart, since it makes a diagnosis for each of a dozen entries.
 #[test]
 #[ignore = "a minute and more: make test-long"]
-fn the_table_of_effects_on_request() {
+fn the_table_of_what_few_rigs_have() {
     let spins = State::new(0.0, std::f64::consts::PI, 0.0, 40.0);
     // The other three are taken for what they cannot be told from, or not seen.
     let named = [
@@ -283,7 +284,7 @@ fn the_table_of_effects_on_request() {
     for (id, values, start) in hidden {
         let begin = std::time::Instant::now();
         let effect = Effect::new(id, values).expect("valid");
-        let found = run_from(*start, &qube(), &[effect], &[effect.spec()]).diagnosis;
+        let found = run_from(*start, &qube(), &[effect], &[]).diagnosis;
         let words: Vec<String> = found
             .effects
             .iter()

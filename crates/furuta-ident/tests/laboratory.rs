@@ -3,8 +3,10 @@
 use crate::common;
 
 use common::{RunSetup, diagnosis, names, qube, record, sweep};
+use furuta_ident::Pendulum;
 use furuta_ident::diagnose::Verdict;
 use furuta_ident::recording::Recording;
+use furuta_ident::selection::select;
 use furuta_model::{Effect, Rig};
 
 /// Two sweeps, the second by an encoder that was zeroed `offset` (rad) elsewhere.
@@ -21,6 +23,40 @@ fn sweeps(rig: &Rig, offset: f64) -> [Recording; 2] {
         *theta += offset;
     }
     [first, second]
+}
+
+/// Of three recordings one may be of another rig (or its encoder lost counts): the two that agree are used. Of two, which
+/// is the odd one cannot be known.
+#[test]
+fn the_odd_one_of_three_recordings_is_left_out() {
+    let mut other = qube();
+    // Its pendulum swings at 1.3 times the frequency.
+    other.params.gravity *= 1.7;
+    let ([a, b], [odd, _]) = (sweeps(&qube(), 0.7), sweeps(&other, 0.0));
+    let odd = Recording {
+        name: "odd.csv".into(),
+        ..odd
+    };
+    let chosen = |recordings: &[&Recording]| {
+        let read = recordings.iter().map(|r| ((*r).clone(), Vec::new()));
+        select(read.collect(), Vec::new(), &qube(), false, Pendulum::Swings)
+    };
+    for order in [[&odd, &a, &b], [&a, &odd, &b], [&a, &b, &odd]] {
+        let selection = chosen(&order).expect("two agree");
+        let used: Vec<&str> = (selection.recordings.iter())
+            .map(|r| r.name.as_str())
+            .collect();
+        assert_eq!(used, ["a.csv", "b.csv"]);
+        let [left] = selection.notices.as_slice() else {
+            panic!("{:?}", selection.notices);
+        };
+        assert_eq!(left.file, "odd.csv");
+        let said = left.to_string();
+        assert!(said.contains("another rig than"), "{said}");
+    }
+    let refused = chosen(&[&a, &odd]).expect_err("none has most on its side");
+    let said = refused.to_string();
+    assert!(said.contains("odd.csv") && said.contains("a.csv"), "{said}");
 }
 
 /// An arm that is 2 % too long in the sheet was taken for a spring on the pendulum, or for the scale of the arm's

@@ -141,60 +141,103 @@ fn scale(law: &PendulumLaw, sheet: Option<&PendulumLaw>, rig: &Rig) -> Option<No
 }
 
 /// Recordings whose pendulums are not one.
-fn two_rigs(known: &[(usize, &Recording, PendulumLaw)]) -> Option<(usize, Notice)> {
-    let ((_, first, law), rest) = known.split_first()?;
-    rest.iter().find_map(|(i, other, theirs)| {
-        let apart = |a: f64, b: f64, factor: f64| !(1.0 / factor..factor).contains(&(a / b));
-        let both =
-            |f: fn(&PendulumLaw) -> Option<f64>| f(law) == Some(1.0) && f(theirs) == Some(1.0);
-        let frequency = both(|l| l.signs()[0])
-            && apart(
-                law.gravity.value,
-                theirs.gravity.value,
-                FREQUENCY_BETWEEN * FREQUENCY_BETWEEN,
-            );
-        let coupling = both(|l| l.signs()[1])
-            && apart(law.coupling.value, theirs.coupling.value, COUPLING_BETWEEN);
-        (frequency || coupling).then(|| (*i, Notice {
-            file: other.name.clone(),
-            kind: NoticeKind::OtherRigSuspected {
-                than: first.name.clone(),
-                why: if frequency {
-                    format!(
-                        "its pendulum swings at {:.2} Hz, the other's at {:.2} Hz",
-                        theirs.gravity.value.sqrt() / core::f64::consts::TAU,
-                        law.gravity.value.sqrt() / core::f64::consts::TAU
-                    )
-                } else {
-                    format!(
-                        "arm and pendulum are coupled by {:.2} in it, by {:.2} in the other",
-                        theirs.coupling.value, law.coupling.value
-                    )
-                },
-            },
-        }))
-    })
+fn two_rigs(known: &[(usize, &Recording, PendulumLaw)]) -> Vec<(usize, Notice)> {
+    let both = |a: &PendulumLaw, b: &PendulumLaw, i: usize| {
+        a.signs()[i] == Some(1.0) && b.signs()[i] == Some(1.0)
+    };
+    let outside = |ratio: f64, factor: f64| !(1.0 / factor..factor).contains(&ratio);
+    let frequency = |a: &PendulumLaw, b: &PendulumLaw| {
+        let ratio = a.gravity.value / b.gravity.value;
+        both(a, b, 0) && outside(ratio, FREQUENCY_BETWEEN * FREQUENCY_BETWEEN)
+    };
+    let coupling = |a: &PendulumLaw, b: &PendulumLaw| {
+        both(a, b, 1) && outside(a.coupling.value / b.coupling.value, COUPLING_BETWEEN)
+    };
+    let apart = |i: usize, j: usize| {
+        let (law, other) = (&known[i].2, &known[j].2);
+        frequency(law, other) || coupling(law, other)
+    };
+    let notice = |(i, j): (usize, usize)| {
+        let ((at, this, law), (_, than, other)) = (&known[i], &known[j]);
+        let why = if frequency(law, other) {
+            format!(
+                "its pendulum swings at {:.2} Hz, the other's at {:.2} Hz",
+                law.gravity.value.sqrt() / core::f64::consts::TAU,
+                other.gravity.value.sqrt() / core::f64::consts::TAU
+            )
+        } else {
+            format!(
+                "arm and pendulum are coupled by {:.2} in it, by {:.2} in the other",
+                law.coupling.value, other.coupling.value
+            )
+        };
+        (*at, other_rig(this, than, why))
+    };
+    odd_ones(known.len(), apart)
+        .into_iter()
+        .map(notice)
+        .collect()
 }
 
 /// Logs that name different rigs.
-fn two_names(recordings: &[Recording]) -> Option<(usize, Notice)> {
-    let mut named = recordings.iter().enumerate().filter_map(|(i, r)| {
-        let rig = Rig::from_toml(r.rig.as_deref()?).ok()?;
-        Some((i, r, rig.name))
-    });
-    let (_, first, name) = named.next()?;
-    named
-        .find(|(_, _, other)| *other != name)
-        .map(|(i, r, other)| {
-            (
-                i,
-                Notice {
-                    file: r.name.clone(),
-                    kind: NoticeKind::OtherRigSuspected {
-                        than: first.name.clone(),
-                        why: format!("it was logged on `{other}`, the other on `{name}`"),
-                    },
-                },
-            )
+fn two_names(recordings: &[Recording]) -> Vec<(usize, Notice)> {
+    let named: Vec<(usize, &Recording, String)> = (recordings.iter().enumerate())
+        .filter_map(|(i, r)| Some((i, r, Rig::from_toml(r.rig.as_deref()?).ok()?.name)))
+        .collect();
+    let notice = |(i, j): (usize, usize)| {
+        let ((at, this, name), (_, than, other)) = (&named[i], &named[j]);
+        let why = format!("it was logged on `{name}`, the other on `{other}`");
+        (*at, other_rig(this, than, why))
+    };
+    let apart = |i: usize, j: usize| named[i].2 != named[j].2;
+    odd_ones(named.len(), apart)
+        .into_iter()
+        .map(notice)
+        .collect()
+}
+
+fn other_rig(recording: &Recording, than: &Recording, why: String) -> Notice {
+    Notice {
+        file: recording.name.clone(),
+        kind: NoticeKind::OtherRigSuspected {
+            than: than.name.clone(),
+            why,
+        },
+    }
+}
+
+/// Of `count`, those that do not agree with more than half of all, themselves counted, each with one from which it is
+/// apart: one that does agree, if any does.
+fn odd_ones(count: usize, apart: impl Fn(usize, usize) -> bool) -> Vec<(usize, usize)> {
+    let others = |i: usize| (0..count).filter(move |&j| j != i);
+    let sound: Vec<bool> = (0..count)
+        .map(|i| 2 * (count - others(i).filter(|&j| apart(i, j)).count()) > count)
+        .collect();
+    let is_any = sound.contains(&true);
+    (0..count)
+        .filter(|&i| !sound[i])
+        .filter_map(|i| {
+            let than = others(i).find(|&j| apart(i, j) && (sound[j] || !is_any))?;
+            Some((i, than))
         })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::odd_ones;
+
+    #[test]
+    fn most_agree() {
+        let apart = |kinds: &'static [u8]| move |i: usize, j: usize| kinds[i] != kinds[j];
+        assert_eq!(odd_ones(3, apart(b"aab")), [(2, 0)]);
+        assert_eq!(odd_ones(3, apart(b"baa")), [(0, 1)]);
+        assert_eq!(odd_ones(2, apart(b"ab")), [(0, 1), (1, 0)]);
+        assert_eq!(
+            odd_ones(4, apart(b"aabb")),
+            [(0, 2), (1, 2), (2, 0), (3, 0)]
+        );
+        assert_eq!(odd_ones(2, apart(b"aa")), []);
+        assert_eq!(odd_ones(0, apart(b"")), []);
+    }
 }

@@ -52,8 +52,8 @@ pub(crate) struct Args {
     /// the same names where what saves time is sound.
     #[arg(long)]
     thorough: bool,
-    /// Look for this effect as well, one of those that are looked for on request alone (furuta effects ID says why), or
-    /// the laws of your own in this file (its name ends in .toml; docs/own-hypothesis.md); may be repeated.
+    /// Look for this effect from the outset, one of those that few rigs have (furuta effects ID says more), or for the
+    /// laws of your own in this file (its name ends in .toml; docs/own-hypothesis.md); may be repeated.
     #[arg(long = "candidate", value_name = "ID|FILE.toml", value_parser = candidate)]
     candidates: Vec<Candidate>,
     /// What the pendulum did in the recordings: swings, removed (taken off), locked (hanging, held to the arm) or alone

@@ -114,7 +114,7 @@ fn explain(
         let (id, why) = (given.1, spec.offered.why());
         writeln!(
             out,
-            "looked for    with furuta diagnose --candidate {id}: {why}"
+            "looked for    where others leave something, or with furuta diagnose --candidate {id}: {why}"
         )?;
     }
     writeln!(out)?;
@@ -141,7 +141,7 @@ fn explain(
     Ok(())
 }
 
-/// Whether a diagnosis looks for it unasked, in a word.
+/// Whether a diagnosis looks for it from the outset, in a word.
 fn offered(spec: &Spec) -> &'static str {
     if spec.offered.is_always() {
         "always"

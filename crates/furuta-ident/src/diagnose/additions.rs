@@ -1,6 +1,6 @@
 //! One more effect: where each candidate of the catalogue may start, which are fitted, and what the fits say.
 
-use furuta_model::effects::{Acts, OF_ACCELERATION};
+use furuta_model::effects::{Acts, Kind, OF_ACCELERATION};
 use furuta_model::{CATALOGUE, MAX_OWN_STATES, Spec};
 use rayon::prelude::*;
 
@@ -28,9 +28,9 @@ pub(super) struct Trial {
     pub(super) evidence: Evidence,
 }
 
-/// The catalogue's entries that are looked for unasked, those of one kind of rig included. Late encoders are the same as
-/// a late command on recorded input and output, which stands for both; others are looked for on request
-/// ([`super::Options::candidates`]).
+/// The catalogue's entries that are looked for from the outset, those of one kind of rig included. Late encoders are
+/// the same as a late command on recorded input and output, which stands for both; others are looked for where these
+/// leave something, or on request ([`super::Options::candidates`]).
 pub fn candidates() -> impl Iterator<Item = &'static Spec> {
     CATALOGUE
         .iter()
@@ -85,6 +85,8 @@ struct FitStart {
     /// By how much the score test says that the cost will fall.
     statistic: f64,
     spec: &'static Spec,
+    /// How often per turn a friction changes: the statistic does not tell one order from another, a fit does.
+    order: Option<f64>,
     z: Vec<f64>,
 }
 
@@ -319,9 +321,11 @@ impl Problem<'_> {
                     }
                     report(spec.id);
                 }
+                let order = order(spec).map(|i| z[from.model.shared() + i]);
                 bases.iter().map(move |base| FitStart {
                     statistic,
                     spec,
+                    order,
                     z: with_base(&z, base),
                 })
             })
@@ -383,6 +387,12 @@ fn with_base(z: &[f64], base: &[f64; FIRST_EFFECT]) -> Vec<f64> {
     z
 }
 
+/// Where a friction has its order among its parameters.
+fn order(spec: &Spec) -> Option<usize> {
+    let orders = spec.parameters.iter().position(|p| p.kind == Kind::Whole);
+    orders.filter(|_| spec.acts.includes(Acts::DRY_FRICTION))
+}
+
 /// Whether a start is the first of its effect, asked of one after the other.
 fn news() -> impl FnMut(&FitStart) -> bool {
     let mut seen: Vec<&'static str> = Vec::new();
@@ -403,12 +413,13 @@ fn close(from: &Fit, fits: &[(&'static Spec, Fit)], savers: &Savers) -> f64 {
 }
 
 /// Keeps the starts to be fitted: of those whose score statistic could convince (and could gain `wanted`), the few with
-/// a statistic near the best. A kick gains much in one window, and
-/// says nothing of what gains a little in all of them: it does not count as the best.
+/// a statistic near the best. A kick gains much in one window, and says nothing of what gains a little in all of them: it
+/// does not count as the best.
 fn keep_scored(per_sample: f64, wanted: f64, savers: &Savers, starts: &mut Vec<FitStart>) {
     let lasting = starts.iter().find(|s| !s.spec.acts_once());
     let best = lasting.map_or(0.0, |s| s.statistic);
-    let mut kept: Vec<(&'static str, usize)> = Vec::new();
+    let mut kept: Vec<(&'static str, Option<f64>)> = Vec::new();
+    let mut effects = 0;
     starts.retain(|start| {
         let spec = start.spec;
         let least_share = if screen::is_scanned(spec) {
@@ -422,14 +433,14 @@ fn keep_scored(per_sample: f64, wanted: f64, savers: &Savers, starts: &mut Vec<F
         {
             return false;
         }
-        if let Some((_, n)) = kept.iter_mut().find(|(id, _)| *id == spec.id) {
-            *n += 1;
-            return *n <= savers.starts;
-        }
-        let is_kept = kept.len() < savers.followed;
-        if is_kept {
-            kept.push((spec.id, 1));
-        }
+        let this = (spec.id, start.order);
+        let is_kept = if kept.iter().any(|(id, _)| *id == spec.id) {
+            kept.iter().filter(|k| **k == this).count() < savers.starts
+        } else {
+            effects += 1;
+            effects <= savers.followed
+        };
+        kept.extend(is_kept.then_some(this));
         is_kept
     });
 }

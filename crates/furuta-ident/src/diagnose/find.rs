@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use furuta_model::ON_REQUEST;
+
 use super::additions::Trial;
 use super::custom::{self, Custom};
 use super::deadlines::Deadlines;
@@ -14,6 +16,10 @@ use super::result::{Part, Suspected};
 use super::search::{Rival, Search};
 use super::{Fit, constancy, horizons, savers, thinned};
 use crate::shooting::{Data, Effort, Problem};
+
+/// The most usual effects that are looked for together before those that few rigs have are: three that leave something
+/// imitate more often than not.
+const USUAL: usize = 2;
 
 /// What a diagnosis works on.
 pub(super) struct Work<'a> {
@@ -92,15 +98,31 @@ impl Work<'_> {
             unfinished.push(Part::Parameters);
         }
 
-        self.teller.stage("searching");
-        let searching = self.teller.candidates("searching");
+        const SEARCHING: &str = "searching";
+        self.teller.stage(SEARCHING);
+        let told = self.teller.candidates(SEARCHING);
         let part = short.thinned(&refitted, savers::of(&self.options).windows);
-        let mut search = self.begun(part.as_ref(), &refitted, &searching);
-        let mut named = search.run();
-        let cut = !search.is_through();
-        let first = std::mem::take(&mut search.first);
-        let mut rivals = search.rivals(&named);
+        let few = |f: &Fit, explained| explained || f.model.effects.len() <= USUAL;
+        let begun = self.begun(part.as_ref(), &refitted, &told);
+        let search = self.go_on(begun, part.as_ref(), &refitted, &few);
+        // What the usual effects leave may be one that few rigs have.
+        let rare = if search.explains() || hurry.wanted() {
+            None
+        } else {
+            self.among_all(&refitted)
+        };
+        let mut search = match &rare {
+            Some(_) => search,
+            None => self.go_on(search, part.as_ref(), &refitted, &|_, _| true),
+        };
+        let cut = rare.is_none() && !search.is_through();
+        let (mut named, mut rivals) = rare.unwrap_or_else(|| {
+            let named = search.best();
+            let rivals = search.rivals(&named);
+            (named, rivals)
+        });
         let explains = |f: &Fit| short.explains(f);
+        let first = std::mem::take(&mut search.first);
         // Where even short windows are far from what was measured, long ones say no more.
         if !explains(&named) && !short.is_far(&named) && !hurry.wanted() {
             let further = self.over_long_windows(&named);
@@ -179,21 +201,69 @@ impl Work<'_> {
         found
     }
 
-    /// The search over short windows, begun on a part of them where there is one.
+    /// A search over short windows, on a part of them where there is one.
     fn begun<'s>(
         &'s self,
         part: Option<&'s thinned::Part<'s>>,
-        refitted: &Fit,
+        start: &Fit,
         report: &'s (dyn Fn(&str) + Sync),
     ) -> Search<'s> {
-        let savers = savers::of(&self.options);
-        let from = |problem, start| Search::new(problem, start, &|_| true, savers, report);
-        let Some(part) = part else {
-            return from(&self.short, refitted.clone());
-        };
-        let mut search = from(&part.problem, part.start.clone());
-        search.run_while(|f| part.problem.is_far(f));
-        search.onto(&self.short, refitted.clone())
+        let (problem, mut here) = part.map_or_else(
+            || (&self.short, start.clone()),
+            |part| (&part.problem, part.start.clone()),
+        );
+        here.model = start.model.clone();
+        Search::new(problem, here, &|_| true, savers::of(&self.options), report)
+    }
+
+    /// Goes on with a search from `start` as long as its best fit is `wanted`, which is told whether the fit explains the
+    /// data: on the part where it was begun while that is far from the data, then on all windows.
+    fn go_on<'s>(
+        &'s self,
+        mut search: Search<'s>,
+        part: Option<&'s thinned::Part<'s>>,
+        start: &Fit,
+        wanted: &dyn Fn(&Fit, bool) -> bool,
+    ) -> Search<'s> {
+        if let Some(part) = part.filter(|part| search.is_over(&part.problem)) {
+            let problem = &part.problem;
+            let goes_on = |f: &Fit| problem.is_far(f) && wanted(f, problem.explains(f));
+            search.run_while(goes_on);
+            let best = search.closest();
+            if problem.is_far(&best) && !wanted(&best, problem.explains(&best)) {
+                return search;
+            }
+            search = search.onto(&self.short, start.clone());
+        }
+        search.run_while(|f| wanted(f, self.short.explains(f)));
+        search
+    }
+
+    /// The names that explain the data, and their rivals, where what few rigs have is looked for as well; `None` where
+    /// something is left. What leaves something in a part of the windows leaves it in all.
+    fn among_all(&self, refitted: &Fit) -> Option<(Fit, Vec<Rival>)> {
+        const STAGE: &str = "searching among rare effects";
+        self.teller.stage(STAGE);
+        let told = self.teller.candidates(STAGE);
+        let mut start = refitted.clone();
+        start.model = start.model.looking_for(ON_REQUEST);
+        let part = (self.short).part(&start, savers::of(&self.options).windows);
+        let mut search = self.begun(part.as_ref(), &start, &told);
+        if let Some(part) = &part {
+            search.run_while(|f| !part.problem.explains(f));
+            if !search.explains() {
+                return None;
+            }
+            search = search.onto(&self.short, start);
+        }
+        let mut named = search.run();
+        if !self.short.explains(&named) || !search.is_through() {
+            return None;
+        }
+        let rivals = search.rivals(&named);
+        // Limits are for what is always looked for, and for what was asked for.
+        named.model.sheet = Arc::clone(&refitted.model.sheet);
+        Some((named, rivals))
     }
 
     /// What long windows add to the names of short ones.

@@ -59,7 +59,7 @@ pub(super) struct Sheet {
     pub(super) reference: Option<usize>,
     /// Effects that the rig file already has: part of every hypothesis, their values fixed.
     pub(super) present: Vec<Effect<f64>>,
-    /// Entries that are looked for on request, of the catalogue or the user's own, and that were asked for.
+    /// Entries that are looked for beside the usual ones: of those on request, or the user's own.
     pub(super) asked: Vec<&'static Spec>,
 }
 
@@ -187,6 +187,14 @@ impl Hypothesis {
             effects: Vec::new(),
             sheet: Arc::clone(sheet),
         }
+    }
+
+    /// The same, with these entries looked for beside the others.
+    pub(super) fn looking_for(mut self, entries: &[&'static Spec]) -> Self {
+        let asked = &mut Arc::make_mut(&mut self.sheet).asked;
+        let known: Vec<&str> = asked.iter().map(|s| s.id).collect();
+        asked.extend(entries.iter().filter(|s| !known.contains(&s.id)));
+        self
     }
 
     /// The same effects for recordings that the fit has not seen, their zeros where they should be, and the vector for

@@ -39,6 +39,15 @@ impl Judge<'_> {
     /// The names that hold. Entries on request that explain more than a name stand in its place meanwhile.
     pub(super) fn judge(&self, named: Fit, rivals: Vec<Rival>) -> Judged {
         let (stand_ins, standing) = StandIns::find(self.problem, named);
+        // Nothing is left with them: they are what was sought.
+        if !stand_ins.is_empty() && self.problem.explains(&standing) {
+            return Judged {
+                rivals: self.search.rivals(&standing),
+                named: standing,
+                suspected: Vec::new(),
+                unseen: None,
+            };
+        }
         let mut judged = Judged {
             rivals: if stand_ins.is_empty() {
                 rivals

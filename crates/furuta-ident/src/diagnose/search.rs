@@ -119,6 +119,16 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Whether this is the problem it works on.
+    pub(super) fn is_over(&self, problem: &Problem<'_>) -> bool {
+        std::ptr::addr_eq(self.problem, problem)
+    }
+
+    /// Whether its best fit explains the data.
+    pub(super) fn explains(&self) -> bool {
+        self.problem.explains(&self.closest())
+    }
+
     /// Whether nothing is left to go through.
     pub(super) fn is_through(&self) -> bool {
         self.left == 0 || self.next().is_none()
@@ -215,7 +225,7 @@ impl<'a> Search<'a> {
     }
 
     /// The eligible fit with the best score.
-    fn closest(&self) -> Fit {
+    pub(super) fn closest(&self) -> Fit {
         let closest = self
             .ranked()
             .first()
@@ -230,7 +240,7 @@ impl<'a> Search<'a> {
 
     /// The best fit of those whose effects were each tried without, and, where the search was ended early, each in the
     /// place of another: who might stand in its place has to be known. The start where there is none.
-    fn best(&self) -> Fit {
+    pub(super) fn best(&self) -> Fit {
         let early = self.problem.stop.wanted();
         let is_through = |s: &&&Set| {
             let node = &self.known[**s];

@@ -21,11 +21,16 @@ impl<'a> Problem<'a> {
             .is_some_and(|m| *m > FAR * FAR)
     }
 
-    /// About `most` windows of every recording's whole length, and the fit to them from where `fit` ended; `None` where
-    /// there are no more, or where all may be needed.
+    /// A part of the windows where that is enough to see what is missing; `None` where all may be needed.
     pub(super) fn thinned(&self, fit: &Fit, most: usize) -> Option<Part<'a>> {
+        self.is_far(fit).then(|| self.part(fit, most)).flatten()
+    }
+
+    /// About `most` windows of every recording's whole length, and the fit to them from where `fit` ended; `None` where
+    /// there are no more.
+    pub(super) fn part(&self, fit: &Fit, most: usize) -> Option<Part<'a>> {
         let every = self.windows.len() / most;
-        if every < 2 || !self.is_far(fit) {
+        if every < 2 {
             return None;
         }
         let blocks = |w: &Window| w.start / (w.len * TOGETHER);

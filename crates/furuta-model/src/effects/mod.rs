@@ -388,14 +388,15 @@ impl List {
     }
 }
 
-/// Every effect that a diagnosis looks for unasked, in the catalogue's order.
+/// Every effect that a diagnosis looks for from the outset, in the catalogue's order.
 pub static CATALOGUE: &[&Spec] = &List::Always.entries::<{ List::Always.len() }>();
 
-/// Effects that are simulated, hidden and written in rig files as all others, and that no diagnosis looks for unasked
-/// ([`Spec::offered`] says why).
+/// Effects that few rigs have, or that recordings seldom tell from others ([`Spec::offered`] says why). They are
+/// simulated, hidden and written in rig files as all others. A diagnosis looks for them where the others leave
+/// something, and from the outset on request.
 pub static ON_REQUEST: &[&Spec] = &List::OnRequest.entries::<{ List::OnRequest.len() }>();
 
-/// The entries that a diagnosis looks for, unasked and on request.
+/// The entries that a diagnosis looks for, from the outset and later.
 ///
 /// ```
 /// use furuta_model::{CATALOGUE, ON_REQUEST, effects};

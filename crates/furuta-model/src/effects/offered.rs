@@ -1,20 +1,21 @@
-//! Whether a diagnosis looks for an effect unasked.
+//! Whether a diagnosis looks for an effect from the outset.
 
-/// Whether a diagnosis looks for an effect unasked.
+/// Whether a diagnosis looks for an effect from the outset.
 ///
 /// Each effect that is looked for costs time, and is one more that a sound rig can be accused of. Those that few rigs
-/// have, or that recordings of angles and volts seldom tell from others, are looked for where the user suspects
-/// them: `furuta diagnose --candidate ID` ([`super::ON_REQUEST`]).
+/// have, or that recordings of angles and volts seldom tell from others, are looked for where the others leave
+/// something unexplained, and from the outset where the user suspects them: `furuta diagnose --candidate ID`
+/// ([`super::ON_REQUEST`]).
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
 pub enum Offered {
     /// Always.
     Always,
-    /// Not unasked, and why.
+    /// On request, or where the others leave something; and why.
     OnRequest(&'static str),
 }
 
 impl Offered {
-    /// Whether it is looked for without being asked for.
+    /// Whether it is looked for from the outset without being asked for.
     ///
     /// ```
     /// let offered = |id| furuta_model::effects::spec(id).expect("in the catalogue").offered;
@@ -26,7 +27,7 @@ impl Offered {
         matches!(self, Self::Always)
     }
 
-    /// Why it is not looked for unasked; empty where it is.
+    /// Why it is not looked for from the outset; empty where it is.
     ///
     /// ```
     /// let offered = furuta_model::effects::spec("arm.stop").expect("in the catalogue").offered;

@@ -151,7 +151,7 @@ pub struct Spec {
     pub at_rest: AtRest,
     /// The laws of a user's own hypothesis; none of the catalogue has them.
     pub own: Option<&'static OwnLaws>,
-    /// Whether a diagnosis looks for it unasked.
+    /// Whether a diagnosis looks for it from the outset.
     pub offered: Offered,
 }
 

@@ -16,6 +16,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector, Vector4};
 mod counts;
 mod scan;
 mod spectrum;
+mod stops;
 mod sums;
 
 use super::Fit;
@@ -82,17 +83,17 @@ pub(super) struct Screen {
     zeros_open: bool,
     longest: f64,
     period: f64,
-    /// How far the arm turned, rad.
-    range: f64,
+    /// Between which angles the arm turned in each recording, rad.
+    travel: Vec<[f64; 2]>,
 }
 
-/// Whether the grid screen finds a start: torques with a place in time, frequency or angle, and lost counts.
+/// Whether the grid screen finds a start: torques with a place in time, frequency or angle, end stops, and lost counts.
 pub(super) fn is_placed(spec: &Spec) -> bool {
     let places = |p: &ParameterSpec| p.kind != Kind::Real && !matches!(p.kind, Kind::Choice(_));
     let torque = spec.acts.includes(Acts::TORQUE)
         && !spec.acts.includes(Acts::MEMORY)
         && (spec.acts.includes(Acts::ANGLE) || spec.parameters.iter().any(places));
-    torque || spec.acts.includes(Acts::COUNTS)
+    torque || spec.acts.touches(Acts::COUNTS.and(Acts::CONTACT))
 }
 
 /// Whether one of many places was looked for: an order, a frequency, a moment.
@@ -146,11 +147,14 @@ impl Screen {
                 gradient[i] += weight * (prior.mean - fit.z[place]);
             }
         }
-        let angles = data.runs.iter().flat_map(|r| &r.y).map(|y| y[0]);
-        let (least, most) = angles.fold((f64::MAX, f64::MIN), |(a, b), y| (a.min(y), b.max(y)));
+        let travel = (0..sheet.recordings).map(|r| {
+            let runs = data.runs.iter().filter(|run| run.recording == r);
+            let angles = runs.flat_map(|run| &run.y).map(|y| y[0]);
+            angles.fold([f64::MAX, f64::MIN], |[a, b], y| [a.min(y), b.max(y)])
+        });
         Self {
             responses,
-            range: most - least,
+            travel: travel.collect(),
             coefficients,
             normal: normal.cholesky(),
             gradient,
@@ -159,6 +163,13 @@ impl Screen {
             longest: sheet.end,
             period: sheet.period,
         }
+    }
+
+    /// How far the arm turned, rad, as if all recordings had one zero.
+    fn turned(&self) -> f64 {
+        let ends = |[a, b]: [f64; 2], [c, d]: &[f64; 2]| [a.min(*c), b.max(*d)];
+        let [least, most] = self.travel.iter().fold([f64::MAX, f64::MIN], ends);
+        most - least
     }
 
     /// What the effects in `z` change about the predictions, held against itself and against what the fit leaves;

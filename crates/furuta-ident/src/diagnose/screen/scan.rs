@@ -49,6 +49,9 @@ impl Screen {
         if spec.acts.includes(Acts::COUNTS) {
             return self.best(spec, self.steps_of_zero(spec, asked));
         }
+        if spec.acts.includes(Acts::CONTACT) {
+            return self.stops(spec, typical);
+        }
         let mut grid: Vec<Vec<f64>> = vec![Vec::new()];
         for (p, typical) in spec.parameters.iter().zip(typical) {
             let values = self.grid(p, *typical);
@@ -118,7 +121,7 @@ impl Screen {
                 .starts
                 .iter()
                 .map(|s| p.off + s * typical)
-                .filter(|order| order * self.range >= PI)
+                .filter(|order| order * self.turned() >= PI)
                 .collect(),
             _ => p.starts.iter().map(|s| p.off + s * typical).collect(),
         }
