@@ -14,7 +14,8 @@ const ROUND_F32: f32 = 12_582_912.0;
 /// let (s, c) = furuta_model::trig::sin_cos_f64(1.0);
 /// assert!((s - 1.0_f64.sin()).abs() < 2e-16 && (c - 1.0_f64.cos()).abs() < 2e-16);
 /// ```
-#[inline]
+// Called from code that is compiled for wider vectors, it would have all of their registers saved.
+#[inline(always)]
 #[must_use]
 pub fn sin_cos_f64(x: f64) -> (f64, f64) {
     if near_f64(x) {
