@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::parameters::Space;
 use crate::pendulum::Pendulum;
 use crate::shooting::{
-    self, Data, Effort, Layout, MAX_FREE, Model, Observed, Prior, Reduced, Run, Start, Window,
-    Windows, ZEROS, reduced, with_zeros_found, zero_bounds, zero_priors,
+    self, Data, Effort, Layout, Model, Observed, Prior, Reduced, Run, Start, Window, Windows,
+    ZEROS, reduced, with_zeros_found, zero_bounds, zero_priors,
 };
 
 /// Near upright no model predicts for longer, s.
@@ -180,16 +180,18 @@ impl<'a> CalibrationProblem<'a> {
         Self::known(self.engine().fit(&model, z, &fit.states, Effort::TIGHT))
     }
 
-    /// All windows linearised in the free parameters and the recordings' zeros, initial states eliminated.
-    fn reduced(&self, fit: &Fit, free: &[usize]) -> Reduced {
+    /// All windows linearised in the free parameters and the recordings' zeros, initial states eliminated, scores in
+    /// blocks of so many seconds if that is wanted.
+    fn reduced(&self, fit: &Fit, free: &[usize], block: Option<f64>) -> Reduced {
         let model = self.model(&fit.values, free);
         let z = model.vector(&fit.zeros);
-        reduced(&model, &z, self.data, &self.windows, &fit.states, 1.0)
+        let (data, windows) = (self.data, &self.windows);
+        reduced(&model, &z, data, windows, &fit.states, 1.0, block)
     }
 
     /// What the windows say of the free parameters, in units of their scales, initial states and zeros eliminated.
     pub(super) fn information(&self, fit: &Fit, free: &[usize]) -> DMatrix<f64> {
-        let (m, p) = (self.reduced(fit, free).matrix, free.len());
+        let (m, p) = (self.reduced(fit, free, None).matrix, free.len());
         let zeros = m.nrows() - p;
         let mut own = m.view((p, p), (zeros, zeros)).into_owned();
         for i in 0..zeros {
@@ -218,40 +220,10 @@ impl<'a> CalibrationProblem<'a> {
     /// encoders' size would give.
     pub(super) fn covariance(&self, fit: &Fit, free: &[usize]) -> Option<DMatrix<f64>> {
         let model = self.model(&fit.values, free);
-        let layout = model.layout();
-        let p = layout.len();
+        let p = model.layout().len();
         let z = model.vector(&fit.zeros);
-        let r = self.reduced(fit, free);
-        let windows = Windows::<{ 4 + MAX_FREE }>::new(&model, &z);
-        let blocks: Vec<Vec<DVector<f64>>> = (0..self.windows.len())
-            .into_par_iter()
-            .map(|i| {
-                let w = &self.windows[i];
-                let response = &r.windows[i].by_parameters;
-                let recording = self.data.runs[w.run].recording;
-                let len = ((BLOCK / self.data.runs[w.run].h).round() as usize).max(1);
-                let steps = windows.trace(self.data, w, &fit.states[i]).steps;
-                steps
-                    .chunks(len)
-                    .map(|chunk| {
-                        let mut score = DVector::zeros(p);
-                        for s in chunk {
-                            for c in 0..2 {
-                                let e = s.left[c] * s.weight[c] * s.weight[c];
-                                let d = &s.y[c].d;
-                                for k in 0..layout.local() {
-                                    let by_states: f64 =
-                                        (0..4).map(|j| d[j] * response[(j, k)]).sum();
-                                    score[layout.place(recording, k)] += (d[4 + k] - by_states) * e;
-                                }
-                            }
-                        }
-                        score
-                    })
-                    .collect()
-            })
-            .collect();
-        let blocks: Vec<DVector<f64>> = blocks.into_iter().flatten().collect();
+        let r = self.reduced(fit, free, Some(BLOCK));
+        let blocks: Vec<&DVector<f64>> = r.windows.iter().flat_map(|w| &w.blocks).collect();
         let bounds = model.bounds(&z);
         let resting: Vec<bool> = z
             .iter()
@@ -268,11 +240,11 @@ impl<'a> CalibrationProblem<'a> {
         let mut meat = DMatrix::zeros(p, p);
         let mut mean = DVector::zeros(p);
         for s in &blocks {
-            mean += s;
+            mean += *s;
         }
         mean /= blocks.len() as f64;
         for s in &blocks {
-            let s = s - &mean;
+            let s = *s - &mean;
             meat += &s * s.transpose();
         }
         let count = blocks.len() as f64;

@@ -213,6 +213,11 @@ impl Run {
         }
     }
 
+    /// How many samples come nearest to so many seconds, at least one.
+    pub(crate) fn samples_in(&self, seconds: f64) -> usize {
+        ((seconds / self.h).round() as usize).max(1)
+    }
+
     /// The last sample at or before the time `t` (s), of samples that are not evenly spaced; the first where all are
     /// later.
     pub(crate) fn sample_at(&self, t: f64) -> usize {

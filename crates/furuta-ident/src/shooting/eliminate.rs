@@ -28,6 +28,8 @@ pub(crate) struct Response {
     pub(crate) own: Vector4<f64>,
     /// The reduced gradient, for statistics that do not trust the noise to be white.
     pub(crate) score: DVector<f64>,
+    /// The same of each block, where they were asked for.
+    pub(crate) blocks: Vec<DVector<f64>>,
     /// The diagonal of the reduced Gauss-Newton matrix.
     pub(crate) information: DVector<f64>,
 }
@@ -53,7 +55,8 @@ impl Response {
     }
 }
 
-/// Linearises all windows in the parameters of `model`; what is known beforehand counts `prior_weight` times.
+/// Linearises all windows in the parameters of `model`; what is known beforehand counts `prior_weight` times. Scores are
+/// kept in blocks of so many seconds as well, if that is wanted.
 pub(crate) fn reduced<M: Model>(
     model: &M,
     z: &[f64],
@@ -61,12 +64,13 @@ pub(crate) fn reduced<M: Model>(
     windows: &[Window],
     states: &[Start],
     prior_weight: f64,
+    block: Option<f64>,
 ) -> Reduced {
     match model.layout().local() {
-        0..=8 => reduced_n::<12, M>(model, z, data, windows, states, prior_weight),
-        9..=12 => reduced_n::<16, M>(model, z, data, windows, states, prior_weight),
-        13..=16 => reduced_n::<20, M>(model, z, data, windows, states, prior_weight),
-        _ => reduced_n::<{ 4 + MAX_FREE }, M>(model, z, data, windows, states, prior_weight),
+        0..=8 => reduced_n::<12, M>(model, z, data, windows, states, prior_weight, block),
+        9..=12 => reduced_n::<16, M>(model, z, data, windows, states, prior_weight, block),
+        13..=16 => reduced_n::<20, M>(model, z, data, windows, states, prior_weight, block),
+        _ => reduced_n::<{ 4 + MAX_FREE }, M>(model, z, data, windows, states, prior_weight, block),
     }
 }
 
@@ -77,6 +81,7 @@ fn reduced_n<const N: usize, M: Model>(
     windows: &[Window],
     states: &[Start],
     prior_weight: f64,
+    block: Option<f64>,
 ) -> Reduced {
     let seen = model.observed::<N>(z);
     let layout = model.layout();
@@ -92,7 +97,10 @@ fn reduced_n<const N: usize, M: Model>(
         .zip(states)
         .map_init(
             || some(&seen.plant),
-            |s, (w, start)| normal(&seen, s, data, w, start),
+            |s, (w, start)| {
+                let block = block.map(|seconds| data.runs[w.run].samples_in(seconds));
+                normal(&seen, s, data, w, start, block)
+            },
         )
         .collect();
     for (n, w) in normals.iter().zip(windows) {
@@ -130,6 +138,7 @@ fn eliminated<const N: usize>(
         by_parameters: SMatrix::zeros(),
         own: Vector4::zeros(),
         score: DVector::zeros(layout.len()),
+        blocks: Vec::new(),
         information: DVector::zeros(layout.len()),
     };
     let mut own = Matrix4::from_fn(|a, b| n.matrix[a][b]);
@@ -147,6 +156,16 @@ fn eliminated<const N: usize>(
     }
     response.by_parameters = own.solve(&cross);
     response.own = own.solve(&Vector4::from_fn(|a, _| n.gradient[a]));
+    response.blocks = (n.blocks.iter())
+        .map(|gradient| {
+            let of_state = Vector4::from_fn(|a, _| gradient[a]);
+            let mut score = DVector::zeros(layout.len());
+            for &(i, at) in &places {
+                score[at] = gradient[4 + i] - response.by_parameters.column(i).dot(&of_state);
+            }
+            score
+        })
+        .collect();
     for &(i, at) in &places {
         let score = n.gradient[4 + i] - cross.column(i).dot(&response.own);
         response.score[at] = score;

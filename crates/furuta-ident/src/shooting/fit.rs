@@ -304,7 +304,8 @@ impl<'a> Problem<'a> {
     /// All windows linearised about a fit.
     pub(crate) fn linearise<M: Model>(&self, f: &Fit<M>) -> Reduced {
         let weight = prior_weight(f.costs.iter().sum(), self.floor());
-        reduced(&f.model, &f.z, self.data, &self.windows, &f.states, weight)
+        let (data, windows) = (self.data, &self.windows);
+        reduced(&f.model, &f.z, data, windows, &f.states, weight, None)
     }
 }
 

@@ -40,13 +40,26 @@ pub(super) struct Predicted<S> {
     pub(super) volts: f64,
 }
 
+/// What is done with each predicted sample: a closure, or a type where the compiler must be told to inline.
+pub(super) trait Each<S> {
+    /// Called for one sample after the other.
+    fn see(&mut self, p: Predicted<S>);
+}
+
+impl<S, F: FnMut(Predicted<S>)> Each<S> for F {
+    #[inline(always)]
+    fn see(&mut self, p: Predicted<S>) {
+        self(p);
+    }
+}
+
 /// The state with its angles counted from elsewhere: `by` is added to `[theta, alpha]`.
 #[inline(always)]
 fn shifted<S: Scalar>(x: State<S>, by: [S; 2]) -> State<S> {
     State::new(x.theta + by[0], x.alpha + by[1], x.theta_dot, x.alpha_dot)
 }
 
-/// Runs the plant over a window from `x0` and hands each predicted sample to `each`. `s` may be any state of the plant.
+/// Runs the plant over a window from `x0` and lets `each` see each predicted sample. `s` may be any state of the plant.
 #[inline(always)]
 pub(super) fn predict<S: Scalar<Real = f64>>(
     seen: &Observed<S>,
@@ -54,7 +67,7 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
     run: &Run,
     w: &Window,
     (x0, before): (State<S>, Option<&Before>),
-    mut each: impl FnMut(Predicted<S>),
+    each: &mut impl Each<S>,
 ) {
     if run.is_uneven() {
         predict_uneven(seen, s, run, w, (x0, before), each);
@@ -87,7 +100,7 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
             rest,
             h,
         );
-        each(Predicted {
+        each.see(Predicted {
             sample: k + 1,
             y: plant.reading_from([theta, alpha], zero, moment(run, k + 1)),
             t,
@@ -112,7 +125,7 @@ fn predict_uneven<S: Scalar<Real = f64>>(
     run: &Run,
     w: &Window,
     (x0, before): (State<S>, Option<&Before>),
-    mut each: impl FnMut(Predicted<S>),
+    each: &mut impl Each<S>,
 ) {
     let (plant, late) = (seen.plant_in(run.recording), seen.late);
     let zero = seen.zero(run.recording);
@@ -132,7 +145,7 @@ fn predict_uneven<S: Scalar<Real = f64>>(
                 (before.alpha, before.alpha_dot, now.alpha, now.alpha_dot),
             ]
             .map(|(y0, v0, y1, v1)| earlier(y0, v0, y1, v1, back, h));
-            each(Predicted {
+            each.see(Predicted {
                 sample: next,
                 y: plant.reading_from([theta, alpha], zero, moment(run, next)),
                 t,

@@ -7,7 +7,7 @@ use pulp::NullaryFnOnce;
 
 use super::data::{Data, Run, Window};
 use super::model::{Model, Observed};
-use super::predict::{self, Before, predict, some};
+use super::predict::{self, Before, Each, Predicted, predict, some};
 use crate::least_squares::{LeastSquares, Rules, minimise};
 
 /// Squared weighted residuals of one window, their gradient and Gauss-Newton matrix with respect to `N` variables.
@@ -16,6 +16,8 @@ pub(super) struct WindowNormal<const N: usize> {
     pub(super) cost: f64,
     pub(super) gradient: [f64; N],
     pub(super) matrix: [[f64; N]; N],
+    /// The gradient's parts, block by block, where they were asked for.
+    pub(super) blocks: Vec<[f64; N]>,
 }
 
 /// What is known of a window's start.
@@ -39,13 +41,15 @@ fn variable<const N: usize>(x: State<f64>) -> State<Jet<f64, N>> {
     State::from(std::array::from_fn(|i| Jet::variable(values[i], i)))
 }
 
-/// Linearises a window about `x0` and the plant given. The first four of the `N` variables are the initial state's.
+/// Linearises a window about `x0` and the plant given. The first four of the `N` variables are the initial state's. The
+/// gradient is kept in blocks of so many samples as well, if that is wanted.
 pub(super) fn normal<const N: usize>(
     seen: &Observed<Jet<f64, N>>,
     s: &mut PlantState<Jet<f64, N>>,
     data: &Data,
     w: &Window,
     start: &Start,
+    block: Option<usize>,
 ) -> WindowNormal<N> {
     let linearised = Linearised {
         seen,
@@ -55,6 +59,7 @@ pub(super) fn normal<const N: usize>(
         w,
         x0: variable(start.x),
         before: start.before.as_ref(),
+        block,
     };
     let mut out = in_vectors(linearised);
     if !out.cost.is_finite() {
@@ -83,6 +88,7 @@ struct Linearised<'a, const N: usize> {
     w: &'a Window,
     x0: State<Jet<f64, N>>,
     before: Option<&'a Before>,
+    block: Option<usize>,
 }
 
 impl<const N: usize> NullaryFnOnce for Linearised<'_, N> {
@@ -90,28 +96,81 @@ impl<const N: usize> NullaryFnOnce for Linearised<'_, N> {
 
     #[inline(always)]
     fn call(self) -> WindowNormal<N> {
-        let mut out = WindowNormal {
-            cost: 0.0,
-            gradient: [0.0; N],
-            matrix: [[0.0; N]; N],
+        let mut sums = Sums {
+            run: self.run,
+            noise: self.data.noise,
+            normal: WindowNormal {
+                cost: 0.0,
+                gradient: [0.0; N],
+                matrix: [[0.0; N]; N],
+                blocks: Vec::new(),
+            },
+            block: self.block,
+            samples: 0,
         };
-        let (run, noise) = (self.run, self.data.noise);
         let from = (self.x0, self.before);
-        predict(self.seen, self.s, run, self.w, from, |p| {
-            for (c, y) in p.y.iter().enumerate() {
-                let weight = run.weight[p.sample][c] / noise[c];
-                let r = (y.v - run.y[p.sample][c]) * weight;
-                let d = y.d.map(|d| d * weight);
-                out.cost += r * r;
-                for a in 0..N {
-                    out.gradient[a] += d[a] * r;
-                    for b in 0..N {
-                        out.matrix[a][b] += d[a] * d[b];
-                    }
+        predict(self.seen, self.s, self.run, self.w, from, &mut sums);
+        sums.total()
+    }
+}
+
+/// The sums over the samples of a window.
+struct Sums<'a, const N: usize> {
+    run: &'a Run,
+    noise: [f64; 2],
+    /// Its gradient is that of the block that is being added up.
+    normal: WindowNormal<N>,
+    /// Samples of a block; `None`: the window is one.
+    block: Option<usize>,
+    /// How many of them have been seen.
+    samples: usize,
+}
+
+impl<const N: usize> Each<Jet<f64, N>> for Sums<'_, N> {
+    #[inline(always)]
+    fn see(&mut self, p: Predicted<Jet<f64, N>>) {
+        let out = &mut self.normal;
+        for (c, y) in p.y.iter().enumerate() {
+            let weight = self.run.weight[p.sample][c] / self.noise[c];
+            let r = (y.v - self.run.y[p.sample][c]) * weight;
+            let mut d = y.d;
+            for d in &mut d {
+                *d *= weight;
+            }
+            out.cost += r * r;
+            for a in 0..N {
+                out.gradient[a] += d[a] * r;
+                for b in 0..N {
+                    out.matrix[a][b] += d[a] * d[b];
                 }
             }
-        });
-        out
+        }
+        self.samples += 1;
+        if Some(self.samples) == self.block {
+            self.end_block();
+        }
+    }
+}
+
+impl<const N: usize> Sums<'_, N> {
+    fn end_block(&mut self) {
+        let gradient = std::mem::replace(&mut self.normal.gradient, [0.0; N]);
+        self.normal.blocks.push(gradient);
+        self.samples = 0;
+    }
+
+    fn total(mut self) -> WindowNormal<N> {
+        if self.block.is_some() {
+            if self.samples > 0 {
+                self.end_block();
+            }
+            for block in &self.normal.blocks {
+                for (sum, part) in self.normal.gradient.iter_mut().zip(block) {
+                    *sum += part;
+                }
+            }
+        }
+        self.normal
     }
 }
 
@@ -119,12 +178,14 @@ impl<const N: usize> NullaryFnOnce for Linearised<'_, N> {
 fn cost(seen: &Observed<f64>, data: &Data, w: &Window, start: &Start) -> f64 {
     let run = &data.runs[w.run];
     let mut cost = 0.0;
-    predict(seen, &mut some(&seen.plant), run, w, start.known(), |p| {
+    let mut add = |p: Predicted<f64>| {
         for (c, y) in p.y.iter().enumerate() {
             let r = (y - run.y[p.sample][c]) * run.weight[p.sample][c] / data.noise[c];
             cost += r * r;
         }
-    });
+    };
+    let from = start.known();
+    predict(seen, &mut some(&seen.plant), run, w, from, &mut add);
     if cost.is_finite() {
         cost
     } else {
@@ -162,7 +223,7 @@ impl<const N: usize> Windows<N> {
         let mut s = some(&self.seen.plant);
         let mut steps = Vec::with_capacity(w.len);
         let from = (variable(start.x), start.before.as_ref());
-        predict(&self.seen, &mut s, run, w, from, |p| {
+        let mut keep = |p: Predicted<Jet<f64, N>>| {
             let rows = p.before.to_array().map(|v| v.d);
             let weight: [f64; 2] = std::array::from_fn(|c| run.weight[p.sample][c] / data.noise[c]);
             steps.push(Traced {
@@ -175,7 +236,8 @@ impl<const N: usize> Windows<N> {
                 left: std::array::from_fn(|c| run.y[p.sample][c] - p.y[c].v),
                 volts: p.volts,
             });
-        });
+        };
+        predict(&self.seen, &mut s, run, w, from, &mut keep);
         Trace { steps }
     }
 
@@ -184,9 +246,8 @@ impl<const N: usize> Windows<N> {
         let mut out = Vec::with_capacity(w.len);
         let run = &data.runs[w.run];
         let mut s = some(&self.plain.plant);
-        predict(&self.plain, &mut s, run, w, start.known(), |p| {
-            out.push(p.y);
-        });
+        let mut keep = |p: Predicted<f64>| out.push(p.y);
+        predict(&self.plain, &mut s, run, w, start.known(), &mut keep);
         out
     }
 
@@ -282,7 +343,7 @@ impl Initial<'_> {
             };
         }
         let s = &mut self.s.borrow_mut();
-        let normal = normal(&self.windows.seen, s, self.data, self.w, &start);
+        let normal = normal(&self.windows.seen, s, self.data, self.w, &start, None);
         Started {
             x,
             cost: normal.cost,
@@ -339,6 +400,7 @@ const NOTHING: WindowNormal<4> = WindowNormal {
     cost: f64::INFINITY,
     gradient: [0.0; 4],
     matrix: [[0.0; 4]; 4],
+    blocks: Vec::new(),
 };
 
 impl Windows {
@@ -386,8 +448,8 @@ impl Windows {
         let mut best = known.map(|x| self.solved(data, w, x, RULES.iterations));
         for half in SMOOTHED {
             let guess = at(data.guess(w, half));
-            let begin = self.cost(data, w, &guess);
-            if best.as_ref().is_none_or(|b| b.may_be_beaten(&guess, begin)) {
+            let may_win = |b: &Solved| b.may_be_beaten(&guess, self.cost(data, w, &guess));
+            if best.as_ref().is_none_or(may_win) {
                 let found = self.solved(data, w, &guess, RULES.iterations);
                 if best.as_ref().is_none_or(|b| found.cost < b.cost) {
                     best = Some(found);
