@@ -302,11 +302,8 @@ pub fn calibrate_with(
 
     // The fit.
     enter(2)?;
-    let from = if free == first {
-        begun_with_all
-    } else {
-        begun(&free)
-    };
+    let same = free.len() == first.len() && free.iter().all(|i| first.contains(i));
+    let from = if same { begun_with_all } else { begun(&free) };
     let near = short.fit(&from, &free);
     let chi = (near.cost / short.floor()).sqrt();
     if !chi.is_finite() || chi > DOES_NOT_FOLLOW {
