@@ -181,7 +181,7 @@ impl<'a> CalibrationProblem<'a> {
     }
 
     /// All windows linearised in the free parameters and the recordings' zeros, initial states eliminated, scores in
-    /// blocks of so many seconds if that is wanted.
+    /// blocks of `block` seconds if that is given.
     fn reduced(&self, fit: &Fit, free: &[usize], block: Option<f64>) -> Reduced {
         let model = self.model(&fit.values, free);
         let z = model.vector(&fit.zeros);

@@ -213,7 +213,7 @@ impl Run {
         }
     }
 
-    /// How many samples come nearest to so many seconds, at least one.
+    /// How many samples come nearest to `seconds`, at least one.
     pub(crate) fn samples_in(&self, seconds: f64) -> usize {
         ((seconds / self.h).round() as usize).max(1)
     }

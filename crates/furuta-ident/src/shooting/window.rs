@@ -42,7 +42,7 @@ fn variable<const N: usize>(x: State<f64>) -> State<Jet<f64, N>> {
 }
 
 /// Linearises a window about `x0` and the plant given. The first four of the `N` variables are the initial state's. The
-/// gradient is kept in blocks of so many samples as well, if that is wanted.
+/// gradient is kept in blocks of `block` samples as well, if there are any.
 pub(super) fn normal<const N: usize>(
     seen: &Observed<Jet<f64, N>>,
     s: &mut PlantState<Jet<f64, N>>,
