@@ -257,12 +257,13 @@ fn named_beside_friction(id: &str, values: &[f64]) {
 #[ignore = "a minute and more: make test-long"]
 fn the_table_of_what_few_rigs_have() {
     let spins = State::new(0.0, std::f64::consts::PI, 0.0, 40.0);
-    // The other three are taken for what they cannot be told from, or not seen.
+    // The other two are taken for what they cannot be told from, or not seen.
     let named = [
         "arm.load_friction",
         "arm.angle_friction",
         "arm.relaxation",
         "arm.stop",
+        "motor.inductance",
         "sensor.theta.eccentricity",
         "sensor.alpha.eccentricity",
     ];
