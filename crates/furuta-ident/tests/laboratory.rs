@@ -25,8 +25,8 @@ fn sweeps(rig: &Rig, offset: f64) -> [Recording; 2] {
     [first, second]
 }
 
-/// Of three recordings one may be of another rig (or its encoder lost counts): the two that agree are used. Of two, which
-/// is the odd one cannot be known.
+/// Of three recordings one may be of another rig (or its encoder lost counts): the two that agree are used. Of two,
+/// which is the odd one cannot be known.
 #[test]
 fn the_odd_one_of_three_recordings_is_left_out() {
     let mut other = qube();

@@ -413,8 +413,8 @@ fn close(from: &Fit, fits: &[(&'static Spec, Fit)], savers: &Savers) -> f64 {
 }
 
 /// Keeps the starts to be fitted: of those whose score statistic could convince (and could gain `wanted`), the few with
-/// a statistic near the best. A kick gains much in one window, and says nothing of what gains a little in all of them: it
-/// does not count as the best.
+/// a statistic near the best. A kick gains much in one window, and says nothing of what gains a little in all of them:
+/// it does not count as the best.
 fn keep_scored(per_sample: f64, wanted: f64, savers: &Savers, starts: &mut Vec<FitStart>) {
     let lasting = starts.iter().find(|s| !s.spec.acts_once());
     let best = lasting.map_or(0.0, |s| s.statistic);

@@ -17,8 +17,8 @@ use super::search::{Rival, Search};
 use super::{Fit, constancy, horizons, savers, thinned};
 use crate::shooting::{Data, Effort, Problem};
 
-/// The most usual effects that are looked for together before those that few rigs have are: three that leave something
-/// imitate more often than not.
+/// The most usual effects that are looked for together before those that few rigs have, so that these are found before
+/// larger sets that imitate them are searched.
 const USUAL: usize = 2;
 
 /// What a diagnosis works on.
@@ -216,8 +216,8 @@ impl Work<'_> {
         Search::new(problem, here, &|_| true, savers::of(&self.options), report)
     }
 
-    /// Goes on with a search from `start` as long as its best fit is `wanted`, which is told whether the fit explains the
-    /// data: on the part where it was begun while that is far from the data, then on all windows.
+    /// Goes on with a search from `start` as long as its best fit is `wanted`, which is told whether the fit explains
+    /// the data: on the part where it was begun while that is far from the data, then on all windows.
     fn go_on<'s>(
         &'s self,
         mut search: Search<'s>,
@@ -240,7 +240,7 @@ impl Work<'_> {
     }
 
     /// The names that explain the data, and their rivals, where what few rigs have is looked for as well; `None` where
-    /// something is left. What leaves something in a part of the windows leaves it in all.
+    /// something is left. All windows are looked at only where nothing is left in a part of them.
     fn among_all(&self, refitted: &Fit) -> Option<(Fit, Vec<Rival>)> {
         const STAGE: &str = "searching among rare effects";
         self.teller.stage(STAGE);

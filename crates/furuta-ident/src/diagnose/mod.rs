@@ -4,8 +4,8 @@
 //!    statement.
 //! 2. The model is fitted by multiple shooting over short windows (`crate::shooting`): first its parameters alone, in
 //!    the combinations that data can show (`hypothesis`), then with each effect of the catalogue added, the most
-//!    convincing one kept, until none is left (`search`). What the usual effects leave is looked at again with those that
-//!    few rigs have (`find`).
+//!    convincing one kept, until none is left (`search`). What the usual effects leave is looked at again with those
+//!    that few rigs have (`find`).
 //! 3. What short windows leave unexplained is looked at again over long ones: a name must help at both.
 //! 4. Where something is left, the named effects are judged (`judge`): on data they were not fitted to (`held_out`),
 //!    against what few rigs have (`contested`), as transients (`transients`), by whether their strength is the same

@@ -40,8 +40,8 @@ pub struct Options<'a> {
     /// Follow every candidate from every start to the end, however small its score statistic: several times as slow,
     /// and to the same names where what saves time is sound.
     pub thorough: bool,
-    /// Entries that are looked for on request ([`furuta_model::effects::Offered`]), to be looked for from the outset: of
-    /// the catalogue, or a user's own laws ([`furuta_model::effects::own`]). They are fitted, compared and judged as any
+    /// Entries on request ([`furuta_model::effects::Offered`]) that are to be looked for from the outset: of the
+    /// catalogue, or a user's own laws ([`furuta_model::effects::own`]). They are fitted, compared and judged as any
     /// other. Those that are always looked for change nothing; of several with one id the first counts, and
     /// [`Diagnosis::notices`] says of each that cannot be looked for why.
     ///

@@ -55,8 +55,8 @@ impl Response {
     }
 }
 
-/// Linearises all windows in the parameters of `model`; what is known beforehand counts `prior_weight` times. Scores are
-/// kept in blocks of `block` seconds as well, if that is given.
+/// Linearises all windows in the parameters of `model`; what is known beforehand counts `prior_weight` times. Scores
+/// are kept in blocks of `block` seconds as well, if that is given.
 pub(crate) fn reduced<M: Model>(
     model: &M,
     z: &[f64],
