@@ -1,6 +1,6 @@
 //! Whether an encoder stopped counting while the axis still turned.
 
-use super::convention::{DIFFERENCE, differences};
+use super::differences::{DIFFERENCE, differences};
 use super::regression::Regression;
 use super::{NoticeKind, Recording};
 

@@ -4,7 +4,7 @@ use furuta_model::Rig;
 use furuta_model::State;
 use furuta_model::dynamics::{Angle, bias, mass_matrix};
 
-use super::convention::{DIFFERENCE, differences};
+use super::differences::{DIFFERENCE, differences};
 use super::regression::Regression;
 use super::{NoticeKind, Recording};
 

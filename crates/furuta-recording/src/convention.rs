@@ -5,6 +5,7 @@
 
 use core::f64::consts::PI;
 
+use super::differences::{DIFFERENCE, differences};
 use super::regression::{Estimate, Regression};
 use super::{NoticeKind, Recording, weak};
 
@@ -111,11 +112,8 @@ fn steps(values: &[f64]) -> (f64, f64) {
     (resolution, largest)
 }
 
-/// Time over which the second difference is taken, s: long enough that a count of the encoder does not drown the
-/// acceleration, short against a swing.
-pub(super) const DIFFERENCE: f64 = 0.02;
-/// The same for small or slow motion, s: three times as long lowers the noise of an acceleration to a ninth, and still
-/// sees a pendulum of 3 Hz.
+/// Time over which small or slow motion is differenced, s: three times as long as the usual one, it lowers the noise of
+/// an acceleration to a ninth, and still sees a pendulum of 3 Hz.
 const LONG_DIFFERENCE: f64 = 0.06;
 /// Standard deviations that a coefficient must be away from zero to be spoken of; the noise of neighbouring samples is
 /// correlated and the friction left out of the regression, so this is far above the usual three.
@@ -210,48 +208,6 @@ impl PendulumLaw {
     }
 }
 
-/// An angle with its derivatives at one sample.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Differences {
-    pub(super) index: usize,
-    pub(super) angle: f64,
-    pub(super) speed: f64,
-    pub(super) acceleration: f64,
-}
-
-/// Calls `f` with the central differences of two columns at every sample that has them, and returns the lag of the
-/// differences, in samples.
-pub(super) fn differences(
-    recording: &Recording,
-    columns: [&[f64]; 2],
-    span: f64,
-    mut f: impl FnMut([Differences; 2]),
-) -> Option<usize> {
-    let lag = (span / recording.sample_period).round().max(1.0);
-    if lag >= recording.len() as f64 {
-        return None;
-    }
-    let (span, lag) = (lag * recording.sample_period, lag as usize);
-    for segment in &recording.segments {
-        let [Some(first), Some(second)] = columns.map(|c| c.get(segment.clone())) else {
-            continue;
-        };
-        let windows = first.windows(2 * lag + 1).zip(second.windows(2 * lag + 1));
-        for (k, (first, second)) in windows.enumerate() {
-            f([first, second].map(|window| {
-                let [x0, x1, x2] = ends_and_middle(window, lag);
-                Differences {
-                    index: segment.start + k + lag,
-                    angle: x1,
-                    speed: (x2 - x0) / (2.0 * span),
-                    acceleration: (x2 - 2.0 * x1 + x0) / (span * span),
-                }
-            }));
-        }
-    }
-    Some(lag)
-}
-
 /// Suspects swapped columns, alpha counted from hanging, or one angle counted the other way.
 ///
 /// Counted from hanging, both signs of the pendulum's equation turn; with one angle mirrored, that of the coupling.
@@ -300,8 +256,4 @@ pub(super) fn signs(recording: &Recording) -> Option<NoticeKind> {
         [Some(_), Some(coupling)] if coupling < 0.0 => Some(NoticeKind::SignSuspected),
         _ => None,
     }
-}
-
-fn ends_and_middle(window: &[f64], lag: usize) -> [f64; 3] {
-    [0, lag, 2 * lag].map(|k| window.get(k).copied().unwrap_or(0.0))
 }

@@ -4,7 +4,7 @@ use core::f64::consts::PI;
 
 use furuta_model::Rig;
 
-use super::convention::{DIFFERENCE, differences};
+use super::differences::{DIFFERENCE, differences};
 use super::{NoticeKind, Recording, weak};
 
 /// The shortest standstill that is looked at, s.

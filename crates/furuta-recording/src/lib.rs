@@ -12,6 +12,7 @@ mod command;
 mod convention;
 mod counts;
 mod csv;
+mod differences;
 mod error;
 mod frozen;
 mod lines;

@@ -8,7 +8,7 @@ use super::conventions::{self, Case};
 use furuta_model::{Rig, State};
 use furuta_recording::Recording;
 
-/// The real rigs of the folder examples, and two hanging runs of 10 s of two built-in ones.
+/// The real rigs of the folder examples, and three hanging runs of 10 s of two built-in ones.
 fn cases() -> Vec<Case> {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
     let mut cases = conventions::folders(&examples);
@@ -19,7 +19,7 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// A chirp and steps of a rig of this data sheet, but with the hinge of a good bearing: where the pendulum creeps, it
+/// A chirp, steps and a decay of a rig of this data sheet, but with the hinge of a good bearing: where the pendulum creeps, it
 /// shows neither its frequency nor its signs.
 fn simulated(mut rig: Rig) -> Case {
     const PERIOD: f64 = 0.002;
@@ -29,9 +29,9 @@ fn simulated(mut rig: Rig) -> Case {
     let chirp = |t: f64| 0.15 * (TAU * hertz * (0.3 * t + 0.15 * t * t)).sin();
     let levels = [0.9, -0.4, 0.2, -1.0, 0.6, -0.7, 1.0, -0.1];
     let steps = |t: f64| 0.5 * levels[(t / 0.45) as usize % levels.len()];
-    let run = |name: &str, share: &dyn Fn(f64) -> f64| {
+    let run = |name: &str, from: State<f64>, share: &dyn Fn(f64) -> f64| {
         let plant = rig.plant::<f64>();
-        let mut s = plant.rest(State::hanging());
+        let mut s = plant.rest(from);
         let samples = (0..5000).map(|k| {
             let t = f64::from(k) * PERIOD;
             let u = rig.params.motor.command_limit * share(t);
@@ -47,7 +47,13 @@ fn simulated(mut rig: Rig) -> Case {
         );
         recording
     };
-    let recordings = vec![run("chirp", &chirp), run("steps", &steps)];
+    let mut lifted = State::hanging();
+    lifted.alpha += 0.8;
+    let recordings = vec![
+        run("chirp", State::hanging(), &chirp),
+        run("steps", State::hanging(), &steps),
+        run("decay", lifted, &|_| 0.0),
+    ];
     Case { rig, recordings }
 }
 
@@ -59,6 +65,12 @@ fn every_mistake_is_named() {
 #[test]
 fn sound_recordings_are_not_accused() {
     conventions::sound_recordings_are_not_accused(&cases());
+}
+
+/// Counts lost at a moment are an effect, and no sign of another rig.
+#[test]
+fn lost_counts_are_no_other_rig() {
+    conventions::lost_counts_are_no_other_rig(&cases());
 }
 
 #[test]
