@@ -341,6 +341,7 @@ class Plant:
         middles = edges[:-1] + self.step / 2
         planned = np.zeros((self.steps - last, self.model.nv))  # what does not depend on the motion
         planned[:, motor] = self._voltage(float(np.clip(u, -rig.vmax, rig.vmax)), middles) * rig.torque_per_volt
+        turning = planned[:, motor].copy()  # the motor's part of the torque on its axis
         planned[:, ALPHA] += self._parameter("pendulum.bias", "torque")
         for axis, start, end, torque in self.pulses:
             planned[:, axis] += (
@@ -351,11 +352,10 @@ class Plant:
                 data.qfrc_applied[:] = torque
                 mujoco.mj_step(self.model, data, nstep=len(list(stretch)))
             return
-        for t, torque in zip(middles, planned):
+        for t, driving, torque in zip(middles, turning, planned):
             # torques are held for the step: taken at its middle, extrapolated, they are right to second order
             speed = data.qvel + 0.5 * self.step * data.qacc
             angle = data.qpos + 0.5 * self.step * (data.qvel + 0.25 * self.step * data.qacc)
-            driving = torque[motor]
             for axis, law in self.laws:
                 torque[axis] += law(t, angle, speed, driving)
             if self.frictions:
