@@ -74,7 +74,7 @@ fn every_parameter_of_every_effect_refuses_what_is_outside_its_range() {
                     EffectError::NotWhole {
                         effect, parameter, ..
                     } => {
-                        assert!(p.kind != Kind::Real && bad.floor() != bad, "{bad}");
+                        assert!(!p.kind.is_amount() && bad.floor() != bad, "{bad}");
                         (effect, parameter)
                     }
                     other => panic!("{other:?}"),

@@ -426,7 +426,7 @@ trait FloorIf {
 
 impl FloorIf for f64 {
     fn floor_if(self, kind: furuta_model::effects::Kind) -> f64 {
-        if kind == furuta_model::effects::Kind::Real {
+        if kind.is_amount() {
             self
         } else {
             self.floor().min(1.0)

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use furuta_model::Spec;
-use furuta_model::effects::{self, Kind};
+use furuta_model::effects;
 use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Sheet};
@@ -88,7 +88,7 @@ fn compare(
         let in_both = effect.named.iter().all(Option::is_some);
         for (k, p) in effect.spec.parameters.iter().enumerate() {
             // What is not there has no form.
-            if p.kind != Kind::Real || !(in_both || k < effect.spec.strengths) {
+            if !p.kind.is_amount() || !(in_both || k < effect.spec.strengths) {
                 continue;
             }
             let (Some(here), Some(there)) = (here.get(p.name), there.get(p.name)) else {

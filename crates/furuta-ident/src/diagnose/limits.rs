@@ -5,7 +5,7 @@
 //! taken from the starts of a search: of those the largest bound counts.
 
 use furuta_model::Spec;
-use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
+use furuta_model::effects::{Acts, MAX_PARAMETERS};
 use rayon::prelude::*;
 
 use super::Fit;
@@ -34,7 +34,7 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
         .addable(named)
         .filter(|s| {
             s.strengths == 1
-                && s.parameters[0].kind == Kind::Real
+                && s.parameters[0].kind.is_amount()
                 && !screen::is_scanned(s)
                 && !s.acts.touches(Acts::DRIVE)
         })

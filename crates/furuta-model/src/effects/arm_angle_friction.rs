@@ -44,7 +44,7 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "depth",
             unit: "-",
-            kind: Kind::Real,
+            kind: Kind::Share,
             default: None,
             min: 0.0,
             max: 1.0,

@@ -38,7 +38,7 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "back_emf",
             unit: "-",
-            kind: Kind::Real,
+            kind: Kind::Share,
             default: Some(1.0),
             min: 0.0,
             max: 1.0,

@@ -13,6 +13,8 @@ use crate::params::Params;
 pub enum Kind {
     /// A real number: a fit varies it.
     Real,
+    /// A part of something, from none of it to all of it: a real number whose upper bound can be its value.
+    Share,
     /// An angle that a sine or the effect's direction begins at, rad: the effect is the sum of a part at 0 and a part
     /// at a quarter turn.
     Phase,
@@ -76,8 +78,14 @@ impl Kind {
     pub const fn is_continuous(self) -> bool {
         matches!(
             self,
-            Self::Real | Self::Phase | Self::Rest | Self::Frequency | Self::Time
+            Self::Real | Self::Share | Self::Phase | Self::Rest | Self::Frequency | Self::Time
         )
+    }
+
+    /// Whether it says how much, not where, when or which.
+    #[must_use]
+    pub const fn is_amount(self) -> bool {
+        matches!(self, Self::Real | Self::Share)
     }
 }
 

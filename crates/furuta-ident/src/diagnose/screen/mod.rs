@@ -89,7 +89,7 @@ pub(super) struct Screen {
 
 /// Whether the grid screen finds a start: torques with a place in time, frequency or angle, end stops, and lost counts.
 pub(super) fn is_placed(spec: &Spec) -> bool {
-    let places = |p: &ParameterSpec| p.kind != Kind::Real && !matches!(p.kind, Kind::Choice(_));
+    let places = |p: &ParameterSpec| !p.kind.is_amount() && !matches!(p.kind, Kind::Choice(_));
     let torque = spec.acts.includes(Acts::TORQUE)
         && !spec.acts.includes(Acts::MEMORY)
         && (spec.acts.includes(Acts::ANGLE) || spec.parameters.iter().any(places));
