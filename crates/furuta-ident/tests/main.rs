@@ -13,6 +13,7 @@ mod laboratory;
 mod own_hypothesis;
 mod pendulum_off;
 mod plan;
+mod rare;
 mod real_rigs;
 mod report;
 mod rough;

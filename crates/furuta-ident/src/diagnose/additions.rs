@@ -163,12 +163,11 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// The candidates, those asked for last, that are neither in `from` nor in the rig file, and whose parameters a fit
-    /// can still hold.
+    /// The entries looked for that are neither in `from` nor in the rig file, and whose parameters a fit can still
+    /// hold.
     pub(super) fn addable(&self, from: &Fit) -> impl Iterator<Item = &'static Spec> {
-        candidates()
-            .chain(from.model.sheet.asked.iter().copied())
-            .filter(|s| can_hold(&from.model, s))
+        let entries = from.model.sheet.looked_for.iter().copied();
+        entries.filter(|s| can_hold(&from.model, s))
     }
 
     /// Fits every candidate added to `from`, the best first; `report` is told of each. `instead` is an effect that is

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use furuta_model::ON_REQUEST;
+use furuta_model::{ON_REQUEST, Spec};
 
 use super::additions::Trial;
 use super::custom::{self, Custom};
@@ -105,11 +105,12 @@ impl Work<'_> {
         let few = |f: &Fit, explained| explained || f.model.effects.len() <= USUAL;
         let begun = self.begun(part.as_ref(), &refitted, &told);
         let search = self.go_on(begun, part.as_ref(), &refitted, &few);
-        // What the usual effects leave may be one that few rigs have.
-        let rare = if search.explains() || hurry.wanted() {
-            None
-        } else {
-            self.among_all(&refitted)
+        // What the usual effects leave may be one that few rigs have; what several of them explain may be one such.
+        let several = search.explains().then(|| search.closest());
+        let rare = match &several {
+            _ if hurry.wanted() => None,
+            Some(several) if several.model.effects.len() < 2 => None,
+            _ => self.among_all(&refitted, several.as_ref()),
         };
         let mut search = match &rare {
             Some(_) => search,
@@ -240,24 +241,41 @@ impl Work<'_> {
     }
 
     /// The names that explain the data, and their rivals, where what few rigs have is looked for as well; `None` where
-    /// something is left. All windows are looked at only where nothing is left in a part of them.
-    fn among_all(&self, refitted: &Fit) -> Option<(Fit, Vec<Rival>)> {
+    /// something is left. All windows are looked at only where nothing is left in a part of them. One such effect beside
+    /// the usual ones must do: larger sets imitate. Where `several` effects explain the data, fewer must do
+    /// it better.
+    fn among_all(&self, refitted: &Fit, several: Option<&Fit>) -> Option<(Fit, Vec<Rival>)> {
         const STAGE: &str = "searching among rare effects";
         self.teller.stage(STAGE);
         let told = self.teller.candidates(STAGE);
         let mut start = refitted.clone();
         start.model = start.model.looking_for(ON_REQUEST);
         let part = (self.short).part(&start, savers::of(&self.options).windows);
-        let mut search = self.begun(part.as_ref(), &start, &told);
-        if let Some(part) = &part {
-            search.run_while(|f| !part.problem.explains(f));
-            if !search.explains() {
-                return None;
-            }
-            search = search.onto(&self.short, start);
+        // In the place of several effects stand one that few rigs have, and some of them.
+        let mut narrow = start.clone();
+        if let Some(several) = several {
+            let few = ON_REQUEST.iter().chain(several.model.effects.iter());
+            narrow.model = narrow.model.looking_only_for(few.copied());
         }
+        let mut search = self.begun(part.as_ref(), &narrow, &told);
+        let most = several.map_or(USUAL + 1, |f| f.model.effects.len() - 1);
+        let may_grow = |f: &Fit, explained: bool| {
+            f.model.effects.len() < most && (several.is_some() || !explained)
+        };
+        let problem = part.as_ref().map_or(&self.short, |part| &part.problem);
+        search.run_while(|f| may_grow(f, problem.explains(f)));
+        let is_rare = |e: &&Spec| ON_REQUEST.iter().any(|rare| rare.id == e.id);
+        if !search.explains() || !search.closest().model.effects.iter().any(is_rare) {
+            return None;
+        }
+        let mut search = search.onto(&self.short, start);
         let mut named = search.run();
-        if !self.short.explains(&named) || !search.is_through() {
+        let is_worse = |several: &Fit| {
+            let unit = (self.short.per_sample(several)).min(self.short.per_sample(&named));
+            self.short.score(several, unit) <= self.short.score(&named, unit)
+                || several.model.effects.len() <= named.model.effects.len()
+        };
+        if !self.short.explains(&named) || !search.is_through() || several.is_some_and(is_worse) {
             return None;
         }
         let rivals = search.rivals(&named);

@@ -59,8 +59,8 @@ pub(super) struct Sheet {
     pub(super) reference: Option<usize>,
     /// Effects that the rig file already has: part of every hypothesis, their values fixed.
     pub(super) present: Vec<Effect<f64>>,
-    /// Entries that are looked for beside the usual ones: of those on request, or the user's own.
-    pub(super) asked: Vec<&'static Spec>,
+    /// The entries that a search looks for.
+    pub(super) looked_for: Vec<&'static Spec>,
 }
 
 impl Sheet {
@@ -101,7 +101,7 @@ impl Sheet {
             own_zeros,
             reference: Some(0),
             present: rig.effects.clone(),
-            asked: Vec::new(),
+            looked_for: Vec::new(),
         }
     }
 
@@ -191,10 +191,24 @@ impl Hypothesis {
 
     /// The same, with these entries looked for beside the others.
     pub(super) fn looking_for(mut self, entries: &[&'static Spec]) -> Self {
-        let asked = &mut Arc::make_mut(&mut self.sheet).asked;
-        let known: Vec<&str> = asked.iter().map(|s| s.id).collect();
-        asked.extend(entries.iter().filter(|s| !known.contains(&s.id)));
+        let looked_for = &mut Arc::make_mut(&mut self.sheet).looked_for;
+        let known: Vec<&str> = looked_for.iter().map(|s| s.id).collect();
+        looked_for.extend(entries.iter().filter(|s| !known.contains(&s.id)));
         self
+    }
+
+    /// The same, with these entries looked for alone.
+    pub(super) fn looking_only_for(mut self, entries: impl Iterator<Item = &'static Spec>) -> Self {
+        Arc::make_mut(&mut self.sheet).looked_for = entries.collect();
+        self
+    }
+
+    /// The same effects beside the sheet of another.
+    pub(super) fn on_sheet_of(&self, other: &Self) -> Self {
+        Self {
+            effects: self.effects.clone(),
+            sheet: Arc::clone(&other.sheet),
+        }
     }
 
     /// The same effects for recordings that the fit has not seen, their zeros where they should be, and the vector for

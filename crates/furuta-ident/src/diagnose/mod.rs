@@ -153,7 +153,7 @@ fn search(
     let mut sheet = Sheet::new(request.rig, &data, !options.same_zero, options.pendulum);
     let base = Hypothesis::base(&Arc::new(sheet.clone()));
     let (asked, notices) = asked::asked(&base, options.candidates);
-    sheet.asked = asked;
+    sheet.looked_for = candidates().chain(asked).collect();
 
     let windows = data.windows(SEARCH, |_| true);
     let work = Work {

@@ -158,8 +158,8 @@ impl<'a> Search<'a> {
         let again: Vec<(Set, Node)> = again
             .into_par_iter()
             .map(|(s, node)| {
-                let (model, z) = (&node.fit.model, node.fit.z.clone());
-                let fit = problem.fit(model, z, &start.states, Effort::FULL);
+                let (model, z) = (node.fit.model.on_sheet_of(&start.model), node.fit.z.clone());
+                let fit = problem.fit(&model, z, &start.states, Effort::FULL);
                 (
                     s,
                     Node {

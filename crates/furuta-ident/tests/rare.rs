@@ -1,0 +1,115 @@
+//! What few rigs have is named unasked where it explains what the usual effects leave, or what several of them imitate.
+
+use furuta_ident::diagnose::Verdict;
+use furuta_model::{Effect, ON_REQUEST, State};
+
+use super::diagnose::{qube, run, run_from, run_with};
+
+/// What few rigs have is named unasked where it explains what the usual effects leave, alone and beside Coulomb
+/// friction.
+#[test]
+fn what_few_rigs_have_is_named() {
+    named_beside_friction("arm.relaxation", &[5e-3, 0.6]);
+}
+
+/// More of them. Apart, since each diagnosis with an entry on request takes long, and the test above, which runs by
+/// default, is of the same kind.
+#[test]
+#[ignore = "a minute: make test-long"]
+fn end_stops_and_eccentric_encoders_are_named() {
+    named_beside_friction("arm.stop", &[0.3, 0.5, 2e-3, 0.1]);
+    named_beside_friction("sensor.theta.eccentricity", &[0.06, 0.8]);
+}
+
+fn named_beside_friction(id: &str, values: &[f64]) {
+    let effect = Effect::new(id, values).expect("valid");
+    let found = |effects: &[Effect<f64>]| {
+        let found = run(&qube(), effects).diagnosis;
+        let mut ids: Vec<String> = found.effects.iter().map(|e| e.id.clone()).collect();
+        ids.sort();
+        (ids, found.verdict)
+    };
+    let alone = (vec![id.to_owned()], Verdict::MissingEffects);
+    assert_eq!(found(&[effect]), alone);
+    let friction = Effect::new("arm.coulomb", &[1e-3]).expect("valid");
+    let mut both = vec!["arm.coulomb".to_owned(), id.to_owned()];
+    both.sort();
+    assert_eq!(found(&[effect, friction]), (both, Verdict::MissingEffects));
+}
+
+/// All of the damping is back-EMF: a share of one is a value, not a bound at which a fit stopped.
+#[test]
+fn a_winding_is_named_beside_a_push() {
+    let winding = Effect::new("motor.inductance", &[0.05, 1.0]).expect("valid");
+    let push = Effect::new("disturbance.arm_kick", &[2e-2, 3.0, 0.04, 0.0]).expect("valid");
+    let found = run(&qube(), &[winding, push]).diagnosis;
+    let mut ids: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+    ids.sort_unstable();
+    assert_eq!(ids, ["disturbance.arm_kick", "motor.inductance"]);
+    assert_eq!(found.verdict, Verdict::MissingEffects);
+}
+
+/// Each effect that few rigs have, hidden where it shows: the table of docs/effects.md.
+/// Apart, since it makes a diagnosis for each of a dozen entries.
+#[test]
+#[ignore = "a minute and more: make test-long"]
+fn the_table_of_what_few_rigs_have() {
+    let spins = State::new(0.0, std::f64::consts::PI, 0.0, 40.0);
+    // The other two are taken for what they cannot be told from, or not seen.
+    let named = [
+        "arm.load_friction",
+        "arm.angle_friction",
+        "arm.relaxation",
+        "arm.stop",
+        "motor.inductance",
+        "sensor.theta.eccentricity",
+        "sensor.alpha.eccentricity",
+    ];
+    let hidden: &[(&str, &[f64], State<f64>)] = &[
+        ("arm.load_friction", &[0.3], State::hanging()),
+        (
+            "arm.angle_friction",
+            &[2e-3, 0.8, 2.0, 0.8],
+            State::hanging(),
+        ),
+        ("arm.relaxation", &[5e-3, 0.6], State::hanging()),
+        ("arm.stop", &[0.3, 0.5, 2e-3, 0.1], State::hanging()),
+        ("motor.resolution", &[0.8], State::hanging()),
+        ("motor.inductance", &[0.02, 1.0], State::hanging()),
+        ("motor.current_limit", &[0.007, 1.0], State::hanging()),
+        ("sensor.theta.eccentricity", &[0.06, 0.8], State::hanging()),
+        ("sensor.alpha.eccentricity", &[0.06, 0.8], spins),
+    ];
+    for (id, values, start) in hidden {
+        let begin = std::time::Instant::now();
+        let effect = Effect::new(id, values).expect("valid");
+        let found = run_from(*start, &qube(), &[effect], &[]).diagnosis;
+        let words: Vec<String> = found
+            .effects
+            .iter()
+            .map(|e| format!("{} {:?}", e.id, e.parameters))
+            .collect();
+        let suspects: Vec<&str> = found.suspected.iter().map(|e| e.id.as_str()).collect();
+        println!(
+            "{id} {values:?}: {:?} {words:?} suspected {suspects:?} {:.0} s",
+            found.verdict,
+            begin.elapsed().as_secs_f64()
+        );
+        let ids: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+        assert!(!named.contains(id) || ids == [*id], "{id}: {ids:?}");
+    }
+}
+
+/// All of them at once do not accuse a sound rig, nor take the place of an effect that is there.
+/// Apart, since every entry on request is fitted in every round.
+#[test]
+#[ignore = "a minute: make test-long"]
+fn effects_on_request_do_not_accuse() {
+    let clean = run_with(&qube(), &[], ON_REQUEST).diagnosis;
+    assert!(clean.effects.is_empty(), "{:?}", clean.effects);
+    assert_eq!(clean.verdict, Verdict::ParametersOnly);
+    let spring = Effect::new("arm.spring", &[2e-3, 0.2]).expect("valid");
+    let found = run_with(&qube(), &[spring], ON_REQUEST).diagnosis;
+    let ids: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+    assert_eq!(ids, ["arm.spring"]);
+}
