@@ -73,7 +73,7 @@ test-python: $(VENV)/ready
 	$(VENV)/bin/python py/tests/wheel.py $(TARGET)/tried/furuta-*.whl
 
 test-long: py
-	$(CARGO) test -p furuta-ident --locked --test ident diagnose -- --ignored
+	$(CARGO) test -p furuta-ident --locked --test ident -- --ignored
 	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta $(VENV)/bin/python -m pytest -m long
 
 test-clusters: py
