@@ -187,8 +187,8 @@ impl Problem<'_> {
     }
 }
 
-/// Whether no number of what `larger` has and `smaller` has not ended at a bound of its range; none at all is no bound,
-/// nor is all of a share.
+/// Whether no number of what `larger` has and `smaller` has not ended at a bound of its range. A bound that means no
+/// effect does not count, nor does all of a share.
 pub(super) fn possible(smaller: &Hypothesis, larger: &Fit) -> bool {
     let h: &Hypothesis = &larger.model;
     let values = h.physical(&larger.z);

@@ -241,21 +241,22 @@ impl Work<'_> {
     }
 
     /// The names that explain the data, and their rivals, where what few rigs have is looked for as well; `None` where
-    /// something is left. All windows are looked at only where nothing is left in a part of them. One such effect beside
-    /// the usual ones must do: larger sets imitate. Where `several` effects explain the data, fewer must do
-    /// it better.
+    /// something is left. All windows are looked at only where nothing is left in a part of them. One such effect
+    /// beside the usual ones must do: larger sets imitate. Where `several` effects explain the data, fewer must do it
+    /// better.
     fn among_all(&self, refitted: &Fit, several: Option<&Fit>) -> Option<(Fit, Vec<Rival>)> {
         const STAGE: &str = "searching among rare effects";
         self.teller.stage(STAGE);
         let told = self.teller.candidates(STAGE);
         let mut start = refitted.clone();
-        start.model = start.model.looking_for(ON_REQUEST);
+        let usual = &refitted.model.sheet.looked_for;
+        start.model = start.model.looking_for(usual.iter().chain(ON_REQUEST));
         let part = (self.short).part(&start, savers::of(&self.options).windows);
-        // In the place of several effects stand one that few rigs have, and some of them.
+        // In the place of several stand entries on request, alone or beside some of the several.
         let mut narrow = start.clone();
         if let Some(several) = several {
-            let few = ON_REQUEST.iter().chain(several.model.effects.iter());
-            narrow.model = narrow.model.looking_only_for(few.copied());
+            narrow.model =
+                (narrow.model).looking_for(ON_REQUEST.iter().chain(&several.model.effects));
         }
         let mut search = self.begun(part.as_ref(), &narrow, &told);
         let most = several.map_or(USUAL + 1, |f| f.model.effects.len() - 1);

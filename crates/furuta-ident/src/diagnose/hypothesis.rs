@@ -189,18 +189,19 @@ impl Hypothesis {
         }
     }
 
-    /// The same, with these entries looked for beside the others.
-    pub(super) fn looking_for(mut self, entries: &[&'static Spec]) -> Self {
-        let looked_for = &mut Arc::make_mut(&mut self.sheet).looked_for;
-        let known: Vec<&str> = looked_for.iter().map(|s| s.id).collect();
-        looked_for.extend(entries.iter().filter(|s| !known.contains(&s.id)));
-        self
-    }
-
-    /// The same, with these entries looked for alone.
-    pub(super) fn looking_only_for(mut self, entries: impl Iterator<Item = &'static Spec>) -> Self {
-        Arc::make_mut(&mut self.sheet).looked_for = entries.collect();
-        self
+    /// The same, with these entries looked for, each once.
+    pub(super) fn looking_for<'e>(&self, entries: impl Iterator<Item = &'e &'static Spec>) -> Self {
+        let mut sheet = Sheet::clone(&self.sheet);
+        sheet.looked_for = Vec::new();
+        for spec in entries {
+            if sheet.looked_for.iter().all(|known| known.id != spec.id) {
+                sheet.looked_for.push(spec);
+            }
+        }
+        Self {
+            effects: self.effects.clone(),
+            sheet: Arc::new(sheet),
+        }
     }
 
     /// The same effects beside the sheet of another.

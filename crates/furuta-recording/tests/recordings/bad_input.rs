@@ -19,8 +19,8 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// A chirp, steps and a decay of a rig of this data sheet, but with the hinge of a good bearing: where the pendulum creeps, it
-/// shows neither its frequency nor its signs.
+/// A chirp, steps and a decay of a rig of this data sheet, but with the hinge of a good bearing: where the pendulum
+/// creeps, it shows neither its frequency nor its signs.
 fn simulated(mut rig: Rig) -> Case {
     const PERIOD: f64 = 0.002;
     let c = rig.params.coefficients();
