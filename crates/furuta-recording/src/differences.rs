@@ -1,5 +1,7 @@
 //! Speeds and accelerations of both angles by central differences.
 
+use core::ops::Range;
+
 use super::Recording;
 
 /// Time over which the second difference is taken, s: long enough that a count of the encoder does not drown the
@@ -39,22 +41,21 @@ pub(super) fn differences(
         let [Some(first), Some(second)] = columns.map(|c| c.get(segment.clone())) else {
             continue;
         };
-        let lone = [first, second].map(|c| lone_steps(c, recording.sample_period));
-        let is_across = |k: usize| {
-            let within = |at: &usize| (k + 1..=k + 2 * lag).contains(at);
-            lone.iter().flatten().any(within)
-        };
-        let windows = first.windows(2 * lag + 1).zip(second.windows(2 * lag + 1));
-        for (k, (first, second)) in windows.enumerate().filter(|(k, _)| !is_across(*k)) {
-            f([first, second].map(|window| {
-                let [x0, x1, x2] = ends_and_middle(window, lag);
-                Differences {
-                    index: segment.start + k + lag,
-                    angle: x1,
-                    speed: (x2 - x0) / (2.0 * span),
-                    acceleration: (x2 - 2.0 * x1 + x0) / (span * span),
-                }
-            }));
+        for stretch in stretches([first, second], recording.sample_period) {
+            let [first, second] =
+                [first, second].map(|column| column.get(stretch.clone()).unwrap_or_default());
+            let windows = first.windows(2 * lag + 1).zip(second.windows(2 * lag + 1));
+            for (k, (first, second)) in windows.enumerate() {
+                f([first, second].map(|window| {
+                    let [x0, x1, x2] = ends_and_middle(window, lag);
+                    Differences {
+                        index: segment.start + stretch.start + k + lag,
+                        angle: x1,
+                        speed: (x2 - x0) / (2.0 * span),
+                        acceleration: (x2 - 2.0 * x1 + x0) / (span * span),
+                    }
+                }));
+            }
         }
     }
     Some(lag)
@@ -62,6 +63,16 @@ pub(super) fn differences(
 
 fn ends_and_middle(window: &[f64], lag: usize) -> [f64; 3] {
     [0, lag, 2 * lag].map(|k| window.get(k).copied().unwrap_or(0.0))
+}
+
+/// The samples between the lone steps of either column.
+fn stretches(columns: [&[f64]; 2], period: f64) -> impl Iterator<Item = Range<usize>> {
+    let samples = columns[0].len();
+    let mut cuts = columns.map(|c| lone_steps(c, period)).concat();
+    cuts.sort_unstable();
+    let starts = core::iter::once(0).chain(cuts.clone());
+    let ends = cuts.into_iter().chain(core::iter::once(samples));
+    starts.zip(ends).map(|(start, end)| start..end)
 }
 
 /// The samples up to which a column steps by far more than it does before and behind.
