@@ -7,7 +7,8 @@ import furuta
 GROUPS = {
     "simulation": (
         "Rigs and simulation",
-        "Rig Hypothesis Simulator Trajectory simulate simulate_batch measure signal catalogue linearize zero_order_hold",
+        "Rig Hypothesis Simulator BatchSimulator Trajectory simulate simulate_batch measure signal catalogue linearize"
+        " zero_order_hold",
     ),
     "diagnosis": (
         "Recordings and diagnosis",

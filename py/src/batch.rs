@@ -21,7 +21,7 @@ use std::time::Duration;
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Samples of all rollouts between two looks at whether to go on: a fraction of a second of work.
-const STRIDE: usize = 4_000_000;
+pub(crate) const STRIDE: usize = 4_000_000;
 
 /// Rollouts side by side that keep one core busy.
 const SIDE_BY_SIDE: usize = 16;

@@ -7,6 +7,7 @@
 mod arguments;
 mod background;
 mod batch;
+mod batch_simulator;
 mod calibration;
 mod card;
 mod command;
@@ -48,6 +49,7 @@ fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(batch::simulate_batch, m)?)?;
     m.add_function(wrap_pyfunction!(simulate::measure, m)?)?;
     m.add_class::<simulator::PySimulator>()?;
+    m.add_class::<batch_simulator::PyBatchSimulator>()?;
     m.add_function(wrap_pyfunction!(recording::_read_recording, m)?)?;
     m.add_function(wrap_pyfunction!(example::_example, m)?)?;
     m.add_function(wrap_pyfunction!(file::_write_data, m)?)?;

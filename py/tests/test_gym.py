@@ -97,42 +97,54 @@ def test_what_a_diagnosis_cannot_exclude_varies_up_to_its_limits():
     assert len(seen) > 3
 
 
-def test_many_rigs_at_once_are_the_single_rig():
-    rig = RIG.with_effect("arm.coulomb", torque=5e-4).with_effect("motor.ripple", amplitude=0.2, order=3, phase=0.4)
+SMOOTH = RIG.with_effect("arm.quadratic", coefficient=1e-4).with_effect("motor.ripple", amplitude=0.2, order=3, phase=0.4)
+EVENTS = SMOOTH.with_effect("arm.coulomb", torque=5e-4).with_effect("motor.delay", delay=0.007)
+REMEMBERS = SMOOTH.with_effect("motor.lag", time_constant=0.03)
+
+
+@pytest.mark.parametrize("rig", [SMOOTH, EVENTS, REMEMBERS], ids=["smooth", "events", "remembers"])
+@pytest.mark.parametrize("observe", ["state", "encoders"])
+def test_many_rigs_at_once_are_the_single_rig(rig, observe):
     many = gymnasium.make_vec(
-        ID, num_envs=7, rig=rig, randomize={"pendulum.mass": 0.1}, references=(-0.3, 0.3), arm_angle=1.5
+        ID,
+        num_envs=11,
+        rig=rig,
+        randomize={"pendulum.mass": 0.1},
+        references=(-0.3, 0.3),
+        arm_angle=1.5,
+        observe=observe,
+        seconds=0.4,
     )
-    seen, _ = many.reset(seed=1)
-    base = many.unwrapped
-    plants = [
-        furuta.Simulator(rig.with_parameters({"pendulum.mass": base.parameters["pendulum.mass"][k]}), base.x[k], 0.002)
-        for k in range(7)
-    ]
-    rng = np.random.default_rng(1)
-    for _ in range(20):
-        actions = rng.uniform(-0.05, 0.05, (7, 1)).astype(np.float32)
-        seen, reward, ended, truncated, _ = many.step(actions)
-        expected = [plant.steps(np.full(5, 10 * float(action)))[-1] for plant, action in zip(plants, actions[:, 0])]
-        assert not ended.any()
-    assert many.observation_space.contains(seen) and np.allclose(base.x, expected, rtol=0, atol=1e-12)
+    many.reset(seed=1)
+    base, game = many.unwrapped, many.unwrapped.game
+
+    def single(k):
+        return furuta.Simulator(base.plants.rigs[k], base.plants.x[k], 0.002)
+
+    singles = [single(k) for k in range(11)]
+    readings = np.array([plant.reading for plant in singles])
+    rng, begun = np.random.default_rng(1), 0
     for _ in range(100):
-        _, _, ended, _, _ = many.step(np.ones((7, 1), dtype=np.float32))
-        before = base.samples.copy()
-        if ended.any():
-            break
-    assert ended.any()
-    seen, reward, again, _, _ = many.step(np.ones((7, 1), dtype=np.float32))
-    assert (
-        (base.samples[ended] == 0).all()
-        and (reward[ended] == 0).all()
-        and not again[ended].any()
-        and (before[ended] > 0).all()
-    )
+        actions = rng.uniform(-0.05, 0.05, (11, 1)).astype(np.float32)
+        actions[2] = 1  # its arm leaves the limits; the time of the others runs out
+        shares, reference, anew = actions[:, 0].astype(float), base.reference.copy(), base.ended.copy()
+        seen, reward, failed, truncated, _ = many.step(actions)
+        x = np.array([plant.steps(np.full(5, 10 * share))[-1] for plant, share in zip(singles, shares)])
+        gain, out = game.judge(x, shares, reference)
+        for k in np.flatnonzero(anew):
+            singles[k], gain[k], out[k] = single(k), 0, False
+            x[k], readings[k], begun = singles[k].x, singles[k].reading, begun + 1
+        assert np.array_equal(base.plants.x, x) and np.array_equal(reward, gain) and np.array_equal(failed, out)
+        now = np.array([plant.reading for plant in singles])
+        visible = x if observe == "state" else np.concatenate([now, (now - readings) / 0.01], axis=1)
+        assert np.array_equal(seen, game.observe(visible, base.reference)) and many.observation_space.contains(seen)
+        assert (base.samples[truncated] == 40).all()
+        readings = now
+    assert begun > 20 and failed.sum() + truncated.sum() < 11
+    assert len({float(mass) for mass in (rig["pendulum.mass"] for rig in base.plants.rigs)}) == 11
 
 
-def test_what_a_batch_cannot_have_is_refused():
-    with pytest.raises(ValueError, match="motor.lag: not in a batch"):
-        furuta.gym.RotaryPendulumVector(2, RIG.with_effect("motor.lag"))
+def test_what_cannot_be_is_refused():
     with pytest.raises(ValueError, match="none of"):
         furuta.gym.RotaryPendulum(task="juggle")
     with pytest.raises(ValueError, match="beyond arm_angle"):
@@ -143,6 +155,8 @@ def test_what_a_batch_cannot_have_is_refused():
         furuta.gym.RotaryPendulum(references=())
     with pytest.raises(ValueError, match="observe = 'counts' is none of"):
         furuta.gym.RotaryPendulum(observe="counts")
+    with pytest.raises(ValueError, match="observe = 'counts' is none of"):
+        furuta.gym.RotaryPendulumVector(observe="counts")
     with pytest.raises(ValueError, match="pendulum.weight: no parameters of a rig"):
         furuta.gym.RotaryPendulum(randomize={"pendulum.weight": 0.1})
     with pytest.raises(ValueError, match="num_envs = 0"):

@@ -1,7 +1,8 @@
 //! Many rollouts at once against one at a time.
 
 use furuta_model::simulate::{
-    Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError, batch, follow, trajectory,
+    Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError, Stepper, batch, follow,
+    trajectory,
 };
 use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Plant, Rig, State};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -23,14 +24,9 @@ fn rollouts(effects: &[Effect<f64>], count: usize) -> Vec<Rollout> {
         .collect()
 }
 
-/// Every effect of the catalogue, in lanes or not: to the bit what a rollout alone gives, also where lanes are left
-/// over.
-#[test]
-fn a_batch_is_to_the_bit_what_its_rollouts_are_alone() {
+/// No effect, and each of the catalogue.
+fn effects_one_by_one() -> Vec<Vec<Effect<f64>>> {
     let params = Rig::builtin("shahzad2022-srv02").expect("built in").params;
-    let commands: Vec<f64> = (0..400)
-        .map(|k| 3.0 * (f64::from(k) * 0.03).sin())
-        .collect();
     let mut sets = vec![vec![]];
     sets.extend(CATALOGUE.iter().chain(ON_REQUEST).map(|spec| {
         let values: Vec<f64> = spec
@@ -40,7 +36,17 @@ fn a_batch_is_to_the_bit_what_its_rollouts_are_alone() {
             .collect();
         vec![Effect::new(spec.id, &values).expect("valid")]
     }));
-    for effects in sets {
+    sets
+}
+
+/// Every effect of the catalogue, in lanes or not: to the bit what a rollout alone gives, also where lanes are left
+/// over.
+#[test]
+fn a_batch_is_to_the_bit_what_its_rollouts_are_alone() {
+    let commands: Vec<f64> = (0..400)
+        .map(|k| 3.0 * (f64::from(k) * 0.03).sin())
+        .collect();
+    for effects in effects_one_by_one() {
         let rollouts = rollouts(&effects, 13);
         let run = Run {
             period: 2e-3,
@@ -56,6 +62,61 @@ fn a_batch_is_to_the_bit_what_its_rollouts_are_alone() {
             assert_eq!(together.rollout(i), kept, "{effects:?}, rollout {i}");
         }
     }
+}
+
+/// Every effect again: rigs that are stepped together, of which one is replaced on the way by another, with an effect
+/// or without, are to the bit what each is alone.
+#[test]
+fn rigs_stepped_together_are_to_the_bit_what_they_are_alone() {
+    let period = 2e-3;
+    let command = |call: usize, rig: usize| 3.0 * (0.3 * call as f64 + rig as f64).sin();
+    let start = |r: &Rollout| {
+        let plant = Plant::new(&r.params, &r.effects).expect("valid");
+        let state = plant.rest(r.start);
+        (plant, state)
+    };
+    let spring = Effect::new("arm.spring", &[0.1, 0.0]).expect("valid");
+    for effects in effects_one_by_one() {
+        let rollouts = rollouts(&effects, 11);
+        let mut together = Stepper::new(rollouts.clone(), period).expect("valid");
+        let mut alone: Vec<_> = rollouts.iter().map(start).collect();
+        for call in 0..60 {
+            if call == 20 || call == 40 {
+                let mut other = rollouts[3].clone();
+                other.params.pendulum.mass *= 1.1;
+                other.effects.extend((call == 40).then_some(spring));
+                together.replace(4, other.clone()).expect("valid");
+                alone[4] = start(&other);
+            }
+            let commands: Vec<f64> = (0..11).map(|rig| command(call, rig)).collect();
+            together.step(&commands, 5).expect("finite");
+            for ((plant, state), u) in alone.iter_mut().zip(&commands) {
+                (0..5).for_each(|_| plant.step(state, *u, period));
+            }
+        }
+        let states: Vec<_> = together.states().collect();
+        let expected: Vec<_> = alone.iter().map(|(_, state)| state.x).collect();
+        assert_eq!(states, expected, "{effects:?}");
+        let angles: Vec<_> = together.angles().collect();
+        let expected: Vec<_> = alone.iter().map(|(plant, s)| plant.measure(s)).collect();
+        assert_eq!(angles, expected, "{effects:?}");
+    }
+}
+
+#[test]
+fn what_rigs_stepped_together_cannot_do_is_named_and_moves_none() {
+    let mut rigs = Stepper::new(rollouts(&[], 3), 1e-3).expect("valid");
+    let before: Vec<_> = rigs.states().collect();
+    let text = rigs.step(&[0.0; 2], 1).expect_err("too few").to_string();
+    assert!(text.contains("2 commands for 3 rollouts"), "{text}");
+    let bad = rigs.step(&[0.0, f64::NAN, 0.0], 1).expect_err("not finite");
+    assert!(bad.to_string().contains("rollout 1: the command, NaN V"));
+    let mut heavy = rollouts(&[], 1).remove(0);
+    heavy.params.pendulum.mass = -1.0;
+    let text = rigs.replace(2, heavy).expect_err("negative").to_string();
+    assert!(text.contains("rollout 2: pendulum.mass = -1"), "{text}");
+    assert_eq!(rigs.states().collect::<Vec<_>>(), before);
+    assert!(Stepper::new(rollouts(&[], 2), 0.0).is_err());
 }
 
 #[test]

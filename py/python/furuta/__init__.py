@@ -14,6 +14,7 @@ True
 from furuta import papers, plot
 from furuta._campaign import CampaignError, campaign
 from furuta._furuta import (
+    BatchSimulator,
     CalibrateError,
     Calibration,
     Comparison,
@@ -88,6 +89,7 @@ from furuta.recording import Recording
 from furuta.trajectory import Trajectory
 
 __all__ = [
+    "BatchSimulator",
     "CalibrateError",
     "Calibration",
     "CampaignError",

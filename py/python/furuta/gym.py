@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from furuta._draws import Randomize as _Randomize
 from furuta._draws import draws_of
-from furuta._furuta import Rig, Simulator, catalogue, simulate_batch
+from furuta._furuta import BatchSimulator, Rig, Simulator
 
 __all__ = ["RotaryPendulum", "RotaryPendulumVector", "draws_of", "register"]
 
@@ -126,6 +126,12 @@ class _Game:
         return {"render_modes": ["rgb_array"], "render_fps": round(self.rate)}
 
 
+def _sees_encoders(observe: str) -> bool:
+    if observe not in ("state", "encoders"):
+        raise ValueError(f'observe = {observe!r} is none of "state", "encoders"')
+    return observe == "encoders"
+
+
 def _scene() -> Any:
     try:
         from furuta._scene import Scene
@@ -191,9 +197,7 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
         self.metadata = self.game.rendering(render_mode)
         self.scene: Any = None
         self.draw = draws_of(randomize, self.rig)
-        if observe not in ("state", "encoders"):
-            raise ValueError(f'observe = {observe!r} is none of "state", "encoders"')
-        self.encoders = observe == "encoders"
+        self.encoders = _sees_encoders(observe)
         self.observation_space = self.game.observations
         self.action_space = gymnasium.spaces.Box(-1, 1, (1,), dtype=np.float32)
 
@@ -241,17 +245,16 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
 
 
 class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
-    """Many rigs at once, on all cores: the same game as `RotaryPendulum`, on true states.
+    """Many rigs at once: the same game as `RotaryPendulum`, on a `furuta.BatchSimulator`.
 
-    The rig may have effects that follow the state alone (friction, springs, cogging, ...: `follows_state` in
-    `furuta.catalogue()`); what varies between the rigs are parameters: `randomize` is "tolerance", a dict, a
-    Calibration, or a callable that changes no effects. An episode that has ended begins anew at the next step.
+    An episode that has ended begins anew at the next step. Rigs whose effects all follow the state alone
+    (`follows_state` in `furuta.catalogue()`) are the fastest.
 
     Parameters
     ----------
     num_envs : int
         How many rigs.
-    rig, task, rate, seconds, arm_angle, references, hold, randomize
+    rig, task, rate, seconds, arm_angle, references, hold, observe, randomize
         As of `RotaryPendulum`.
     render_mode : {"rgb_array"}, optional
         `render` gives a tuple of pictures, one of each rig.
@@ -274,19 +277,16 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
         arm_angle: float = 2.5,
         references: Sequence[float] = (0.0,),
         hold: float = 2.5,
+        observe: Literal["state", "encoders"] = "state",
         randomize: _Randomize | None = None,
         render_mode: Literal["rgb_array"] | None = None,
     ) -> None:
         self.rig = rig if isinstance(rig, Rig) else Rig.load(rig)
         if num_envs < 1:
             raise ValueError(f"num_envs = {num_envs} must be at least 1")
-        effects = catalogue()
-        if others := [id for id in self.rig.effects if id not in effects or not effects[id]["follows_state"]]:
-            raise ValueError(
-                f"{', '.join(sorted(others))}: not in a batch; take gymnasium.make_vec with vectorization_mode='sync'"
-            )
         self.num_envs, self.render_mode = num_envs, render_mode
         self.game = _Game(task, rate, seconds, arm_angle, references, hold)
+        self.encoders = _sees_encoders(observe)
         self.metadata = {**self.metadata, **self.game.rendering(render_mode)}
         self.scene: Any = None
         self.draw = draws_of(randomize, self.rig)
@@ -294,54 +294,51 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.single_action_space = gymnasium.spaces.Box(-1, 1, (1,), dtype=np.float32)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self.parameters = {name: np.full(num_envs, value) for name, value in self.rig.parameters.items()}
 
     def reset(
         self, *, seed: Any = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begins an episode of each rig: the first observations, shape (num_envs, 6)."""
         super().reset(seed=seed)
-        self.x, self.reference = np.zeros((self.num_envs, 4)), np.zeros(self.num_envs)
+        rng, all_of_them = self.np_random, range(self.num_envs)
+        rigs, starts = [self.draw(rng) for _ in all_of_them], [self.game.start(rng) for _ in all_of_them]
+        self.plants = BatchSimulator(rigs, starts, self.game.step)
+        self.limits = np.array([rig["motor.command_limit"] for rig in rigs])
+        self.reference = rng.choice(self.game.references, self.num_envs).astype(float)
         self.samples, self.ended = np.zeros(self.num_envs, dtype=int), np.zeros(self.num_envs, dtype=bool)
-        self._begin(np.arange(self.num_envs))
-        return self.game.observe(self.x, self.reference), {}
-
-    def _begin(self, which: NDArray[np.intp]) -> None:
-        rng = self.np_random
-        for k in which:
-            rig = self.draw(rng)
-            if rig.effects != self.rig.effects:
-                raise ValueError(
-                    "randomize changes effects: not in a batch; take gymnasium.make_vec with vectorization_mode='sync'"
-                )
-            for name, value in rig.parameters.items():
-                self.parameters[name][k] = value
-            self.x[k], self.reference[k], self.samples[k] = self.game.start(rng), rng.choice(self.game.references), 0
+        self.before = self.plants.reading
+        return self._observation(self.plants.x), {}
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """One period of every rig, each output of `RotaryPendulum.step` an array; what ended before begins anew."""
         shares = np.clip(np.asarray(actions, dtype=float), -1, 1)[:, 0]
-        volts = shares * self.parameters["motor.command_limit"]
-        # The command differs between the rigs: as an offset of the voltage, beside a command of 0.
-        varied = {name: values for name, values in self.parameters.items() if name != "motor.command_limit"}
-        x = simulate_batch(
-            self.rig,
-            self.x,
-            np.zeros(self.game.substeps),
-            self.game.step,
-            parameters=varied,
-            effects={"motor.bias": {"voltage": volts}},
-        )
+        if self.encoders:
+            self.before = self.plants.reading
+        x = self.plants.step(shares * self.limits, self.game.substeps)
         reward, failed = self.game.judge(x, shares, self.reference)
-        self.x, self.samples = x, self.samples + 1
+        self.samples += 1
+        rng, again = self.np_random, self.ended
         anew = np.flatnonzero(self.samples % self.game.held == 0)
-        self.reference[anew] = self.np_random.choice(self.game.references, len(anew))
-        again = self.ended
-        self._begin(np.flatnonzero(again))
-        reward, failed = np.where(again, 0.0, reward), np.where(again, False, failed)
+        self.reference[anew] = rng.choice(self.game.references, len(anew))
+        if again.any():
+            for k in np.flatnonzero(again):
+                rig = self.draw(rng)
+                self.plants.reset(int(k), self.game.start(rng), rig)
+                self.limits[k], self.samples[k] = rig["motor.command_limit"], 0
+                self.reference[k] = rng.choice(self.game.references)
+            x = self.plants.x
+            if self.encoders:
+                self.before[again] = self.plants.reading[again]
+            reward, failed = np.where(again, 0.0, reward), failed & ~again
         truncated = self.samples >= self.game.length
         self.ended = failed | truncated
-        return self.game.observe(self.x, self.reference), reward, failed, truncated, {}
+        return self._observation(x), reward, failed, truncated, {}
+
+    def _observation(self, x: _Array) -> NDArray[np.float32]:
+        if self.encoders:
+            now = self.plants.reading
+            x = np.concatenate([now, (now - self.before) / self.game.period], axis=1)
+        return self.game.observe(x, self.reference)
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """A picture of each rig; None without a render_mode."""
@@ -349,16 +346,8 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
             gymnasium.logger.warn('render() has no render_mode: gymnasium.make_vec(..., render_mode="rgb_array")')
             return None
         self.scene = self.scene or _scene()
-        # What is drawn of a rig are its lengths.
-        lengths = ("arm.length", "pendulum.com")
-        return tuple(
-            self.scene.draw(
-                self.rig.with_parameters({name: float(self.parameters[name][k]) for name in lengths}),
-                self.x[k],
-                float(self.reference[k]),
-            )
-            for k in range(self.num_envs)
-        )
+        rigs = zip(self.plants.rigs, self.plants.x, self.reference)
+        return tuple(self.scene.draw(rig, x, float(reference)) for rig, x, reference in rigs)
 
 
 def register() -> None:

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Rollouts side by side: a whole vector of doubles with AVX-512, two with AVX2, four with SSE2. More hide the latency
 /// of one step's chain of operations, until the registers run out.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
 /// Batches of fewer steps than this, a millisecond of work, are done by the calling thread: to wake others takes
 /// longer.
@@ -175,10 +175,12 @@ pub fn batch(
     Ok(Batch { rows, states })
 }
 
-type Several = Lanes<f64, LANES>;
+pub(super) type Several = Lanes<f64, LANES>;
 
 /// Up to [`LANES`] rollouts side by side; where there are fewer, the last fills up.
-fn in_lanes(rollouts: &[Rollout]) -> Result<(Plant<Several>, PlantState<Several>), PlantError> {
+pub(super) fn in_lanes(
+    rollouts: &[Rollout],
+) -> Result<(Plant<Several>, PlantState<Several>), PlantError> {
     let lane = |i: usize| &rollouts[i.min(rollouts.len() - 1)];
     let gather = |f: &dyn Fn(&Rollout) -> f64| Lanes(std::array::from_fn(|i| f(lane(i))));
     let actuation = lane(0).params.motor.actuation;

@@ -33,6 +33,22 @@ pub enum SimulationError {
         /// What it is, V.
         value: f64,
     },
+    /// Other than one command a rollout.
+    #[error("{given} commands for {rollouts} rollouts: give one each")]
+    Commands {
+        /// How many were given.
+        given: usize,
+        /// How many rollouts there are.
+        rollouts: usize,
+    },
+    /// A command of one rollout that is not finite.
+    #[error("rollout {rollout}: the command, {value} V, is not a finite number")]
+    RolloutCommand {
+        /// Which, from 0.
+        rollout: usize,
+        /// What it is, V.
+        value: f64,
+    },
     /// A number of steps per sample that is zero.
     #[error("substeps = 0; at least 1 step of the integrator per sample is needed")]
     Substeps,
