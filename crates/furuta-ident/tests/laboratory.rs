@@ -7,7 +7,7 @@ use furuta_ident::Pendulum;
 use furuta_ident::diagnose::Verdict;
 use furuta_ident::recording::Recording;
 use furuta_ident::selection::select;
-use furuta_model::{Effect, Rig};
+use furuta_model::{Effect, Rig, State};
 
 /// Two sweeps, the second by an encoder that was zeroed `offset` (rad) elsewhere.
 fn sweeps(rig: &Rig, offset: f64) -> [Recording; 2] {
@@ -96,4 +96,72 @@ fn a_spring_is_named_though_each_recording_has_a_zero_of_its_own() {
         "{:?}",
         found.zeros
     );
+}
+
+/// A rig that is balanced by hand-made state feedback while its arm goes to and fro once in 2 s: all that many
+/// laboratories record. Every sample is read in counts, `noise` counts beside.
+fn balanced(rig: &Rig, noise: f64, seed: u64) -> Recording {
+    let [count, _] = rig.sensors.resolution();
+    let setup = RunSetup {
+        start: State::new(0.0, 0.02, 0.0, 0.0),
+        noise: noise * count,
+        seed,
+        ..RunSetup::default()
+    };
+    record("balanced.csv", rig, setup, |t, x| {
+        let asked = if t % 2.0 < 1.0 { 0.3 } else { -0.3 };
+        let error = x.theta - asked;
+        (2.0 * error - 35.0 * x.alpha + 1.5 * x.theta_dot - 3.0 * x.alpha_dot).clamp(-10.0, 10.0)
+    })
+}
+
+/// In slow motion a reading is farthest from the true angle when it steps, and its noise cannot be taken from how it
+/// leaves a smooth curve from sample to sample; and near upright an error at a window's start grows a hundredfold.
+#[test]
+fn a_sound_rig_that_is_only_balanced_lacks_nothing() {
+    let rig = qube();
+    for (noise, seed) in [(0.0, 0), (0.3, 1), (0.3, 2)] {
+        let found = diagnosis(&[balanced(&rig, noise, seed)], &rig);
+        assert!(
+            matches!(found.verdict, Verdict::NoGap | Verdict::ParametersOnly),
+            "{noise} {seed}: {:?} {:?}",
+            found.verdict,
+            names(&found)
+        );
+        // Rounding and noise together, in counts.
+        let [count, _] = rig.sensors.resolution();
+        let true_noise = count * (1.0_f64 / 12.0 + noise * noise).sqrt();
+        let floor = found.gap.noise_floor;
+        for (what, error) in [
+            ("theta's noise", floor.theta),
+            ("alpha's noise", floor.alpha),
+            ("theta as given", found.gap.nominal.theta),
+            ("alpha as given", found.gap.nominal.alpha),
+        ] {
+            let share = error / true_noise;
+            assert!(
+                (0.85..1.15).contains(&share),
+                "{noise} {seed}: {what} {share}"
+            );
+        }
+    }
+}
+
+/// A log whose angles went through a moving average is not what the rig did, and no blow on the rig did it.
+#[test]
+fn smoothed_angles_name_no_kick() {
+    let rig = qube();
+    let mut recordings = sweeps(&rig, 0.0);
+    for recording in &mut recordings {
+        for angles in [&mut recording.theta, &mut recording.alpha] {
+            let raw = angles.clone();
+            for (k, angle) in angles.iter_mut().enumerate() {
+                let around = &raw[k.saturating_sub(4)..(k + 5).min(raw.len())];
+                *angle = around.iter().sum::<f64>() / around.len() as f64;
+            }
+        }
+    }
+    let found = diagnosis(&recordings, &rig);
+    let kicks = names(&found).into_iter().filter(|id| id.contains("kick"));
+    assert_eq!(kicks.count(), 0, "{:?}", found.effects);
 }

@@ -12,6 +12,8 @@ use super::savers::Savers;
 use super::screen::{self, Screen};
 use crate::shooting::{Effort, MAX_FREE, Model, Problem};
 
+/// Strength (in units of the typical one) of an effect that changes nothing and still has a slope.
+const NEXT_TO_NOTHING: f64 = 1e-3;
 /// Strength (in units of the typical one) at which a candidate that starts from none is tried.
 pub(super) const TOUCH: f64 = 0.3;
 /// Below this (in units of the noise) what is left is small, and effects of about the strength that the score test
@@ -210,7 +212,9 @@ impl Problem<'_> {
             .into_par_iter()
             .enumerate()
             .map(|(rank, (spec, fit))| {
-                let fit = if rank < savers.short_list && fit.cost <= near {
+                let fit = if fit.cost > from.cost && rank < savers.short_list {
+                    self.from_none(from, fit, savers)
+                } else if rank < savers.short_list && fit.cost <= near {
                     let beside_best = from.cost - (1.0 - 0.5 * (1.0 - savers.close)) * gain;
                     let goal = known.min(if rank == 0 {
                         f64::INFINITY
@@ -232,6 +236,29 @@ impl Problem<'_> {
             .collect();
         trials.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
         trials
+    }
+
+    /// A larger model that fits worse than the smaller one has lost its way: it is fitted from there, with next to
+    /// nothing of what was added, so that all numbers move together.
+    fn from_none(&self, from: &Fit, lost: Fit, savers: &Savers) -> Fit {
+        let h = lost.model.clone();
+        let Some(spec) = h.effects.last() else {
+            return lost;
+        };
+        let mut values = lost.z[from.model.shared()..h.shared()].to_vec();
+        let backwards = spec.acts.includes(Acts::BACKWARDS);
+        for strength in &mut values[..spec.strengths] {
+            let size = if backwards {
+                1.0 / NEXT_TO_NOTHING
+            } else {
+                NEXT_TO_NOTHING
+            };
+            *strength = size.copysign(*strength);
+        }
+        let z = from.model.extended(&from.z, &values);
+        let effort = Effort::FULL.within(savers.full_steps);
+        let found = self.fit(&h, z, &from.states, effort);
+        if found.cost < lost.cost { found } else { lost }
     }
 
     /// Quick fits of the candidates that the screen leaves; none of those that cannot reach the goal of `instead`.

@@ -31,6 +31,8 @@ pub(super) struct Criteria {
     /// A gain of less than this many least gains is judged by a deviation that does not trust the noise to be white as
     /// well.
     pub(super) weak: f64,
+    /// Least square of a strength over its variance: one that may as well be none names nothing, whatever is gained.
+    pub(super) known: f64,
     /// Factor by which the excess over the noise must fall where there is much of it.
     pub(super) factor: f64,
     /// Relative uncertainty of the noise floor's square: below, the excess is not known.
@@ -70,6 +72,8 @@ pub(super) const CRITERIA: Criteria = Criteria {
     elsewhere: 0.6,
     windows: 2.5,
     weak: 8.0,
+    // Three standard deviations.
+    known: 9.0,
     factor: 1.25,
     floor_uncertainty: 0.08,
     stands_out: 3.0,
@@ -127,6 +131,7 @@ mod tests {
             elsewhere,
             windows,
             weak,
+            known,
             factor,
             floor_uncertainty,
             stands_out,
@@ -184,6 +189,11 @@ mod tests {
                 "below this many least gains, the strength must also be as far from none in deviations that are robust \
                  within windows",
                 weak,
+            ),
+            (
+                "known",
+                "how far a strength must be from none, in those deviations, squared; whatever it gains",
+                known,
             ),
             (
                 "factor",

@@ -15,6 +15,8 @@ pub(super) struct Evidence {
     /// be white: rounding repeats itself where a motion does, and then looks like a vibration. Only where the gain is
     /// weak.
     pub(super) robust: f64,
+    /// How far the effect's strength is from none, in those deviations, squared.
+    pub(super) known: f64,
     /// Fall of the cost without the window that gains most, in units of what the larger model leaves per sample (at
     /// least the noise).
     pub(super) elsewhere: f64,
@@ -41,7 +43,8 @@ impl Evidence {
     /// Whether the larger hypothesis is to be believed.
     pub(super) fn convinces(&self) -> bool {
         let much = self.factor > CRITERIA.factor || self.zeros > self.least;
-        self.possible && self.helps() && self.delta_bic > 0.0 && much
+        let known = self.known > CRITERIA.known;
+        self.possible && known && self.helps() && self.delta_bic > 0.0 && much
     }
 
     /// Whether the larger hypothesis is better, and not in one place alone.
@@ -88,6 +91,7 @@ impl Problem<'_> {
         let excess = |f: &Fit| (f.cost - floor).max(CRITERIA.floor_uncertainty * floor);
         let parameters = larger.model.free() as f64 - smaller.model.free() as f64;
         let significant = (smaller.cost - floor) > CRITERIA.floor_uncertainty * floor;
+        let known = farthest(smaller, larger);
         if larger.model.is_transient() && !smaller.model.is_transient() {
             // Judged where it acts: what the other windows gain is another minimum's.
             let kicked = gains.iter().zip(&self.windows);
@@ -113,6 +117,7 @@ impl Problem<'_> {
             return Evidence {
                 gain,
                 robust: f64::INFINITY,
+                known,
                 elsewhere: gain,
                 windows: 1.0,
                 windows_needed: 0.0,
@@ -137,8 +142,9 @@ impl Problem<'_> {
         Evidence {
             least,
             gain,
+            known,
             robust: if gain < CRITERIA.weak * CRITERIA.effect {
-                farthest(smaller, larger)
+                known
             } else {
                 f64::INFINITY
             },

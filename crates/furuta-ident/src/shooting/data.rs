@@ -62,6 +62,15 @@ pub(crate) struct Data {
 
 /// Samples either side of the local polynomials that give speeds; 13 samples in all.
 const HALF: usize = 6;
+/// A balanced rig follows a quintic for so long, s: of a twentieth of a radian at 5 Hz, 0.03 mrad are left.
+const QUINTIC: f64 = 0.1;
+/// How fast an encoder moves is an average over the time in which it moves by this many counts. From one sample to the
+/// next it is fast where the reading steps by a count, and there it is farthest from the true angle.
+const COUNTS: f64 = 3.0;
+/// At most this time on either side, s.
+const STEADY: f64 = 0.05;
+/// The way of an arm that turns back is smoothed over this time on either side, s.
+const TURN: f64 = 0.02;
 /// A sample counts fully where the encoder moves a count per sample, and never less than this.
 const LEAST_WEIGHT: f64 = 0.05;
 
@@ -102,7 +111,7 @@ impl Data {
         state: impl Fn(usize) -> Pendulum,
     ) -> Self {
         let resolution = rig.sensors.resolution();
-        let (mut runs, mut smooth) = (Vec::new(), Vec::new());
+        let mut runs = Vec::new();
         for (i, r) in recordings.iter().enumerate() {
             let state = state(i);
             let r = &*state.seen(r);
@@ -117,25 +126,24 @@ impl Data {
                 } else {
                     Vec::new()
                 };
-                let (smoothed, speed) = smoothed(&y, &times, h);
-                let weight = speed
-                    .iter()
-                    .map(|v| {
-                        let looked_at = state.looks_at();
+                let speed = smoothed(&y, &times, h, HALF).1;
+                let looked_at = state.looks_at();
+                let counts: Vec<[f64; 2]> = (speed.iter())
+                    .map(|v| [0, 1].map(|c| v[c].abs() * h / resolution[c]))
+                    .collect();
+                let weight = steady(&counts, (STEADY / h).round() as usize)
+                    .map(|moved| {
                         std::array::from_fn(|c| {
                             if !looked_at[c] {
                                 return 0.0;
                             }
-                            (v[c].abs() * h / resolution[c])
-                                .clamp(LEAST_WEIGHT, 1.0)
-                                .sqrt()
+                            moved[c].clamp(LEAST_WEIGHT, 1.0).sqrt()
                         })
                     })
                     .collect();
                 let at_rest = y[..HALF]
                     .iter()
                     .all(|v| (0..2).all(|c| (v[c] - y[0][c]).abs() <= 1.5 * resolution[c]));
-                smooth.push(smoothed);
                 runs.push(Run {
                     name: r.name.clone(),
                     recording: i,
@@ -153,8 +161,10 @@ impl Data {
             }
         }
         let noise: [f64; 2] = std::array::from_fn(|c| noise_floor(&runs, c, resolution[c]));
-        for (run, smoothed) in runs.iter_mut().zip(smooth) {
-            run.reversals = Reversals::new(smoothed.iter().map(|y| y[0]), noise[0]);
+        for run in &mut runs {
+            let half = ((TURN / run.h).round() as usize).max(HALF);
+            let angles = smoothed(&run.y, &run.times, run.h, half).0;
+            run.reversals = Reversals::new(angles.iter().map(|y| y[0]).collect(), noise[0]);
         }
         Self {
             runs,
@@ -297,10 +307,30 @@ fn local_fit(y: &[[f64; 2]], times: &[f64], k: usize, half: usize, h: f64) -> ([
 }
 
 /// Angles and speeds.
-fn smoothed(y: &[[f64; 2]], times: &[f64], h: f64) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+fn smoothed(y: &[[f64; 2]], times: &[f64], h: f64, half: usize) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
     (0..y.len())
-        .map(|k| local_fit(y, times, k, HALF, h))
+        .map(|k| local_fit(y, times, k, half, h))
         .unzip()
+}
+
+/// How fast either angle moves, in counts a sample: on average over [`COUNTS`], or over `most` samples on either side.
+fn steady(counts: &[[f64; 2]], most: usize) -> impl Iterator<Item = [f64; 2]> {
+    let mut ways = vec![[0.0; 2]];
+    for (k, moved) in counts.iter().enumerate() {
+        let so_far: [f64; 2] = ways[k];
+        ways.push([0, 1].map(|c| so_far[c] + moved[c]));
+    }
+    (0..counts.len()).map(move |k| {
+        [0, 1].map(|c| {
+            let over = |half: usize| {
+                let (low, high) = (k.saturating_sub(half), (k + half + 1).min(ways.len() - 1));
+                (ways[high][c] - ways[low][c], (high - low) as f64)
+            };
+            let half = (0..most).find(|half| over(*half).0 >= COUNTS);
+            let (way, samples) = over(half.unwrap_or(most));
+            way / samples
+        })
+    })
 }
 
 /// Standard deviation of one encoder's noise: residuals of local quintics over stretches in which the encoder moves at
@@ -309,6 +339,7 @@ fn smoothed(y: &[[f64; 2]], times: &[f64], h: f64) -> (Vec<[f64; 2]>, Vec<[f64; 
 fn noise_floor(runs: &[Run], channel: usize, resolution: f64) -> f64 {
     const SPAN: usize = 2 * HALF + 1;
     const ORDER: usize = 6;
+    const ENOUGH: usize = 20;
     let rounding = resolution / 12.0_f64.sqrt();
     let basis = SMatrix::<f64, SPAN, ORDER>::from_fn(|r, c| {
         ((r as f64 - HALF as f64) / HALF as f64).powi(c as i32)
@@ -321,40 +352,59 @@ fn noise_floor(runs: &[Run], channel: usize, resolution: f64) -> f64 {
         return rounding;
     };
     let freedom = (SPAN - ORDER) as f64;
-    let mut variances = Vec::new();
-    for run in runs {
-        for (n, chunk) in run.y.chunks_exact(SPAN).enumerate() {
-            let hat = match run.times.get(n * SPAN..(n + 1) * SPAN) {
-                Some(t) => {
-                    let span = HALF as f64 * run.h;
+    // Of every sample; of every second one, and so on, where the encoder moves less than a count from one to the next.
+    let variances_of = |stride: usize, least: f64| {
+        let mut variances = Vec::new();
+        for run in runs {
+            let first = (0..run.y.len()).step_by(SPAN * stride);
+            for start in first.flat_map(|block| block..block + stride) {
+                let at = |i: usize| start + i * stride;
+                if at(SPAN - 1) >= run.y.len() {
+                    break;
+                }
+                let angle = |i: usize| run.y[at(i)][channel];
+                let path: f64 = (1..SPAN).map(|i| (angle(i) - angle(i - 1)).abs()).sum();
+                if path < least {
+                    continue;
+                }
+                let hat = if run.is_uneven() {
+                    let span = (HALF * stride) as f64 * run.h;
                     let uneven = SMatrix::<f64, SPAN, ORDER>::from_fn(|r, c| {
-                        ((t[r] - t[HALF]) / span).powi(c as i32)
+                        ((run.times[at(r)] - run.times[at(HALF)]) / span).powi(c as i32)
                     });
                     match projection(uneven) {
                         Some(hat) => hat,
                         None => continue,
                     }
-                }
-                None => even,
-            };
-            let path: f64 = chunk
-                .windows(2)
-                .map(|p| (p[1][channel] - p[0][channel]).abs())
-                .sum();
-            if path < SPAN as f64 * resolution {
-                continue;
+                } else {
+                    even
+                };
+                let y = SVector::<f64, SPAN>::from_fn(|i, _| angle(i));
+                let residual = y - hat * y;
+                variances.push(residual.norm_squared() / freedom);
             }
-            let y = SVector::<f64, SPAN>::from_fn(|i, _| chunk[i][channel]);
-            let residual = y - hat * y;
-            variances.push(residual.norm_squared() / freedom);
         }
-    }
-    if variances.len() < 20 {
+        variances
+    };
+    let Some(longest) = runs.iter().map(|run| run.h * SPAN as f64).reduce(f64::max) else {
+        return rounding;
+    };
+    let strides = std::iter::successors(Some(1_usize), |stride| stride.checked_mul(2));
+    let moving = strides
+        .take_while(|stride| *stride == 1 || *stride as f64 * longest <= QUINTIC)
+        .map(|stride| variances_of(stride, SPAN as f64 * resolution))
+        .find(|variances| variances.len() >= ENOUGH);
+    // An encoder that is never fast enough shows less than its rounding, unless its noise is more than that.
+    let (mut variances, least) = match moving {
+        Some(variances) => (variances, 0.7 * rounding),
+        None => (variances_of(1, 0.0), rounding),
+    };
+    if variances.len() < ENOUGH {
         return rounding;
     }
     variances.sort_by(f64::total_cmp);
     let bound = 4.0 * variances[variances.len() / 2];
     let kept = variances.partition_point(|v| *v <= bound);
     let mean = variances[..kept].iter().sum::<f64>() / kept as f64;
-    mean.sqrt().max(0.7 * rounding)
+    mean.sqrt().max(least)
 }

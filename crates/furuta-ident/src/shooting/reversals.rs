@@ -2,9 +2,9 @@
 //!
 //! Presliding friction knows nothing of speed, only of the ways between reversals. Read off an encoder, a resting arm
 //! seems to go a long way in steps of a count, in which the friction would forget how it is bent. So angles are
-//! smoothed, and a reversal counts only if it is wider than the noise.
+//! smoothed, and the arm has turned back only where it then went farther than the noise.
 
-/// A reversal is wider than this many times the encoder's noise.
+/// An arm that has turned back goes farther than this many times the encoder's noise.
 const WIDE: f64 = 2.0;
 /// How many reversals are remembered: behind them, next to nothing is left of what was before.
 const REVERSALS: usize = 64;
@@ -12,47 +12,38 @@ const REVERSALS: usize = 64;
 /// Where an angle turned back.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reversals {
-    /// The angle without its small reversals, rad.
+    /// The angle, rad.
     angles: Vec<f64>,
-    /// The samples at which it reverses, in order.
-    reversals: Vec<usize>,
+    /// The samples at which it began and turned back, in order.
+    turns: Vec<usize>,
 }
 
 impl Reversals {
     /// From smoothed angles (rad) and the noise of their encoder (rad).
-    pub(crate) fn new(smoothed: impl IntoIterator<Item = f64>, noise: f64) -> Self {
-        let half_width = 0.5 * WIDE * noise;
-        let mut out = Self::default();
-        let mut forward = None;
-        for angle in smoothed {
-            let last = out.angles.last().copied().unwrap_or(angle);
-            let next = last.clamp(angle - half_width, angle + half_width);
-            if next != last {
-                let before = forward.replace(next > last);
-                if before.is_some_and(|before| before != (next > last)) {
-                    out.reversals.push(out.angles.len() - 1);
+    pub(crate) fn new(angles: Vec<f64>, noise: f64) -> Self {
+        let (mut turns, mut forward, mut farthest) = (vec![0], None, 0);
+        for (sample, angle) in angles.iter().enumerate() {
+            let gone = angle - angles[farthest];
+            if forward != Some(gone > 0.0) {
+                if gone.abs() <= WIDE * noise {
+                    continue;
                 }
+                if forward.is_some() {
+                    turns.push(farthest);
+                }
+                forward = Some(gone > 0.0);
             }
-            out.angles.push(next);
+            farthest = sample;
         }
-        out
+        Self { angles, turns }
     }
 
     /// The angles at the start and the reversals on the way to a sample, and there, rad.
     pub(crate) fn to(&self, sample: usize) -> impl Iterator<Item = f64> {
-        let reversed = self
-            .reversals
-            .partition_point(|reversal| *reversal < sample);
-        let known = reversed.saturating_sub(REVERSALS);
-        let first = if known == 0 {
-            0
-        } else {
-            self.reversals[known - 1]
-        };
-        std::iter::once(first)
-            .chain(self.reversals[known..reversed].iter().copied())
-            .chain(std::iter::once(sample))
-            .map(|k| self.angles[k])
+        let past = self.turns.partition_point(|turn| *turn < sample);
+        let known = &self.turns[past.saturating_sub(REVERSALS)..past];
+        let way = known.iter().copied().chain(std::iter::once(sample));
+        way.map(|k| self.angles[k])
     }
 }
 
@@ -71,21 +62,24 @@ mod tests {
         z
     }
 
+    /// However much of a retreat is taken for noise.
     #[test]
     fn a_way_is_its_reversals() {
         let angles: Vec<f64> = (0..4000).map(|k| (0.01 * f64::from(k)).sin()).collect();
-        let way = Reversals::new(angles.iter().copied(), 0.0);
-        for sample in [0, 1, 100, 157, 158, 2000, 3999] {
-            let (by_reversals, by_samples) = (
-                bend(way.to(sample)),
-                bend(angles[..=sample].iter().copied()),
-            );
-            assert!(
-                (by_reversals - by_samples).abs() < 1e-12,
-                "{sample}: {by_reversals} {by_samples}"
-            );
+        for noise in [0.0, 0.01, 0.1] {
+            let way = Reversals::new(angles.clone(), noise);
+            for sample in [0, 1, 100, 157, 158, 2000, 3999] {
+                let (by_reversals, by_samples) = (
+                    bend(way.to(sample)),
+                    bend(angles[..=sample].iter().copied()),
+                );
+                assert!(
+                    (by_reversals - by_samples).abs() < 1e-12,
+                    "{noise}, {sample}: {by_reversals} {by_samples}"
+                );
+            }
+            assert!(way.to(3999).count() < 20);
         }
-        assert!(way.to(3999).count() < 20);
     }
 
     #[test]
@@ -93,7 +87,8 @@ mod tests {
         let moved = (0..200).map(|k| 0.001 * f64::from(k));
         let flickering = (0..2000).map(|k| 0.2 + 0.0015 * f64::from(k % 2));
         let angles: Vec<f64> = moved.chain(flickering).collect();
-        let held = bend(Reversals::new(angles.iter().copied(), 0.0015).to(2199));
+        let way = Reversals::new(angles.clone(), 0.0015);
+        let held = bend(way.to(2199));
         assert!(held > 0.045, "{held}");
         let forgotten = bend(angles.iter().copied());
         assert!(forgotten < 0.01, "{forgotten}");

@@ -436,6 +436,21 @@ impl Windows {
         }
     }
 
+    /// Solves for the start of a window that is not known well: of its first quarter, then of its first half, then of
+    /// all of it. Near upright an error at the start is hundreds of times as large at the end of a second, and a step
+    /// that is right for the first samples leads the last ones astray.
+    fn grown(&self, data: &Data, w: &Window, guess: &Start) -> Solved {
+        let mut start = *guess;
+        for part in [4, 2] {
+            let first = Window {
+                len: w.len.div_ceil(part),
+                ..*w
+            };
+            start = self.solved(data, &first, &start, RULES.iterations).start;
+        }
+        self.solved(data, w, &start, RULES.iterations)
+    }
+
     /// What a window costs from its start.
     pub(crate) fn cost(&self, data: &Data, w: &Window, start: &Start) -> f64 {
         cost(&self.plain, data, w, start)
@@ -450,7 +465,7 @@ impl Windows {
             let guess = at(data.guess(w, half));
             let may_win = |b: &Solved| b.may_be_beaten(&guess, self.cost(data, w, &guess));
             if best.as_ref().is_none_or(may_win) {
-                let found = self.solved(data, w, &guess, RULES.iterations);
+                let found = self.grown(data, w, &guess);
                 if best.as_ref().is_none_or(|b| found.cost < b.cost) {
                     best = Some(found);
                 }
