@@ -1,5 +1,6 @@
 //! Work that Python waits for: in a thread of its own, so that Ctrl-C and progress work while Rust is at it.
 
+use crate::forked::here;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use std::sync::Mutex;
@@ -26,7 +27,7 @@ pub(crate) fn told<T: Send + 'static, P: Send + 'static>(
     mut tell: impl FnMut(P) -> PyResult<()>,
 ) -> PyResult<T> {
     let (send, receive) = channel::<P>();
-    let worker = std::thread::spawn(move || work(&send));
+    let worker = std::thread::spawn(move || here(|| work(&send)));
     // The receiver sits in a Mutex only because a reference to it crosses `detach`.
     let receive = Mutex::new(receive);
     loop {

@@ -2,6 +2,7 @@
 
 use crate::arguments::RigLike;
 use crate::error;
+use crate::forked::here;
 use crate::matrix::{Matrix, Vector, state, states, vector};
 use crate::rig::{Value, known, parameter, place};
 use furuta_model::simulate::{
@@ -134,7 +135,7 @@ pub(crate) fn simulate_batch<'py>(
 
     if run.samples.saturating_mul(count) < FEW {
         let never = AtomicBool::new(false);
-        let states = py.detach(|| source.drive(&rollouts, run, buffer, &never, &|_| ()));
+        let states = py.detach(|| here(|| source.drive(&rollouts, run, buffer, &never, &|_| ())));
         if let Some(call) = progress {
             call.call1((count, count))?;
         }
@@ -155,7 +156,7 @@ pub(crate) fn simulate_batch<'py>(
         let tell = |done| {
             let _ = send.send(done);
         };
-        source.drive(&rollouts, run, buffer, &stopped, &tell)
+        here(|| source.drive(&rollouts, run, buffer, &stopped, &tell))
     });
     // The receiver sits in a Mutex only because a reference to it crosses `detach`.
     let receive = std::sync::Mutex::new(receive);

@@ -3,6 +3,7 @@
 use crate::arguments::RigLike;
 use crate::batch::STRIDE;
 use crate::error;
+use crate::forked::here;
 use crate::kept::cloned;
 use crate::matrix::{Matrix, Vector, state, states, vector};
 use crate::rig::PyRig;
@@ -144,7 +145,7 @@ impl PyBatchSimulator {
         let mut left = samples;
         loop {
             let now = left.min(part);
-            py.detach(|| self.stepper.step(&u, now))
+            py.detach(|| here(|| self.stepper.step(&u, now)))
                 .map_err(error::simulation)?;
             left -= now;
             if left == 0 {

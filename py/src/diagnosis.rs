@@ -3,6 +3,7 @@
 use crate::arguments::RigLike;
 use crate::error;
 use crate::file;
+use crate::forked::here;
 use crate::kept::{Kept, Reduced, kept, unreadable};
 use crate::recording::{Chosen, choose, selection, state};
 use crate::rig::PyRig;
@@ -130,7 +131,7 @@ impl PyDiagnosis {
     /// What `plot` and the report draw: runs (name, t, u, measured, nominal, recalibrated, augmented, restarts; angles
     /// as `[theta, alpha]`), bars (where the gap sits), evidence (of all candidates), verification.
     fn curves<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let json = py.detach(|| self.outcome.curves.to_json());
+        let json = py.detach(|| here(|| self.outcome.curves.to_json()));
         parsed(py, &json)
     }
 
@@ -377,7 +378,7 @@ fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyDict>> {
 ///
 /// Parameters
 /// ----------
-/// recordings : path, dict, or list of these
+/// recordings : path, dict, list of these, or dict of these by name
 ///     CSV files or MCAP logs by their paths, or dicts of arrays of equal length: t (s), u (V, held until the next
 ///     row), theta and alpha (rad, alpha from upright). An array that is not evenly sampled or holds NaN is refused or
 ///     mended as a file is.
@@ -525,7 +526,7 @@ pub(crate) fn diagnose(
             compare: there.as_deref().unwrap_or_default(),
         };
         let report = |p| drop(send.send(p));
-        diagnose_with(&request, options, &report)
+        here(|| diagnose_with(&request, options, &report))
     });
     // The receiver sits in a Mutex only because a reference to it crosses `detach`.
     let receive = std::sync::Mutex::new(receive);

@@ -129,6 +129,11 @@ impl PyEstimator {
     ///     The state when a command given now begins to act: a period later, and the delay that the rig file names.
     /// disturbance : float
     ///     Voltage in V beside the command, of an estimator that looks for one.
+    ///
+    /// Raises
+    /// ------
+    /// DesignError
+    ///     An angle or a command that is not finite, or `periods` below 1; the estimator is as before.
     #[pyo3(signature = (theta, alpha, held, periods=1))]
     fn update<'py>(
         &mut self,
@@ -137,7 +142,19 @@ impl PyEstimator {
         alpha: f64,
         held: f64,
         periods: u32,
-    ) -> Said<'py> {
+    ) -> PyResult<Said<'py>> {
+        for (name, value) in [("theta", theta), ("alpha", alpha), ("held", held)] {
+            if !value.is_finite() {
+                return Err(error::design(format!(
+                    "{name} = {value} is not a finite number: leave the sample out, and give the next one periods=2"
+                )));
+            }
+        }
+        if periods == 0 {
+            return Err(error::design(
+                "periods = 0 is below 1: a sample comes at least one sample period after the one before",
+            ));
+        }
         let said = self.estimator.update(
             &mut self.memory,
             &Measurement {
@@ -148,7 +165,7 @@ impl PyEstimator {
             },
         );
         let [now, ahead] = [said.now, said.ahead].map(|x| x.to_array().to_vec().into_pyarray(py));
-        (now, ahead, said.disturbance)
+        Ok((now, ahead, said.disturbance))
     }
 
     /// A whole recording, from a fresh start.
@@ -156,7 +173,8 @@ impl PyEstimator {
     /// Parameters
     /// ----------
     /// theta, alpha, u : array_like, shape (N,)
-    ///     Measured angles in rad and the command in V held from each sample to the next.
+    ///     Measured angles in rad and the command in V held from each sample to the next. A sample that is no number
+    ///     has no state, and is forgotten.
     ///
     /// Returns
     /// -------

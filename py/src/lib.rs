@@ -20,6 +20,7 @@ mod estimator;
 mod example;
 mod experiments;
 mod file;
+mod forked;
 mod frequency;
 mod hypothesis;
 mod kept;
@@ -40,6 +41,7 @@ use pyo3::prelude::*;
 /// Rotary inverted pendulum: model, design, diagnosis (private extension; import `furuta`).
 #[pymodule]
 fn _furuta(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    forked::imported();
     error::register(m)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     m.add_class::<rig::PyRig>()?;

@@ -104,8 +104,8 @@ pub(crate) fn zero_order_hold<'py>(
         )));
     }
     let (a, b) = (
-        Small::read("A", &A, Lies::Square)?,
-        Small::read("B", &B, Lies::Column)?,
+        Small::read("A", &A, Lies::Square)?.finite("A")?,
+        Small::read("B", &B, Lies::Column)?.finite("B")?,
     );
     match a.rows() {
         1 => sized::<1>(py, &a, &b, dt),

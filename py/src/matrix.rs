@@ -6,8 +6,10 @@ use furuta_model::State;
 use nalgebra::SMatrix;
 use numpy::ndarray::ArrayView2;
 use numpy::{
-    AllowTypeChange, Element, IntoPyArray, PyArray2, PyArrayLikeDyn, PyArrayMethods, ToPyArray,
+    AllowTypeChange, Element, IntoPyArray, PyArray2, PyArrayDescrMethods, PyArrayLikeDyn,
+    PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods, ToPyArray,
 };
+use pyo3::intern;
 use pyo3::prelude::*;
 
 /// A vector argument: any array or sequence of numbers. It is read under its name, see [`vector`].
@@ -41,12 +43,49 @@ pub(crate) fn numbers<'py, T: Element>(
 where
     PyArrayLikeDyn<'py, T, AllowTypeChange>: for<'a> FromPyObject<'a, 'py>,
 {
+    as_it_is(name, given, refuse, T::get_dtype(given.py()).kind())?;
     given.extract().map_err(|_| {
         let kind = kind(given);
         refuse(format!(
             "{name} must be an array of numbers; a {kind} was given that is none"
         ))
     })
+}
+
+/// Refuses what NumPy would turn into numbers of another meaning without a word: values behind a mask, complex numbers
+/// without their imaginary part, times as counts of some unit.
+fn as_it_is(name: &str, given: &Bound<'_, PyAny>, refuse: Refuse, wanted: u8) -> PyResult<()> {
+    let py = given.py();
+    let own = given.cast_exact::<PyUntypedArray>().ok();
+    let kind = match own {
+        Some(array) => char::from(array.dtype().kind()),
+        None => given
+            .getattr(intern!(py, "dtype"))
+            .and_then(|dtype| dtype.getattr(intern!(py, "kind")))
+            .and_then(|kind| kind.extract())
+            // What has no type of its own, as a list, is looked at number by number.
+            .unwrap_or('?'),
+    };
+    let why = match kind {
+        'c' if wanted != b'c' => {
+            "holds complex numbers; real numbers are expected: give the real part of it"
+        }
+        'm' | 'M' => "holds times; numbers are expected: give seconds",
+        _ if own.is_none() && kind != '?' && is_masked(given)? => {
+            "is an array with masked entries, which have no value: fill them or leave them out"
+        }
+        _ => return Ok(()),
+    };
+    Err(refuse(format!("{name} {why}")))
+}
+
+/// Whether it is an array of `numpy.ma` of which an entry is masked.
+fn is_masked(given: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let py = given.py();
+    let ma = py.import(intern!(py, "numpy.ma"))?;
+    ma.getattr(intern!(py, "is_masked"))?
+        .call1((given,))?
+        .extract()
 }
 
 /// The numbers of a vector: of shape (n,), or (1, n) or (n, 1), as python-control takes them, too.
@@ -225,6 +264,20 @@ impl Small {
             "{name} has shape ({}, {}); it must be ({}, {}) here",
             self.rows, self.cols, shape.0, shape.1
         )))
+    }
+
+    /// Refuses an entry that is not finite.
+    pub(crate) fn finite(self, name: &str) -> PyResult<Self> {
+        let used = &self.entries[..self.rows * self.cols];
+        match used.iter().position(|x| !x.is_finite()) {
+            None => Ok(self),
+            Some(k) => Err(error::design(format!(
+                "{name}[{}, {}] = {} is not a finite number",
+                k / self.cols,
+                k % self.cols,
+                used[k]
+            ))),
+        }
     }
 
     /// As a matrix of this size.

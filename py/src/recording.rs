@@ -2,6 +2,7 @@
 
 use crate::arguments::kind;
 use crate::error;
+use crate::forked::here;
 use crate::matrix::vector;
 use furuta_ident::Pendulum;
 use furuta_ident::recording::{Excerpt, Notice, NoticeKind, Recording, RecordingError, Values};
@@ -12,6 +13,7 @@ use numpy::ToPyArray;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySequence, PyString};
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -42,6 +44,7 @@ pub(crate) fn choose(
     for (_, read) in each(search)? {
         seen.push(read.and_then(part).map_err(error::recording)?);
     }
+    each_once(&seen)?;
     if let Some(given) = verify {
         for (name, read) in each(given)? {
             let read = read.and_then(part);
@@ -50,7 +53,7 @@ pub(crate) fn choose(
         }
     }
     let selection =
-        select(seen, unseen, rig, accept_suspicious, pendulum).map_err(|e| match e {
+        here(|| select(seen, unseen, rig, accept_suspicious, pendulum)).map_err(|e| match e {
             SelectionError::Suspicious(notice) => suspicious(&notice),
             other => error::recording(other),
         })?;
@@ -60,6 +63,22 @@ pub(crate) fn choose(
         recordings: selection.recordings,
         verify: selection.verify,
     })
+}
+
+/// Refuses a recording that is given twice: its noise would count as evidence twice.
+fn each_once(given: &[Read]) -> PyResult<()> {
+    let same = |a: &Recording, b: &Recording| {
+        (&a.theta, &a.alpha, &a.u, &a.t) == (&b.theta, &b.alpha, &b.u, &b.t)
+    };
+    for (i, (recording, _)) in given.iter().enumerate() {
+        if let Some((twin, _)) = given.iter().take(i).find(|(r, _)| same(r, recording)) {
+            return Err(error::recording(format!(
+                "{}: holds the same samples as {}: give each recording once",
+                recording.name, twin.name
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// What of each recording is used, as Python's keywords say it.
@@ -95,26 +114,33 @@ fn suspicious(notice: &Notice) -> PyErr {
     ))
 }
 
-/// Reads one recording or a sequence of them, each a path or a mapping of columns, by their names.
+/// Reads one recording, a sequence of them or a mapping of names to them, each a path or a mapping of columns, by their
+/// names.
 fn each(given: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Result<Read, RecordingError>)>> {
-    let all: Vec<Bound<'_, PyAny>> = if is_path(given)? || columns(given)?.is_some() {
-        vec![given.clone()]
+    type Item<'py> = (Option<String>, Bound<'py, PyAny>);
+    let all: Vec<Item<'_>> = if let Some(named) = named(given)? {
+        let of = |(name, item): (Bound<'_, PyAny>, _)| Ok((Some(name.extract()?), item));
+        named.iter().map(of).collect::<PyResult<_>>()?
+    } else if is_path(given)? || columns(given)?.is_some() {
+        vec![(None, given.clone())]
     } else {
         given
             .cast::<PySequence>()
             .map_err(|_| wrong_type(given))?
             .try_iter()?
+            .map(|item| Ok((None, item?)))
             .collect::<PyResult<_>>()?
     };
     all.iter()
         .enumerate()
-        .map(|(i, item)| {
+        .map(|(i, (key, item))| {
             if is_path(item)? {
                 let path: PathBuf = item.extract().map_err(|_| wrong_type(item))?;
                 return Ok((shown(&path), Recording::load_with_notices(path)));
             }
             let columns = columns(item)?.ok_or_else(|| wrong_type(item))?;
-            let name = item.getattr("name").and_then(|name| name.extract());
+            let own = || item.getattr("name").and_then(|name| name.extract());
+            let name = key.clone().map_or_else(own, Ok);
             let name = name.unwrap_or_else(|_| format!("recording-{i}"));
             let read = from_columns(&name, &columns)?;
             Ok((name, read))
@@ -126,26 +152,26 @@ fn is_path(given: &Bound<'_, PyAny>) -> PyResult<bool> {
     Ok(given.is_instance_of::<PyString>() || given.hasattr("__fspath__")?)
 }
 
-/// The columns of what is no file: of a dict as they are, of other mappings, DataFrames and arrays as
-/// `furuta._columns` finds them.
+/// The columns of what is no file: `furuta._columns.columns`.
 fn columns<'py>(given: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyDict>>> {
-    if let Ok(columns) = given.cast::<PyDict>() {
-        return Ok(Some(columns.clone()));
-    }
-    let found = given
-        .py()
-        .import("furuta._columns")?
-        .call_method1("columns", (given,))?;
-    if found.is_none() {
-        return Ok(None);
-    }
-    Ok(Some(found.cast_into::<PyDict>()?))
+    found(given, "columns")
+}
+
+/// Recordings by name, where it is a mapping of these: `furuta._columns.recordings`.
+fn named<'py>(given: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyDict>>> {
+    found(given, "recordings")
+}
+
+/// What a function of `furuta._columns` finds.
+fn found<'py>(given: &Bound<'py, PyAny>, function: &str) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let module = given.py().import("furuta._columns")?;
+    Ok(module.call_method1(function, (given,))?.extract()?)
 }
 
 fn wrong_type(given: &Bound<'_, PyAny>) -> PyErr {
     PyTypeError::new_err(format!(
         "a recording is a path, a furuta.Recording, a pandas DataFrame or a dict of arrays t, u, theta, alpha; several \
-         are a list of these; got {}",
+         are a list of these, or a dict of them by name; got {}",
         kind(given)
     ))
 }
@@ -191,47 +217,79 @@ fn by_index(
     }
 }
 
-/// The columns that every recording has; the values of others are kept where they are numbers.
+/// The columns that every recording has.
 const REQUIRED: [&str; 4] = ["t", "u", "theta", "alpha"];
 
 /// A recording of columns, with the checks and messages of a file.
 fn from_columns(name: &str, columns: &Bound<'_, PyDict>) -> PyResult<Result<Read, RecordingError>> {
-    let (header, values) = numbers(name, columns)?;
+    if columns.is_empty() {
+        return Err(error::recording(format!(
+            "{name}: there are no columns; required are {}",
+            REQUIRED.join(", ")
+        )));
+    }
+    let (header, given) = read_columns(name, columns)?;
     let place = |key| header.iter().position(|k| k == key);
     // Nothing but these, and nothing that a message would have to quote: no text needs to be made of them.
-    if let ([Some(t), Some(u), Some(theta), Some(alpha)], 4) = (REQUIRED.map(place), header.len())
-        && !values[t].is_empty()
-        && values.iter().flatten().all(|x| x.is_finite())
+    let numbers: Vec<&[f64]> = given.iter().filter_map(Given::finite).collect();
+    if let ([Some(t), Some(u), Some(theta), Some(alpha)], 4) = (REQUIRED.map(place), numbers.len())
+        && header.len() == numbers.len()
+        && !numbers[t].is_empty()
     {
-        let sample = |k: usize| {
-            [
-                values[t][k],
-                values[u][k],
-                values[theta][k],
-                values[alpha][k],
-            ]
-        };
-        let samples = (0..values[t].len()).map(sample);
+        let sample = |k: usize| [t, u, theta, alpha].map(|column| numbers[column][k]);
+        let samples = (0..numbers[t].len()).map(sample);
         let read = Recording::from_samples(name, samples);
         return Ok(by_index(read, ROWS_OF_SAMPLES));
     }
-    let read = Recording::from_csv(name, csv(&header, &values).as_bytes());
+    let read = Recording::from_csv(name, csv(&header, &given).as_bytes());
     Ok(by_index(read, ROWS_OF_TEXT))
 }
 
-/// Names and values of the columns that hold numbers; all have one length.
-fn numbers(name: &str, columns: &Bound<'_, PyDict>) -> PyResult<(Vec<String>, Vec<Vec<f64>>)> {
+/// The values of a column that was given.
+enum Given {
+    Numbers(Vec<f64>),
+    Text(Vec<String>),
+}
+
+impl Given {
+    fn len(&self) -> usize {
+        match self {
+            Self::Numbers(values) => values.len(),
+            Self::Text(values) => values.len(),
+        }
+    }
+
+    /// The numbers, where all are finite.
+    fn finite(&self) -> Option<&[f64]> {
+        match self {
+            Self::Numbers(values) if values.iter().all(|x| x.is_finite()) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// As the field of a row.
+    fn write(&self, row: usize, text: &mut String) {
+        match self {
+            // Rust prints the shortest decimal that reads back equal; writing to a String cannot fail.
+            Self::Numbers(values) => drop(write!(text, "{}", values[row])),
+            Self::Text(values) => text.push_str(&field(&values[row])),
+        }
+    }
+}
+
+/// Names and values of the columns; all have one length. Those that every recording has are numbers, others may be
+/// text.
+fn read_columns(name: &str, columns: &Bound<'_, PyDict>) -> PyResult<(Vec<String>, Vec<Given>)> {
     let mut header = Vec::new();
-    let mut values: Vec<Vec<f64>> = Vec::new();
+    let mut values: Vec<Given> = Vec::new();
     for (key, column) in columns {
         let key = key.str()?.to_string();
-        let read = vector::<f64>(&format!("{name}: column `{key}`"), &column, |text| {
-            error::recording(text)
-        });
-        let column = match read {
-            Ok(column) => column,
-            Err(_) if !REQUIRED.contains(&key.as_str()) => continue,
-            Err(error) => return Err(error),
+        let called = format!("{name}: column `{key}`");
+        let numbers = vector::<f64>(&called, &column, error::recording);
+        let column = match numbers {
+            Ok(numbers) => Given::Numbers(numbers),
+            Err(error) if REQUIRED.contains(&key.as_str()) => return Err(error),
+            Err(error) => Given::Text(text(&column)?.ok_or(error)?),
         };
         if let Some(first) = values.first()
             && first.len() != column.len()
@@ -249,28 +307,40 @@ fn numbers(name: &str, columns: &Bound<'_, PyDict>) -> PyResult<(Vec<String>, Ve
     Ok((header, values))
 }
 
-/// Columns as a CSV file's text, so that they meet the same checks and the same messages as a file. Rust prints the
-/// shortest decimal that reads back equal: nothing is lost.
-fn csv(header: &[String], values: &[Vec<f64>]) -> String {
+/// The values of a column of text: `furuta._columns.text`.
+fn text(column: &Bound<'_, PyAny>) -> PyResult<Option<Vec<String>>> {
+    let module = column.py().import("furuta._columns")?;
+    module.call_method1("text", (column,))?.extract()
+}
+
+/// Columns as a CSV file's text, so that they meet the same checks and the same messages as a file: nothing is lost.
+fn csv(header: &[String], values: &[Given]) -> String {
     let mut text = String::new();
     for (i, key) in header.iter().enumerate() {
-        let comma = if i == 0 { "" } else { "," };
-        let quoted = key.contains([',', '"', '\n', '#']);
-        // Writing to a String cannot fail.
-        let _ = match quoted {
-            true => write!(text, "{comma}\"{}\"", key.replace(['"', '\n'], "'")),
-            false => write!(text, "{comma}{key}"),
-        };
+        text.push_str(if i == 0 { "" } else { "," });
+        text.push_str(&field(key));
     }
     text.push('\n');
-    for row in 0..values.first().map_or(0, Vec::len) {
+    for row in 0..values.first().map_or(0, Given::len) {
         for (i, column) in values.iter().enumerate() {
-            let comma = if i == 0 { "" } else { "," };
-            let _ = write!(text, "{comma}{}", column[row]);
+            text.push_str(if i == 0 { "" } else { "," });
+            column.write(row, &mut text);
         }
         text.push('\n');
     }
     text
+}
+
+/// A field of a CSV file, of one line.
+fn field(text: &str) -> Cow<'_, str> {
+    if text.contains([',', '"', '\n', '\r', '#']) {
+        Cow::Owned(format!(
+            "\"{}\"",
+            text.replace(['\n', '\r'], " ").replace('"', "\"\"")
+        ))
+    } else {
+        Cow::Borrowed(text)
+    }
 }
 
 /// A recording with everything that is known of it: for `furuta.Recording`.

@@ -3,8 +3,8 @@
 use crate::background::awaited;
 use crate::error;
 use furuta_model::signals::{
-    Chirp, Excitation, FreeDecay, Harmonics, Multisine, Noise, Phases, Prbs, Ramp, Signal, Step,
-    Steps, Sweep,
+    Chirp, Excitation, FreeDecay, Harmonics, Multisine, Noise, Phases, Prbs, Ramp, Signal,
+    SignalError, Step, Steps, Sweep,
 };
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
@@ -182,7 +182,7 @@ fn build(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyResult<
             )));
         }
     };
-    signal.map_err(error::signal)
+    signal.map_err(|e| p.refused(e))
 }
 
 fn multisine(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyResult<Signal> {
@@ -210,7 +210,7 @@ fn multisine(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyRes
         ],
     )?;
     let signal =
-        Multisine::new(rms, fundamental, low, high, harmonics, phases).map_err(error::signal)?;
+        Multisine::new(rms, fundamental, low, high, harmonics, phases).map_err(|e| p.refused(e))?;
     Ok(match restarts {
         Some(restarts) => awaited(py, move || signal.optimised(restarts).0)?.into(),
         None => signal.into(),
@@ -258,6 +258,19 @@ impl<'py> Parameters<'_, 'py> {
                 .extract()
                 .map_err(|_| self.wrong(name, &value, "a whole number from 0 to 2^64 - 1")),
         }
+    }
+
+    /// What is wrong with the signal, an RMS value under the name that it was given by.
+    fn refused(&self, mut error: SignalError) -> PyErr {
+        if let SignalError::OutOfRange { parameter, .. } = &mut error
+            && *parameter == "rms"
+            && self
+                .given
+                .is_some_and(|given| given.contains("amplitude").unwrap_or(false))
+        {
+            *parameter = "amplitude";
+        }
+        error::signal(error)
     }
 
     /// A number under its name or under another that it has, not both.

@@ -30,7 +30,8 @@ use pyo3::types::PyDict;
 /// dt : float
 ///     Sample period in s, at most 1.
 /// substeps : int, optional
-///     Runge-Kutta steps (4th order) per sample. One is enough for dt of a few ms.
+///     Runge-Kutta steps (4th order) per sample. One is enough for dt of a few ms. With a Controller that works without
+///     `estimator`, at least as many as make each at most 1 ms long.
 /// run : int, optional
 ///     Which run this is, from 0: a kick ("disturbance.kick", "disturbance.arm_kick") belongs to one run.
 /// encoders : bool, optional
@@ -213,8 +214,9 @@ pub(crate) fn simulate<'py>(
 /// Raises
 /// ------
 /// SimulationError
-///     States of another shape, or a rig whose readings do not follow from the state alone: encoders that are late
-///     ("sensor.delay"), an encoder on the motor behind backlash. `simulate(..., encoders=True)` knows them.
+///     States of another shape or that are not finite, or a rig whose readings do not follow from the state alone:
+///     encoders that are late ("sensor.delay"), an encoder on the motor behind backlash. `simulate(...,
+///     encoders=True)` knows them.
 ///
 /// Examples
 /// --------
@@ -230,6 +232,12 @@ pub(crate) fn measure<'py>(
     x: Matrix<'py>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let x = states("x", &x)?;
+    if let Some(k) = x.iter().position(|row| !row.iter().all(|v| v.is_finite())) {
+        return Err(error::simulation(format!(
+            "x[{k}] = {:?} holds a number that is not finite",
+            x[k]
+        )));
+    }
     let rows = x.len();
     let plant = rig.rig.try_plant::<f64>().map_err(error::rig)?;
     if let Some(id) = beyond_the_state(&plant) {

@@ -116,7 +116,7 @@ impl PySupervisor {
     /// Raises
     /// ------
     /// ControllerError
-    ///     A time that is not after the one before.
+    ///     A time that is not after the one before, or `held` that is not finite.
     #[pyo3(signature = (t, theta, alpha, *, target=0.0, held=None))]
     fn step(
         &mut self,
@@ -126,6 +126,12 @@ impl PySupervisor {
         target: f64,
         held: Option<f64>,
     ) -> PyResult<(f64, &'static str)> {
+        if let Some(held) = held.filter(|held| !held.is_finite()) {
+            return Err(error::controller(format!(
+                "held = {held} V is not a finite number; leave it out where the motor holds the command of the sample \
+                 before"
+            )));
+        }
         let periods = match self.last {
             None if t.is_finite() => 1.0,
             Some(last) if t > last => ((t - last) / self.period).round().max(1.0),

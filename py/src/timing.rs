@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use furuta_log::{Histogram, Quantiles, Timing};
+use furuta_log::{Histogram, LogError, Quantiles, Timing};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -38,9 +38,11 @@ use crate::error;
 #[pyfunction]
 #[pyo3(text_signature = "(path)")]
 pub(crate) fn timing(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
-    let log = py
-        .detach(|| furuta_log::read(&path))
-        .map_err(|e| error::recording(format!("{}: {e}", path.display())))?;
+    let log = py.detach(|| furuta_log::read(&path)).map_err(|e| match e {
+        // It names the file itself.
+        LogError::Open { .. } => error::recording(e),
+        e => error::recording(format!("{}: {e}", path.display())),
+    })?;
     let Some(timing) = &log.timing else {
         return Err(error::recording(format!(
             "{}: the log does not say how punctual its run was: the run was killed, or an older program wrote it",

@@ -240,3 +240,36 @@ def test_a_part_of_the_rig_alone_and_beside_the_whole():
     assert com["identifiable"] and abs(com["fitted"] - 0.06) < 4 * com["std"] < 0.003
     with pytest.raises(ValueError, match="swings, removed, locked or alone, not off"):
         furuta.calibrate(whole, RIG, pendulum="off")
+
+
+@pytest.mark.parametrize(
+    "residual, lags, says",
+    [
+        ([0.0, np.nan, 1.0], 1, r"residual\[1\] = NaN"),
+        ([0.0, 1.0, np.inf], 1, r"residual\[2\] = inf"),
+        ([], 1, "residual of 0 samples"),
+        (np.arange(5.0), 5, "lags = 5 for a residual of 5 samples"),
+        (np.arange(5.0), 0, "lags must be at least 1"),
+        (np.zeros((5, 2)), 2, r"residual has shape \(5, 2\)"),
+    ],
+)
+def test_what_has_no_whiteness(residual, lags, says):
+    with pytest.raises(furuta.CalibrateError, match=says):
+        furuta.whiteness(residual, lags=lags)
+    assert len(furuta.whiteness(np.arange(6.0)[:, None], lags=5)["values"]) == 5
+
+
+def test_what_is_asked_twice_or_not_at_all():
+    rig, qube = furuta.Rig.load("qube-servo-2"), furuta.example("qube-servo-2")
+    run = qube.runs["chirp-plus-1"]
+    for call in (furuta.calibrate, furuta.diagnose):
+        with pytest.raises(furuta.RecordingError, match="holds the same samples as"):
+            call([run, run], rig)
+    with pytest.raises(furuta.CalibrateError, match=r"arm\.inertia is in free and in fix"):
+        furuta.calibrate(run, rig, free="arm.inertia", fix="arm.inertia")
+    with pytest.raises(furuta.CalibrateError, match="experiments = 0"):
+        furuta.plan_experiment(rig, experiments=0)
+    # Recordings by name are a sequence of recordings with these names.
+    runs = {name: qube.runs[name] for name in ("chirp-plus-1", "chirp-minus-1")}
+    judged = furuta.validate(runs, qube.rig)
+    assert {channel["run"].split(" ")[0] for channel in judged.channels} <= set(runs)

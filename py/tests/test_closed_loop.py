@@ -101,8 +101,19 @@ def test_what_is_left_out_is_said_and_described_where_asked():
     np.testing.assert_allclose(plain["A"], furuta.closed_loop(rig, K)["A"], atol=1e-12)
     with pytest.raises(furuta.DesignError, match="4, or 5"):
         furuta.closed_loop(rig, K[:3])
-    with pytest.raises(furuta.DesignError, match="at least 1 Hz"):
-        furuta.closed_loop(rig, K, rate=0.0)
+    for rate in (0.0, 1e8, float("nan")):
+        with pytest.raises(furuta.DesignError, match=r"outside the allowed range \[1, 20000\] Hz"):
+            furuta.closed_loop(rig, K, rate=rate)
+    for try_it in (lambda rate: furuta.relay(rig, rate=rate), lambda rate: furuta.rehearse(rig, K, rate=rate)):
+        with pytest.raises(furuta.DesignError, match="allowed range"):
+            try_it(1e12)
+
+
+def test_a_delay_margin_of_many_samples_is_that_of_the_phase():
+    rig = furuta.Rig.load("shahzad2022-srv02")
+    K = regulator(*furuta.linearize(rig))
+    fast, still = furuta.closed_loop(rig, K, rate=20_000.0)["margins"], furuta.closed_loop(rig, K)["margins"]
+    assert fast["delay"] == pytest.approx(still["delay"], abs=2 / 20_000)
 
 
 def test_a_rehearsal_falls_where_the_gain_does_not_hold():

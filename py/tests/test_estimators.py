@@ -80,8 +80,15 @@ def test_what_cannot_be():
     with pytest.raises(furuta.DesignError, match="alike"):
         furuta.Estimator("observer", rig, DT).filter([0, 0], [0, 0], [0])
     # What is no number gives no number, and is forgotten.
-    estimator = furuta.Estimator("ekf", rig, DT)
-    estimator.update(float("nan"), 0, 0)
-    for _ in range(3):
-        now, _, _ = estimator.update(0.1, 0.2, 0)
-    assert np.isfinite(now).all()
+    seen = furuta.Estimator("ekf", rig, DT).filter([np.nan, 0.1, 0.1, 0.1], [0, 0.2, 0.2, 0.2], [0] * 4)
+    assert np.isfinite(seen[-1]).all()
+    for name in ("theta", "alpha", "held"):
+        sample = {"theta": 0.0, "alpha": 0.0, "held": 0.0} | {name: np.nan}
+        with pytest.raises(furuta.DesignError, match=f"{name} = NaN is not a finite number"):
+            furuta.Estimator("ekf", rig, DT).update(**sample)
+    with pytest.raises(furuta.DesignError, match="periods = 0"):
+        furuta.Estimator("ekf", rig, DT).update(0, 0, 0, periods=0)
+    with pytest.raises(furuta.ControllerError, match="held = NaN V"):
+        furuta.Supervisor(rig).step(0.0, 0.0, 3.1, held=np.nan)
+    with pytest.raises(furuta.DesignError, match=r"A\[0, 1\] = NaN"):
+        furuta.zero_order_hold([[0, np.nan], [0, 0]], [[0], [1]], 0.1)

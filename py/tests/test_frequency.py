@@ -226,6 +226,10 @@ def test_mistakes_are_named(recording):
         furuta.fit_transfer_function(furuta.Frf([1, 2, 3], [1, 2j, 3]), 3, 2)
     with pytest.raises(furuta.IdentificationError, match="must ascend"):
         furuta.Frf([2, 1], [1, 1])
+    with pytest.raises(furuta.IdentificationError, match=r"response\[1\] is not a finite number"):
+        furuta.Frf([1, 2], [1, np.nan])
+    with pytest.raises(furuta.IdentificationError, match="probability = 1 must be above 0 and below 1"):
+        furuta.Frf([1, 2], [1, 1]).confidence(1.0)
     with pytest.raises(furuta.IdentificationError, match="no more zeros than poles"):
         furuta.compare(([1, 0, 0], [1, 1]), furuta.Rig.load("qube-servo-2"))
 

@@ -161,3 +161,12 @@ def test_what_cannot_be_is_refused():
         furuta.gym.RotaryPendulum(randomize={"pendulum.weight": 0.1})
     with pytest.raises(ValueError, match="num_envs = 0"):
         furuta.gym.RotaryPendulumVector(0)
+
+
+def test_no_step_before_a_reset():
+    one, many = furuta.gym.RotaryPendulum(render_mode="rgb_array"), furuta.gym.RotaryPendulumVector(2)
+    for call in (lambda: one.step(np.zeros(1)), one.render, lambda: many.step(np.zeros((2, 1)))):
+        with pytest.raises(gymnasium.error.ResetNeeded, match="call reset"):
+            call()
+    with pytest.raises(ValueError, match=r"references\[1\] = nan rad"):
+        furuta.gym.RotaryPendulum(references=(0.0, float("nan")))

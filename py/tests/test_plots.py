@@ -255,3 +255,34 @@ def test_cards(data, calibration, diagnosis):
         assert card.startswith("<div") and word in card and "<script" not in card, type(thing)
     named = furuta.Recording(data.to_dict(), name="<b>&")
     assert "&lt;b&gt;&amp;" in named._repr_html_() and "<b>&" not in named._repr_html_()
+
+
+def test_a_legend_numbers_equal_names():
+    figures = furuta.plot.trajectory(RUN, RUN, {name: RUN[name] for name in ("t", "theta", "alpha", "u")}), (
+        furuta.plot.phase_portrait(RUN, RUN)
+    )
+    named = ["qube-servo-2 (1)", "qube-servo-2 (2)"]
+    for figure, wanted in zip(figures, ([*named, "run"], named)):
+        assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == wanted
+    assert furuta.plot.phase_portrait(RUN).axes[0].get_legend() is None
+
+
+def test_whole_turns_are_counted_where_the_response_is_large():
+    frequency = np.geomspace(1, 20, 60)
+    model = 1 / (1 - (frequency / 2) ** 2 + 0.02j * frequency)
+    # From 4 Hz on nothing but noise, whose unwrapped phase runs away by whole turns.
+    noisy = np.where(frequency < 4, model, 1e-3 * np.exp(2.5j * np.arange(60)))
+    figure = furuta.plot.bode(furuta.Frf(frequency, noisy), furuta.Frf(frequency[::2], model[::2]))
+    measured, laid_over = (line.get_ydata() for line in figure.axes[1].get_lines())
+    assert np.abs(measured[:27:2] - laid_over[:14]).max() < 1
+
+
+def test_a_parameter_that_is_0_in_both():
+    from types import SimpleNamespace
+
+    from furuta.plot._calibration import plot
+
+    zero = {"nominal": 0.0, "fitted": 0.0, "interval": [-0.1, 0.1]}
+    calibration = SimpleNamespace(fitted=["arm.viscous"], parameters={"arm.viscous": zero})
+    figure = plot(calibration, ax=Figure().add_subplot())
+    assert np.isfinite(figure.axes[0].get_lines()[0].get_xdata()).all()

@@ -64,10 +64,36 @@ def test_a_frames_other_columns(tmp_path):
     pandas = pytest.importorskip("pandas")
     frame = pandas.DataFrame(columns()).assign(current=0.25, mode="excite")
     recording = furuta.Recording(frame)
-    assert set(recording) == {"t", "u", "theta", "alpha", "current"}  # numbers are kept
-    assert np.array_equal(recording["current"], frame["current"])
+    assert set(recording) == {"t", "u", "theta", "alpha", "current", "mode"}
+    assert np.array_equal(recording["current"], frame["current"]) and recording["mode"] == ["excite"] * 3000
     recording.save(tmp_path / "run.csv")
     assert furuta.Recording(tmp_path / "run.csv") == recording
+
+
+def test_columns_of_text():
+    marks = ["plain", "a, b", "# c", 'an "e"'] * 75
+    for given in (marks, np.array(marks), np.array(marks, dtype=object)):
+        assert furuta.Recording(columns(300), mark=given)["mark"] == marks
+    given = [None, float("nan"), *marks[2:]]
+    assert furuta.Recording(columns(300) | {"mark": given})["mark"][:3] == ["", "", "# c"]
+
+
+@pytest.mark.parametrize("zone", [None, "UTC"])
+def test_times_are_seconds(zone):
+    pandas = pytest.importorskip("pandas")
+    data = columns(300)
+    moments = pandas.Series(pandas.Timestamp("2026-11-26", tz=zone) + pandas.to_timedelta(data["t"], unit="s"))
+    spans = np.round(data["t"] * 1e6).astype("timedelta64[us]")
+    for t in (moments, spans):
+        frame = pandas.DataFrame(data | {"t": t})
+        for given in (frame, frame.set_index("t"), data | {"t": t}):
+            assert np.allclose(furuta.Recording(given).t, data["t"], rtol=0, atol=1e-9)
+
+
+def test_a_sample_period_from_time_stamps_of_few_digits():
+    data = columns()
+    data["t"] = (500 + data["t"]).astype(np.float32)
+    assert furuta.Recording(data).dt == pytest.approx(DT, rel=1e-4)
 
 
 def test_what_a_recording_says_of_itself():
@@ -97,6 +123,19 @@ def test_what_a_recording_says_of_itself():
             lambda: furuta.Recording(columns() | {"u": ["a"] * 3000}),
             furuta.RecordingError,
             "column `u` must be an array of numbers",
+        ),
+        (lambda: furuta.Recording(), furuta.RecordingError, "there are no columns; required are t, u, theta, alpha"),
+        (
+            lambda: furuta.Recording(columns() | {"both": np.zeros((3000, 2))}),
+            furuta.RecordingError,
+            r"column `both` has shape \(3000, 2\)",
+        ),
+        (lambda: furuta.Recording(columns() | {"mode": ["a"] * 7}), furuta.RecordingError, "`mode` has 7 values"),
+        (lambda: furuta.Recording(columns() | {"what": [{}] * 3000}), furuta.RecordingError, "column `what` must be"),
+        (
+            lambda: furuta.Recording(columns() | {"u": np.ma.masked_greater(columns()["u"], 2)}),
+            furuta.RecordingError,
+            "column `u` is an array with masked entries",
         ),
         (lambda: furuta.Recording(np.zeros((10, 3))), ValueError, r"has shape \(10, 3\); it must be \(n, 4\)"),
         (lambda: furuta.Recording("no/such/file.csv"), furuta.RecordingError, "no/such/file.csv"),

@@ -5,6 +5,7 @@ No test asserts how long anything takes; those that wait on a clock wait for mor
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import signal
 import subprocess
@@ -429,3 +430,13 @@ def test_a_card_that_is_not_enabled_is_found(quanser, monkeypatch):
     monkeypatch.setattr(quanser["hardware"].HIL, "write_digital", lambda *_: None)
     with quanser["Qube"]() as qube, pytest.raises(furuta.RunError, match="see .* that the amplifier is enabled"):
         furuta.run(RIG, io=qube, **VIRTUAL)
+
+
+def test_runs_are_equal_that_have_the_same_numbers():
+    one, again = run(Simulated(), 0.2), run(Simulated(), 0.2)
+    again = dataclasses.replace(
+        again, lateness=one.lateness.copy(), compute=one.compute.copy(), exchange=one.exchange.copy(), said=one.said
+    )
+    assert one == again and one != dataclasses.replace(again, u=again.u + 1) and one != "a run"
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(one)

@@ -251,3 +251,10 @@ def test_the_command_line_has_the_same_signals(kind):
     if kind != "prbs":
         words["band"] = (0.2, 6)
     assert np.array_equal(furuta.signal(kind, 10, 0.002, **words), furuta.signal(kind, 10, 0.002, **same))
+
+
+def test_an_amplitude_is_refused_by_the_name_that_it_was_given_by():
+    for kind in ("multisine", "noise"):
+        for name in ("amplitude", "rms"):
+            with pytest.raises(furuta.SignalError, match=name):
+                furuta.signal(kind, 10, 0.002, **{name: -1})

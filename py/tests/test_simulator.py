@@ -181,6 +181,53 @@ def test_estimators_of_ours_with_controllers_of_theirs():
     assert abs(x[-1, 0] - 0.3) < 0.05 and set(modes) == {"balance"} and np.abs(u).max() <= rig["motor.command_limit"]
 
 
+def test_a_callable_may_overwrite_what_it_is_shown():
+    def overwriting(t, x):
+        x[:] = 9.0
+        return 0.0
+
+    kept = np.array([0.0, 0.1, 0.0, 0.0])
+    x, _, _ = furuta.simulate(RIG, kept, np.zeros(5), DT, controller=overwriting, ideal=True)
+    assert np.array_equal(x, furuta.simulate(RIG, kept, np.zeros(5), DT))
+    furuta.simulate(RIG, kept, np.zeros(5), DT, controller=overwriting, estimator=lambda *seen: kept)
+    assert kept.tolist() == [0.0, 0.1, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    "keywords, what",
+    [
+        ({"controller": lambda t, x: 0, "estimator": furuta.Estimator("kalman", RIG, 0.01)}, "estimator"),
+        ({"controller": furuta.Controller.from_toml("", RIG, 0.01), "estimator": "kalman"}, "controller"),
+        ({"controller": furuta.Controller.from_toml("", RIG, 0.01)}, "controller"),
+    ],
+)
+def test_what_is_made_for_another_period(keywords, what):
+    with pytest.raises(furuta.ControllerError, match=f"the {what} is made for dt = 0.01 s, not for 0.002 s"):
+        furuta.simulate(RIG, HANGING, np.zeros(3), DT, **keywords)
+
+
+@pytest.mark.parametrize(
+    "u, says",
+    [
+        (np.ma.array([0.0, 1.0], mask=[False, True]), "u is an array with masked entries"),
+        (np.array([1j, 2]), "u holds complex numbers"),
+        (np.array([1, 2], dtype="timedelta64[s]"), "u holds times"),
+    ],
+)
+def test_arrays_whose_numbers_mean_something_else(u, says):
+    with pytest.raises(furuta.SimulationError, match=says):
+        furuta.simulate(RIG, HANGING, u, DT)
+    unmasked = np.ma.array([0.0, 1.0], mask=False)
+    assert np.array_equal(
+        furuta.simulate(RIG, HANGING, unmasked, DT), furuta.simulate(RIG, HANGING, unmasked.data, DT)
+    )
+
+
+def test_states_to_measure_are_finite():
+    with pytest.raises(furuta.SimulationError, match=r"x\[1\] = .* not finite"):
+        furuta.measure(RIG, [[0, 0, 0, 0], [0, np.nan, 0, 0]])
+
+
 @pytest.mark.parametrize(
     "keywords, error, says",
     [

@@ -16,6 +16,8 @@ pub const LEAN: f64 = 0.02;
 pub const CAUGHT_WITHIN: f64 = 2.0;
 /// How long it has to be held, s.
 pub const HELD: f64 = 30.0;
+/// Samples per second that a control loop may have, Hz.
+pub const RATES: core::ops::RangeInclusive<f64> = 1.0..=20_000.0;
 /// The arm's reference changes its sign this often, s.
 const EVERY: f64 = 2.0;
 

@@ -688,6 +688,7 @@ class Estimator:
 
 _Path: TypeAlias = str | os.PathLike[str]
 _Recording: TypeAlias = _Path | Mapping[str, ArrayLike] | _Frame | NDArray[Any]
+_Recordings: TypeAlias = _Recording | Sequence[_Recording] | Mapping[str, _Recording]
 
 class _Frame(Protocol):
     """What a pandas.DataFrame has."""
@@ -822,11 +823,11 @@ class Diagnosis:
     def seconds(self) -> float: ...
 
 def diagnose(
-    recordings: _Recording | Sequence[_Recording],
+    recordings: _Recordings,
     rig: _RigLike,
     *,
-    verify: _Recording | Sequence[_Recording] | None = None,
-    compare: _Recording | Sequence[_Recording] | None = None,
+    verify: _Recordings | None = None,
+    compare: _Recordings | None = None,
     plan: bool = False,
     same_zero: bool = False,
     time_limit: float | None = 60.0,
@@ -948,7 +949,7 @@ def spectra(
     u: ArrayLike, y: ArrayLike, dt: float, segment: int, *, overlap: int | None = None, window: str = "hann"
 ) -> dict[str, Any]: ...
 def frf(
-    recordings: _Recording | Sequence[_Recording],
+    recordings: _Recordings,
     *,
     output: str = "alpha",
     input: str = "u",
@@ -1064,7 +1065,7 @@ class ExperimentPlan:
     def after(self) -> list[list[float]]: ...
 
 def calibrate(
-    recordings: _Recording | Sequence[_Recording],
+    recordings: _Recordings,
     rig: _RigLike,
     *,
     free: _Names | None = None,
@@ -1072,11 +1073,11 @@ def calibrate(
     profile: _Names | None = None,
     horizon: float = 2.0,
     body_length: float | None = None,
-    verify: _Recording | Sequence[_Recording] | None = None,
+    verify: _Recordings | None = None,
     pendulum: Literal["swings", "removed", "locked", "alone"] = "swings",
-    removed: _Recording | Sequence[_Recording] | None = None,
-    locked: _Recording | Sequence[_Recording] | None = None,
-    alone: _Recording | Sequence[_Recording] | None = None,
+    removed: _Recordings | None = None,
+    locked: _Recordings | None = None,
+    alone: _Recordings | None = None,
     every: int = 1,
     span: tuple[float, float] | None = None,
     accept_suspicious: bool = False,
@@ -1084,7 +1085,7 @@ def calibrate(
     hold: _Names | None = None,
 ) -> Calibration: ...
 def validate(
-    recordings: _Recording | Sequence[_Recording],
+    recordings: _Recordings,
     rig: _RigLike,
     *,
     pendulum: Literal["swings", "removed", "locked", "alone"] = "swings",
@@ -1139,5 +1140,5 @@ def replay(
     any_rig: bool = False,
     any_version: bool = False,
 ) -> Replay: ...
-def whiteness(residual: Sequence[float], lags: int = 25) -> dict[str, Any]: ...
+def whiteness(residual: ArrayLike, lags: int = 25) -> dict[str, Any]: ...
 def timing(path: str | os.PathLike[str]) -> dict[str, Any]: ...

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from furuta._furuta import Controller, Estimator, Rig, SimulationError, Simulator
+from furuta._furuta import Controller, ControllerError, Estimator, Rig, SimulationError, Simulator
 
 
 def simulate(
@@ -31,6 +31,8 @@ def simulate(
     added = np.atleast_1d(np.squeeze(np.asarray(u, dtype=float)))
     if added.ndim != 1:
         raise SimulationError(f"u has shape {np.shape(u)}; it must be (n,)")
+    for made in (controller, estimator):
+        _check_period(made, dt)
     decide, mode = _decider(controller, reference, len(added))
     simulator = Simulator(rig, x0, dt, substeps=substeps, run=run)
     see = None if ideal else _seer(estimator, rig, dt)
@@ -40,8 +42,9 @@ def simulate(
     for k, volts in enumerate(added):
         t = simulator.t
         if see is None:
-            # The true state, and the command acts at once.
-            held = _limited(_number("controller", t, decide(t, states[-1], k)) + volts, limit, t, rig.command_unit)
+            # The true state, a copy that the controller may change, and the command acts at once.
+            decided = _number("controller", t, decide(t, states[-1].copy(), k))
+            held = _limited(decided + volts, limit, t, rig.command_unit)
         else:
             # As on a rig: what is decided now acts from the next sample on.
             held = waiting
@@ -52,6 +55,14 @@ def simulate(
         readings.append(simulator.reading)
     answer = (np.array(states), commands, [mode] * len(commands))
     return (*answer, np.array(readings)) if encoders else answer
+
+
+def _check_period(made: Any, dt: float) -> None:
+    """Refuses a Controller or Estimator that is made for another sample period (s)."""
+    # Written so that a NaN fails.
+    if isinstance(made, (Controller, Estimator)) and not abs(dt / made.dt - 1) < 1e-9:
+        what = type(made).__name__.lower()
+        raise ControllerError(f"the {what} is made for dt = {made.dt} s, not for {dt} s")
 
 
 def _decider(controller: Any, reference: Any, samples: int) -> tuple[Any, str]:
@@ -88,7 +99,8 @@ def _seer(estimator: Any, rig: Rig, dt: float) -> Any:
         )
 
     def see(t: float, theta: float, alpha: float, held: float) -> Any:
-        x = np.asarray(estimator(t, theta, alpha, held), dtype=float)
+        # A copy: what the controller does to it does not reach what the estimator remembers.
+        x = np.array(estimator(t, theta, alpha, held), dtype=float)
         if x.shape != (4,):
             raise SimulationError(f"the estimator gave shape {x.shape} at t = {t:g} s; a state has shape (4,)")
         return x

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -157,6 +157,20 @@ class Run:
     def __len__(self) -> int:
         return self.samples
 
+    def __eq__(self, other: object) -> bool:
+        """Runs are equal that have the same numbers and words everywhere."""
+        if not isinstance(other, Run):
+            return NotImplemented
+        return all(_same(getattr(self, one.name), getattr(other, one.name)) for one in fields(self))
+
+    __hash__ = None  # type: ignore[assignment]
+
     def __repr__(self) -> str:
         last = self.t[-1] if self.samples else 0.0
         return f"<furuta.Run of {self.name!r}: {self.samples} samples, {last:g} s, {self.end}>"
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        return np.array_equal(a, b, equal_nan=True)
+    return bool(a == b)

@@ -55,8 +55,10 @@ class _Game:
                 raise ValueError(f"{name} = {value} must be above 0 and finite")
         if not len(self.references):
             raise ValueError("references is empty: give at least one angle of the arm, rad")
-        if any(abs(reference) >= self.arm_angle for reference in self.references):
-            raise ValueError(f"a reference is beyond arm_angle = {self.arm_angle} rad")
+        for k, reference in enumerate(self.references):
+            # Written so that a NaN fails.
+            if not abs(reference) < self.arm_angle:
+                raise ValueError(f"references[{k}] = {reference} rad is beyond arm_angle = {self.arm_angle} rad")
 
     @property
     def period(self) -> float:
@@ -143,6 +145,13 @@ def _scene() -> Any:
         ) from missing
 
 
+def _begun(plant: Any, what: str) -> Any:
+    """The rig, or the rigs, of an environment that was reset."""
+    if plant is None:
+        raise gymnasium.error.ResetNeeded(f"{what}() comes after reset(): call reset() first")
+    return plant
+
+
 class RotaryPendulum(gymnasium.Env[Any, Any]):
     """One rig.
 
@@ -198,6 +207,7 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
         self.scene: Any = None
         self.draw = draws_of(randomize, self.rig)
         self.encoders = _sees_encoders(observe)
+        self.plant: Any = None
         self.observation_space = self.game.observations
         self.action_space = gymnasium.spaces.Box(-1, 1, (1,), dtype=np.float32)
 
@@ -217,10 +227,11 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """One period of the command: observation, reward, terminated (failed), truncated (`seconds` are over), info."""
+        plant = _begun(self.plant, "step")
         share = min(max(float(action[0]), -1.0), 1.0)
         if self.encoders:
-            self.before = self.plant.reading
-        x = self.plant.steps(np.full(self.game.substeps, share * self.limit))[-1]
+            self.before = plant.reading
+        x = plant.steps(np.full(self.game.substeps, share * self.limit))[-1]
         reward, failed = self.game.judge(x, share, self.reference)
         self.samples += 1
         if self.samples % self.game.held == 0:
@@ -240,7 +251,8 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
             gymnasium.logger.warn('render() has no render_mode: gymnasium.make(..., render_mode="rgb_array")')
             return None
         self.scene = self.scene or _scene()
-        pixels: NDArray[np.uint8] = self.scene.draw(self.drawn, self.plant.x, self.reference)
+        plant = _begun(self.plant, "render")
+        pixels: NDArray[np.uint8] = self.scene.draw(self.drawn, plant.x, self.reference)
         return pixels
 
 
@@ -287,6 +299,7 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.num_envs, self.render_mode = num_envs, render_mode
         self.game = _Game(task, rate, seconds, arm_angle, references, hold)
         self.encoders = _sees_encoders(observe)
+        self.plants: Any = None
         self.metadata = {**self.metadata, **self.game.rendering(render_mode)}
         self.scene: Any = None
         self.draw = draws_of(randomize, self.rig)
@@ -311,10 +324,11 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """One period of every rig, each output of `RotaryPendulum.step` an array; what ended before begins anew."""
+        plants = _begun(self.plants, "step")
         shares = np.clip(np.asarray(actions, dtype=float), -1, 1)[:, 0]
         if self.encoders:
-            self.before = self.plants.reading
-        x = self.plants.step(shares * self.limits, self.game.substeps)
+            self.before = plants.reading
+        x = plants.step(shares * self.limits, self.game.substeps)
         reward, failed = self.game.judge(x, shares, self.reference)
         self.samples += 1
         rng, again = self.np_random, self.ended
@@ -346,7 +360,8 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
             gymnasium.logger.warn('render() has no render_mode: gymnasium.make_vec(..., render_mode="rgb_array")')
             return None
         self.scene = self.scene or _scene()
-        rigs = zip(self.plants.rigs, self.plants.x, self.reference)
+        plants = _begun(self.plants, "render")
+        rigs = zip(plants.rigs, plants.x, self.reference)
         return tuple(self.scene.draw(rig, x, float(reference)) for rig, x, reference in rigs)
 
 

@@ -72,7 +72,7 @@ class Recording(Mapping[str, Any]):
         given: Any = data
         if not isinstance(data, (str, os.PathLike)):
             named = isinstance(data, Mapping) or hasattr(data, "columns")
-            given = {} if data is None else _columns(data if named else np.asarray(data))
+            given = {} if data is None else _columns(data if named else np.asanyarray(data))
             if given is None:
                 raise TypeError(
                     "a recording is a path, a DataFrame, a mapping of columns or an array; "
@@ -120,8 +120,14 @@ class Recording(Mapping[str, Any]):
 
     @property
     def dt(self) -> float:
-        """Sample period, s: the median of the intervals."""
-        return float(np.median(np.diff(self.t)))
+        """Sample period, s: the mean of the intervals that are within half of their median.
+
+        Time stamps of few digits, as those in single precision, round each interval to one of a few lengths; the mean
+        is none of these.
+        """
+        intervals = np.diff(self.t)
+        usual = float(np.median(intervals))
+        return float(np.mean(intervals[np.abs(intervals - usual) <= 0.5 * usual]))
 
     @property
     def duration(self) -> float:

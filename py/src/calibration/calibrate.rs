@@ -1,6 +1,6 @@
 //! Rig files fitted to recordings.
 
-use super::{field, parsed};
+use super::{field, free_and_held, parsed};
 use crate::arguments::{Names, RigLike};
 use crate::background::told;
 use crate::error;
@@ -259,7 +259,7 @@ impl Kept for PyCalibration {
 ///
 /// Parameters
 /// ----------
-/// recordings : path, dict, or list of these
+/// recordings : path, dict, list of these, or dict of these by name
 ///     As for `diagnose`; rates may differ, hanging and upright may be mixed.
 /// rig : Rig
 ///     As its data sheet describes it, effects included.
@@ -377,13 +377,10 @@ pub(crate) fn calibrate(
                 .map(|recording| (state, recording)),
         );
     }
+    let (free, hold) = free_and_held(free, [fix, hold])?;
     let options = Options {
-        free: free.unwrap_or_default().0,
-        hold: [fix, hold]
-            .into_iter()
-            .flatten()
-            .flat_map(|names| names.0)
-            .collect(),
+        free,
+        hold,
         profile: profile.unwrap_or_default().0,
         horizon,
         body_length,

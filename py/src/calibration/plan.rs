@@ -1,6 +1,6 @@
 //! What to record.
 
-use super::{field, parsed};
+use super::{field, free_and_held, parsed};
 use crate::arguments::{Names, RigLike};
 use crate::background::awaited;
 use crate::error;
@@ -155,14 +155,16 @@ pub(crate) fn plan_experiment(
     horizon: f64,
     hold: Option<Names>,
 ) -> PyResult<PyPlan> {
+    if experiments == 0 {
+        return Err(error::calibrate(
+            "experiments = 0 is outside the allowed range [1, 255]: ask for one recording or more",
+        ));
+    }
     let rig = rig.rig.clone();
+    let (free, hold) = free_and_held(free, [fix, hold])?;
     let options = Options {
-        free: free.unwrap_or_default().0,
-        hold: [fix, hold]
-            .into_iter()
-            .flatten()
-            .flat_map(|names| names.0)
-            .collect(),
+        free,
+        hold,
         horizon,
         ..Options::default()
     };

@@ -5,6 +5,7 @@ use crate::arguments::RigLike;
 use crate::background::awaited;
 use crate::error;
 use crate::kept::{Kept, Reduced, kept, unreadable};
+use crate::matrix::{Vector, vector};
 use crate::recording::{choose, selection, state};
 use furuta_ident::validate::{Validated, Validation};
 use pyo3::prelude::*;
@@ -117,7 +118,7 @@ impl Kept for PyValidation {
 ///
 /// Parameters
 /// ----------
-/// recordings : path, dict, or list of these
+/// recordings : path, dict, list of these, or dict of these by name
 ///     As for `diagnose`.
 /// rig : Rig
 /// pendulum : {"swings", "removed", "locked", "alone"}, optional
@@ -190,27 +191,46 @@ pub(crate) fn validate(
 ///
 /// Parameters
 /// ----------
-/// residual : list of float
+/// residual : array_like, shape (N,)
 /// lags : int, optional
+///     At least 1 and below N.
 ///
 /// Returns
 /// -------
 /// dict
 ///     values (lags 1, 2, ...), bound (99 %), outside, ljung_box, p_value.
 ///
+/// Raises
+/// ------
+/// CalibrateError
+///     A residual that is not finite, or that has no more samples than `lags`.
+///
 /// Examples
 /// --------
 /// >>> import numpy as np, furuta
-/// >>> test = furuta.whiteness(list(np.sin(0.1 * np.arange(1000.0))))
+/// >>> test = furuta.whiteness(np.sin(0.1 * np.arange(1000.0)))
 /// >>> test["outside"] > 20 and test["p_value"] < 1e-6
 /// True
 #[pyfunction]
 #[pyo3(signature = (residual, lags=25))]
-pub(crate) fn whiteness(
-    py: Python<'_>,
-    residual: Vec<f64>,
+pub(crate) fn whiteness<'py>(
+    py: Python<'py>,
+    residual: Vector<'py>,
     lags: usize,
-) -> PyResult<Bound<'_, PyDict>> {
+) -> PyResult<Bound<'py, PyDict>> {
+    let residual: Vec<f64> = vector("residual", &residual, error::calibrate)?;
+    if let Some(k) = residual.iter().position(|e| !e.is_finite()) {
+        return Err(error::calibrate(format!(
+            "residual[{k}] = {} is not a finite number",
+            residual[k]
+        )));
+    }
+    let n = residual.len();
+    if lags == 0 || lags >= n {
+        return Err(error::calibrate(format!(
+            "lags = {lags} for a residual of {n} samples; lags must be at least 1 and below the number of samples"
+        )));
+    }
     let test = furuta_ident::validate::residuals::autocorrelation(&residual, lags);
     let d = PyDict::new(py);
     d.set_item("values", test.values)?;

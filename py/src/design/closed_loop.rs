@@ -1,6 +1,7 @@
 //! A rig with its effects under a linear law.
 
 use crate::arguments::RigLike;
+use crate::background::awaited;
 use crate::error;
 use crate::matrix::{Vector, vector};
 use furuta_ctrl::controllers::{Lqi, StateFeedback};
@@ -109,13 +110,16 @@ pub(crate) fn closed_loop<'py>(
         remarks.set_item(remark.effect, remark.to_string())?;
     }
     out.set_item("remarks", remarks)?;
-    let found = py.detach(|| closed.margins());
+    let of = closed.clone();
+    let found = awaited(py, move || of.margins())?;
     out.set_item("margins", margins(py, &found)?)?;
     if let Some(observed) = observed(&rig.rig, &closed) {
-        let found = py.detach(|| observed.margins());
+        let (found, growth, poles) = awaited(py, move || {
+            (observed.margins(), observed.growth(), observed.poles())
+        })?;
         let with_estimator = PyDict::new(py);
-        with_estimator.set_item("growth", observed.growth())?;
-        with_estimator.set_item("poles", observed.poles().into_pyarray(py))?;
+        with_estimator.set_item("growth", growth)?;
+        with_estimator.set_item("poles", poles.into_pyarray(py))?;
         with_estimator.set_item("margins", margins(py, &found)?)?;
         out.set_item("with_estimator", with_estimator)?;
     }
@@ -184,9 +188,10 @@ pub(crate) fn rehearse<'py>(
             .map_err(error::design)?;
     }
     let rig = rig.rig.clone();
-    let told = py
-        .detach(|| rehearsal::rehearse(&Config::with_controller(settings), &rig, period, 0.0))
-        .map_err(error::design)?;
+    let told = awaited(py, move || {
+        rehearsal::rehearse(&Config::with_controller(settings), &rig, period, 0.0)
+    })?
+    .map_err(error::design)?;
     let out = PyDict::new(py);
     out.set_item("fell", told.fell)?;
     out.set_item("fault", told.fault.map(|f| f.to_string()))?;
@@ -235,11 +240,11 @@ fn law(k: &Vector<'_>) -> PyResult<Law> {
 }
 
 pub(super) fn period(rate: f64) -> PyResult<f64> {
-    if rate >= 1.0 && rate.is_finite() {
-        Ok(1.0 / rate)
-    } else {
-        Err(error::design(format!(
-            "rate = {rate} Hz; it must be at least 1 Hz"
-        )))
+    if rehearsal::RATES.contains(&rate) {
+        return Ok(1.0 / rate);
     }
+    let (low, high) = (rehearsal::RATES.start(), rehearsal::RATES.end());
+    Err(error::design(format!(
+        "rate = {rate} Hz is outside the allowed range [{low}, {high}] Hz"
+    )))
 }

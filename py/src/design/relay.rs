@@ -2,6 +2,7 @@
 
 use super::closed_loop::{margins, period};
 use crate::arguments::RigLike;
+use crate::background::awaited;
 use crate::error;
 use furuta_design::relay::{Relay, ultimate};
 use furuta_design::rig_loop::RigLoop;
@@ -65,16 +66,15 @@ pub(crate) fn relay<'py>(
         time_limit,
     };
     let rig = rig.rig.clone();
-    let found = py.detach(|| experiment.run(&rig)).map_err(error::design)?;
-    let model = ultimate(&rig, experiment.period, 0.0).map_err(error::design)?;
+    let period = experiment.period;
+    let tried = rig.clone();
+    let (found, model) = awaited(py, move || {
+        (experiment.run(&tried), ultimate(&tried, period, 0.0))
+    })?;
+    let (found, model) = (found.map_err(error::design)?, model.map_err(error::design)?);
     let gains = found.gains(&rig);
-    let closed = RigLoop::new(
-        &rig,
-        gains.law(),
-        Some(experiment.period),
-        &Amplitudes::NONE,
-    )
-    .map_err(error::design)?;
+    let closed =
+        RigLoop::new(&rig, gains.law(), Some(period), &Amplitudes::NONE).map_err(error::design)?;
     let out = PyDict::new(py);
     for (name, value) in [
         ("ultimate_gain", found.gain),
@@ -92,6 +92,7 @@ pub(crate) fn relay<'py>(
     out.set_item("model", model)?;
     out.set_item("pendulum_gains", gains.pendulum.to_vec().into_pyarray(py))?;
     out.set_item("arm_gains", gains.arm.to_vec().into_pyarray(py))?;
-    out.set_item("margins", margins(py, &closed.margins())?)?;
+    let judged = awaited(py, move || closed.margins())?;
+    out.set_item("margins", margins(py, &judged)?)?;
     Ok(out)
 }

@@ -83,6 +83,16 @@ impl PyFrf {
                 std.len()
             )));
         }
+        for (name, bad) in [
+            ("frequency", frequency.iter().position(|f| !f.is_finite())),
+            ("response", response.iter().position(|r| !r.is_finite())),
+        ] {
+            if let Some(k) = bad {
+                return Err(error::identification(format!(
+                    "{name}[{k}] is not a finite number; leave such lines out"
+                )));
+            }
+        }
         let ascends = frequency.windows(2).all(|f| f[0] < f[1]);
         if !ascends || frequency.first().is_none_or(|f| *f <= 0.0 || f.is_nan()) {
             return Err(error::identification(
@@ -157,6 +167,12 @@ impl PyFrf {
     /// Radius of the circle about each line in which the true response lies with this probability.
     #[pyo3(signature = (probability=0.95))]
     fn confidence<'py>(&self, py: Python<'py>, probability: f64) -> PyResult<Array<'py, f64>> {
+        // Written so that a NaN fails.
+        if !(probability > 0.0 && probability < 1.0) {
+            return Err(error::identification(format!(
+                "probability = {probability} must be above 0 and below 1"
+            )));
+        }
         let radius = self.frf.confidence(probability);
         Ok(radius.map_err(error::identification)?.into_pyarray(py))
     }

@@ -1,6 +1,7 @@
 //! Averaged spectra of arrays.
 
 use crate::error;
+use crate::forked::here;
 use crate::matrix::{Vector, vector};
 use furuta_ident::frequency::{Settings, Spectra, Stretch, Window};
 use numpy::IntoPyArray;
@@ -66,7 +67,7 @@ pub(crate) fn spectra<'py>(
                 y: &y,
                 r: None,
             };
-            Spectra::of(&[stretch], dt, &settings)
+            here(|| Spectra::of(&[stretch], dt, &settings))
         })
         .map_err(error::identification)?;
     let out = PyDict::new(py);

@@ -15,6 +15,7 @@ use furuta_ctrl::design::{Regulator, Weights, balance_weights, dlqr, lqr};
 use furuta_ctrl::file::MadeFor;
 use furuta_ctrl::settings::Settings;
 use furuta_ctrl::{Config, ControllerFile};
+use furuta_design::rehearsal::RATES;
 use furuta_design::rig_loop::Law;
 use furuta_model::discretize::zero_order_hold;
 use furuta_model::linear_plant::{Hold, rigid};
@@ -53,7 +54,7 @@ struct CommonArgs {
     #[arg(long, value_name = "RIG")]
     rig: String,
     /// Samples per second; the command is held between samples. Continuous time if not given.
-    #[arg(long, value_name = "HZ", value_parser = positive)]
+    #[arg(long, value_name = "HZ", value_parser = rate)]
     rate: Option<f64>,
     /// Write the gain into a controller file, for `--controller` of `furuta run` and `furuta simulate`.
     #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
@@ -77,6 +78,18 @@ struct LqrArgs {
     /// Weight of the command.
     #[arg(long, value_name = "R", value_parser = positive, requires = "q")]
     r: Option<f64>,
+}
+
+/// The rate of a control loop, Hz.
+pub(crate) fn rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(hz) if RATES.contains(&hz) => Ok(hz),
+        _ => Err(format!(
+            "must be a number from {} to {} Hz",
+            RATES.start(),
+            RATES.end()
+        )),
+    }
 }
 
 /// Four weights with commas between them.

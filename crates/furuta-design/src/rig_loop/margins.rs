@@ -5,11 +5,12 @@
 //! - gain: the factors on the law between which the loop stays stable, from the real negative values of `L`;
 //! - phase: the least angle between `L` and -1 where `|L| = 1`;
 //! - delay: by how much the command may be later; sampled loops are taken with the delay itself, held command and all,
-//!   not with its phase alone;
+//!   not with its phase alone, up to a delay of [`MAX_DELAY_SAMPLES`] samples;
 //! - disk: `2 min |1 + L| / |1 - L|`: gain and phase may change at once, at any frequency, by what a disk of this size
 //!   holds (P. Seiler, A. Packard, P. Gahinet, *An introduction to disk margins*, IEEE Control Systems 40, 2020; no
 //!   skew).
 
+use furuta_model::plant::MAX_DELAY_SAMPLES;
 use nalgebra::Complex;
 use std::f64::consts::{PI, TAU};
 
@@ -145,7 +146,9 @@ pub(super) fn margins(of: &impl Broken) -> Margins {
     }
     found.disk = found.disk.min(2.0);
     found.delay = match of.period() {
-        Some(_) => exact_delay(of, least),
+        // Each sample of a delay is a state. Of that many, a share of one matters no more.
+        Some(period) if least <= MAX_DELAY_SAMPLES as f64 * period => exact_delay(of, least),
+        Some(_) => least,
         None => least,
     };
     found

@@ -67,8 +67,8 @@ def bode(
             at, response = system.frequency, system.response
         else:
             at, response = f, _response(system, f, output)
-        middle = curve(drawn, at, response, first, label=name, color=colour, lw=1.3)
-        first = middle if first is None else first
+        latest = curve(drawn, at, response, first, label=name, color=colour, lw=1.3)
+        first = first or latest
     label(drawn)
     grid(drawn)
     if len(shown) > 1:

@@ -47,7 +47,8 @@ def angles(axes: list[Any], run: dict[str, Any]) -> None:
 def _intervals(axes: Any, calibration: Any) -> None:
     for row, key in enumerate(calibration.fitted):
         p = calibration.parameters[key]
-        unit = p["nominal"] or p["fitted"]
+        # A parameter that is 0 in the rig file is a share of what was found; one that is 0 in both, itself.
+        unit = p["nominal"] or p["fitted"] or 1.0
         if p["interval"]:
             axes.plot(np.array(p["interval"]) / unit, [row, row], color="tab:blue", lw=4, solid_capstyle="round")
         axes.plot(p["fitted"] / unit, row, "o", color="tab:blue")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from furuta.plot._axes import axes
-from furuta.plot._response import curve, grid, label
+from furuta.plot._response import Drawn, curve, grid, label
 from furuta.plot._style import AFTER, BEFORE, DASHED, FAINT, FLOOR, MEASURED
 
 MODELS = (BEFORE, AFTER, FLOOR, "#a64ca6")
@@ -26,11 +26,11 @@ def plot(frf: Any, models: dict[str, Any], ax: Any = None) -> Any:
     if len(drawn) > 1:
         width = np.degrees(np.arcsin(share))
         drawn[1].fill_between(frequency, phase - width, phase + width, **band)
-    middle = phase[len(phase) // 2]
-    curve(drawn[:2], frequency, response, middle, label="measured", color=MEASURED, lw=1.6)
+    measured = Drawn(frequency, np.abs(response), phase)
+    curve(drawn[:2], frequency, response, measured, label="measured", color=MEASURED, lw=1.6)
     for (name, model), colour in zip(models.items(), cycle(MODELS)):
         laid_over = np.asarray(model.response(frequency) if hasattr(model, "response") else model)
-        curve(drawn[:2], frequency, laid_over, middle, label=name, color=colour, lw=1.2, ls=DASHED)
+        curve(drawn[:2], frequency, laid_over, measured, label=name, color=colour, lw=1.2, ls=DASHED)
     if len(drawn) > 2:
         drawn[2].semilogx(frequency, frf.coherence, color=MEASURED, lw=1.0)
         drawn[2].set_ylim(0, 1.02)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from furuta.plot._axes import axes
+from furuta.plot._names import names
 from furuta.plot._style import AFTER, BEFORE, FAINT, MEASURED
 
 if TYPE_CHECKING:
@@ -20,7 +21,8 @@ def phase_portrait(*runs: Any, of: str = "alpha", ax: Any = None) -> Figure:
     Parameters
     ----------
     *runs : Trajectory, Recording, DataFrame or mapping of arrays
-        Where the speed was not recorded it is the angle's central difference over 20 ms.
+        Where the speed was not recorded it is the angle's central difference over 20 ms. Of several, the legend
+        numbers those of one name.
     of : {"alpha", "theta"}, optional
         The pendulum or the arm.
     ax : matplotlib.axes.Axes, optional
@@ -41,16 +43,18 @@ def phase_portrait(*runs: Any, of: str = "alpha", ax: Any = None) -> Figure:
     if not runs:
         raise TypeError("phase_portrait needs something to draw: a Trajectory, a Recording or columns")
     figure, (one,) = axes(ax, 1, (6, 5), "furuta.plot.phase_portrait")
-    for run, colour in zip(runs, cycle((AFTER, BEFORE, MEASURED, FAINT))):
+    for run, label, colour in zip(runs, names(runs), cycle((AFTER, BEFORE, MEASURED, FAINT))):
         angle = np.asarray(run[of], dtype=float)
         try:
             speed = np.asarray(run[f"{of}_dot"], dtype=float)
         except KeyError:
             speed = _difference(angle, np.asarray(run["t"], dtype=float))
-        one.plot(angle, speed, color=colour, lw=1.0)
+        one.plot(angle, speed, color=colour, lw=1.0, label=label)
         one.plot(angle[:1], speed[:1], "o", color=colour, ms=5)
     one.set_xlabel(f"{of} [rad]")
     one.set_ylabel(f"{of}_dot [rad/s]")
+    if len(runs) > 1:
+        one.legend(frameon=False, fontsize=9)
     return figure
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from furuta.plot._axes import axes
+from furuta.plot._names import names
 from furuta.plot._style import AFTER, ANGLES, BEFORE, FAINT, MEASURED
 from furuta.recording import Recording
 
@@ -24,7 +25,8 @@ def trajectory(*runs: Any, ax: Any = None) -> Figure:
     Parameters
     ----------
     *runs : Trajectory, Recording, DataFrame, mapping of arrays, or path of a recording
-        With t, and theta, alpha, u as far as there are axes. Several are laid over each other.
+        With t, and theta, alpha, u as far as there are axes. Several are laid over each other; the legend numbers
+        those of one name.
     ax : matplotlib.axes.Axes or up to three of them, optional
         One: the pendulum. Two: arm and pendulum. Three: the command as well. A figure of its own if not given.
 
@@ -44,9 +46,7 @@ def trajectory(*runs: Any, ax: Any = None) -> Figure:
     figure, drawn = axes(ax, 3, (9, 7), "furuta.plot.trajectory", at_least=1)
     rows = ROWS[1:2] if len(drawn) == 1 else ROWS[: len(drawn)]
     shown = [Recording(run) if isinstance(run, (str, os.PathLike)) else run for run in runs]
-    for run, colour in zip(shown, cycle((MEASURED, AFTER, BEFORE, FAINT))):
-        name = getattr(run, "name", None)
-        label = name if isinstance(name, str) else None
+    for run, label, colour in zip(shown, names(shown), cycle((MEASURED, AFTER, BEFORE, FAINT))):
         for one, (column, _) in zip(drawn, rows):
             # The command is held from one sample to the next.
             style = "steps-post" if column == "u" else "default"

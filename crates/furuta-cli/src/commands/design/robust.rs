@@ -40,7 +40,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "R", value_parser = positive, requires = "q")]
     r: Option<f64>,
     /// Samples per second at which the gain, designed in continuous time, is judged.
-    #[arg(long, value_name = "HZ", default_value_t = 500.0, value_parser = positive)]
+    #[arg(long, value_name = "HZ", default_value_t = 500.0, value_parser = super::rate)]
     rate: f64,
     /// Write the gain into a controller file, for `--controller` of `furuta run` and `furuta simulate`.
     #[arg(long, value_name = "OUT.toml", value_parser = outputs::data())]
