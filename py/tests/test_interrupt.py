@@ -32,7 +32,7 @@ LONG = {
         controller=furuta.Controller.from_toml("", "shahzad2022-srv02", DT),
     ),
     "callable": lambda: furuta.simulate(RIG, [0, 3, 0, 0], np.zeros(5_000_000), DT, controller=lambda t, x: 0.0),
-    "calibrate": lambda: furuta.calibrate([DATA] * 8, RIG),
+    "calibrate": lambda: furuta.calibrate([{**DATA, "theta": DATA["theta"] + 0.1 * k} for k in range(8)], RIG),
     "plan": lambda: furuta.plan_experiment(RIG, rate=5000.0),
     "region": lambda: furuta.region_of_attraction(RIG, furuta.Controller.from_toml("", RIG, DT), points=201),
     "arm_step": lambda: furuta.arm_step(RIG, duration=500.0),

@@ -87,7 +87,8 @@ def test_a_pickle_that_was_tampered_with():
 def test_progress_of_a_calibration():
     told = []
     settings = {"free": ["arm.inertia", "arm.viscous"], "profile": "arm.inertia", "verify": SECOND}
-    furuta.calibrate([FIRST] * 4, RIG, **settings, progress=lambda *news: told.append(news))
+    four = [{**FIRST, "theta": FIRST["theta"] + 0.1 * k} for k in range(4)]
+    furuta.calibrate(four, RIG, **settings, progress=lambda *news: told.append(news))
     stages, percents = zip(*told)
     # Only the latest is told where two come within one look.
     order = [

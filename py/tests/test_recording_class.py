@@ -54,7 +54,8 @@ def test_several_at_once_and_names():
     pandas = pytest.importorskip("pandas")
     data = columns()
     named = furuta.Recording(data, name="bench 2")
-    found = furuta.validate([named, pandas.DataFrame(data)], RIG)
+    other = pandas.DataFrame({**data, "theta": data["theta"] + 0.1})
+    found = furuta.validate([named, other], RIG)
     assert [c["run"] for c in found.channels if c["channel"] == "theta"] == ["bench 2", "recording-1"]
     response = furuta.frf(named, band=(0.5, 5))
     assert np.array_equal(response.response, furuta.frf(data, band=(0.5, 5)).response)
