@@ -56,7 +56,7 @@ pub(crate) struct PyBatchSimulator {
 
 /// One rig for all, or one for each.
 pub(crate) enum Rigs {
-    One(RigLike),
+    One(Box<RigLike>),
     Each(Vec<RigLike>),
 }
 
@@ -68,7 +68,7 @@ impl<'py> FromPyObject<'_, 'py> for Rigs {
         if is_list {
             given.extract().map(Self::Each)
         } else {
-            given.extract().map(Self::One)
+            given.extract().map(|one| Self::One(Box::new(one)))
         }
     }
 }
