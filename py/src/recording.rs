@@ -44,7 +44,6 @@ pub(crate) fn choose(
     for (_, read) in each(search)? {
         seen.push(read.and_then(part).map_err(error::recording)?);
     }
-    each_once(&seen)?;
     if let Some(given) = verify {
         for (name, read) in each(given)? {
             let read = read.and_then(part);
@@ -63,22 +62,6 @@ pub(crate) fn choose(
         recordings: selection.recordings,
         verify: selection.verify,
     })
-}
-
-/// Refuses a recording that is given twice: its noise would count as evidence twice.
-fn each_once(given: &[Read]) -> PyResult<()> {
-    let same = |a: &Recording, b: &Recording| {
-        (&a.theta, &a.alpha, &a.u, &a.t) == (&b.theta, &b.alpha, &b.u, &b.t)
-    };
-    for (i, (recording, _)) in given.iter().enumerate() {
-        if let Some((twin, _)) = given.iter().take(i).find(|(r, _)| same(r, recording)) {
-            return Err(error::recording(format!(
-                "{}: holds the same samples as {}: give each recording once",
-                recording.name, twin.name
-            )));
-        }
-    }
-    Ok(())
 }
 
 /// What of each recording is used, as Python's keywords say it.

@@ -97,7 +97,8 @@ def test_what_a_diagnosis_cannot_exclude_varies_up_to_its_limits():
     assert len(seen) > 3
 
 
-SMOOTH = RIG.with_effect("arm.quadratic", coefficient=1e-4).with_effect("motor.ripple", amplitude=0.2, order=3, phase=0.4)
+DRAG = RIG.with_effect("arm.quadratic", coefficient=1e-4)
+SMOOTH = DRAG.with_effect("motor.ripple", amplitude=0.2, order=3, phase=0.4)
 EVENTS = SMOOTH.with_effect("arm.coulomb", torque=5e-4).with_effect("motor.delay", delay=0.007)
 REMEMBERS = SMOOTH.with_effect("motor.lag", time_constant=0.03)
 

@@ -30,6 +30,14 @@ pub enum SelectionError {
     /// A recording looks as if a convention were broken, and without it too little is left.
     #[error("{0}")]
     Suspicious(Notice),
+    /// A recording is given twice: its noise would count as evidence twice.
+    #[error("{file}: holds the same samples as {as_given}: give each recording once")]
+    Twice {
+        /// The second of them.
+        file: String,
+        /// The first.
+        as_given: String,
+    },
     /// A recording is to be verified that the search sees.
     #[error(
         "{file}: is to verify what is found, but holds the same samples as {as_given}, which the search sees: give a \
@@ -84,6 +92,15 @@ pub fn select(
     accept: bool,
     pendulum: Pendulum,
 ) -> Result<Selection, SelectionError> {
+    for (i, (recording, _)) in search.iter().enumerate() {
+        let mut before = search.iter().take(i);
+        if let Some((first, _)) = before.find(|(first, _)| same(first, recording)) {
+            return Err(SelectionError::Twice {
+                file: recording.name.clone(),
+                as_given: first.name.clone(),
+            });
+        }
+    }
     for (unseen, _) in &verify {
         if let Some((seen, _)) = search.iter().find(|(seen, _)| same(seen, unseen)) {
             return Err(SelectionError::Seen {

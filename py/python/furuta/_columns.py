@@ -25,19 +25,15 @@ def columns(given: Any) -> dict[str, Any] | None:
     A DataFrame may have the time as its index, called "t". An array has one row a sample and the columns t, u, theta,
     alpha, or fields of these names. Times and moments become seconds.
     """
-    found: dict[str, Any] | None = None
     if isinstance(given, np.ndarray):
         found = _of_array(given)
     elif isinstance(given, Mapping):
         found = {str(name): given[name] for name in given}
-    # pandas and polars, without importing either.
     elif _is_frame(given):
-        found = {str(name): given[name] for name in given.columns}
-        index = getattr(given, "index", None)
-        if "t" not in found and getattr(index, "name", None) == "t":
-            found["t"] = index
-        found = {name: np.asarray(_with_none(_seconds(values))) for name, values in found.items()}
-    return found if found is None else {name: _seconds(values) for name, values in found.items()}
+        found = _of_frame(given)
+    else:
+        found = None
+    return found and {name: _seconds(values) for name, values in found.items()}
 
 
 def recordings(given: Any) -> dict[str, Any] | None:
@@ -70,6 +66,7 @@ def text(values: Any) -> list[str] | None:
 
 
 def _is_frame(given: Any) -> bool:
+    """Whether it is a DataFrame of pandas or polars, without importing either."""
     return hasattr(given, "columns") and hasattr(given, "to_numpy")
 
 
@@ -92,6 +89,15 @@ def _with_none(values: Any) -> Any:
     if isinstance(getattr(values, "dtype", None), np.dtype) or not hasattr(values, "isna"):
         return values
     return values.astype(object).where(values.notna(), None)
+
+
+def _of_frame(given: Any) -> dict[str, Any]:
+    found = {str(name): given[name] for name in given.columns}
+    index = getattr(given, "index", None)
+    if "t" not in found and getattr(index, "name", None) == "t":
+        found["t"] = index
+    # Moments of a time zone are seconds before NumPy would make objects of them.
+    return {name: np.asarray(_with_none(_seconds(values))) for name, values in found.items()}
 
 
 def _of_array(given: np.ndarray[Any, Any]) -> dict[str, Any] | None:

@@ -212,9 +212,10 @@ impl Problem<'_> {
             .into_par_iter()
             .enumerate()
             .map(|(rank, (spec, fit))| {
-                let fit = if fit.cost > from.cost && rank < savers.short_list {
-                    self.again_from_none(from, fit, savers)
-                } else if rank < savers.short_list && fit.cost <= near {
+                let listed = rank < savers.short_list;
+                let fit = if listed && fit.cost > from.cost {
+                    self.started_from_smaller(from, fit, savers)
+                } else if listed && fit.cost <= near {
                     let beside_best = from.cost - (1.0 - 0.5 * (1.0 - savers.close)) * gain;
                     let goal = known.min(if rank == 0 {
                         f64::INFINITY
@@ -240,7 +241,7 @@ impl Problem<'_> {
 
     /// A larger model that fits worse than the smaller one has lost its way: it is fitted from there, with next to
     /// nothing of what was added, so that all numbers move together.
-    fn again_from_none(&self, from: &Fit, lost: Fit, savers: &Savers) -> Fit {
+    fn started_from_smaller(&self, from: &Fit, lost: Fit, savers: &Savers) -> Fit {
         let h = lost.model.clone();
         let Some(spec) = h.effects.last() else {
             return lost;

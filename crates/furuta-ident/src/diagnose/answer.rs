@@ -14,11 +14,15 @@ impl Work<'_> {
         let (data, rig, stop) = (self.data, request.rig, self.deadlines.stop);
         let explained = self.short.explains(&found.named);
         self.teller.stage("fitting");
+        let finished = found.finished.take();
         let (base_fit, named_fit) = {
             let whole = found.whole();
             rayon::join(
                 || horizons::finish(data, &found.refitted, explained, stop),
-                || horizons::finish(data, whole, self.short.explains(whole), stop),
+                || {
+                    let finish = || horizons::finish(data, whole, self.short.explains(whole), stop);
+                    finished.unwrap_or_else(finish)
+                },
             )
         };
         if stop.wanted() && !explained {

@@ -4,6 +4,7 @@ use super::Fit;
 use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use crate::shooting::{Problem, Window};
+use furuta_model::Spec;
 use furuta_model::effects::{Kind, Law};
 
 /// What speaks for the larger of two nested hypotheses.
@@ -212,12 +213,27 @@ pub(super) fn possible(smaller: &Hypothesis, larger: &Fit) -> bool {
 /// A step that ends at a bound is at it but for rounding, in units of the typical size.
 const ROUNDING: f64 = 1e-9;
 
-/// How far the strongest of what `larger` has and `smaller` has not is from none: its square over its variance.
+/// How far the strongest of what `larger` has and `smaller` has not is from none: [`known`].
 fn farthest(smaller: &Fit, larger: &Fit) -> f64 {
-    let h: &Hypothesis = &larger.model;
-    (h.effects.iter().enumerate())
+    (larger.model.effects.iter().enumerate())
         .filter(|(_, e)| !smaller.model.has(e.id))
-        .flat_map(|(i, e)| h.offset(i)..h.offset(i) + e.strengths)
-        .map(|k| (larger.z[k] / larger.std[k]).powi(2))
-        .fold(0.0, f64::max)
+        .map(|(i, _)| known(larger, i))
+        .fold(f64::NAN, f64::max)
+}
+
+/// How far the strength of an effect is from none: its square over its variance.
+fn known(fit: &Fit, effect: usize) -> f64 {
+    let first = fit.model.offset(effect);
+    (first..first + fit.model.effects[effect].strengths)
+        .map(|k| (fit.z[k] / fit.std[k]).powi(2))
+        .fold(f64::NAN, f64::max)
+}
+
+/// The effect whose strength may best be none, if there is one.
+pub(super) fn uncertain(fit: &Fit) -> Option<&'static Spec> {
+    (fit.model.effects.iter().enumerate())
+        .map(|(i, e)| (*e, known(fit, i)))
+        .filter(|(_, known)| *known <= CRITERIA.known)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(e, _)| e)
 }

@@ -9,7 +9,7 @@ use super::custom::{self, Custom};
 use super::deadlines::Deadlines;
 use super::held_out::{self, Folds, Unseen};
 use super::hypothesis::{Hypothesis, Sheet};
-use super::judge::Judge;
+use super::judge::{Judge, Judged};
 use super::progress::Teller;
 use super::request::Options;
 use super::result::{Part, Suspected};
@@ -49,6 +49,8 @@ pub(super) struct Found {
     pub(super) first: Vec<Trial>,
     /// What the names leave on data kept apart, where they were judged.
     pub(super) unseen: Option<Unseen>,
+    /// The names fitted over long horizons, where that was done.
+    pub(super) finished: Option<Fit>,
     /// What was left out for want of time.
     pub(super) unfinished: Vec<Part>,
 }
@@ -152,22 +154,31 @@ impl Work<'_> {
             }
         }
 
-        let mut unseen = None;
+        let judge = Judge {
+            problem: calm,
+            unseen: &|fit: &Fit| self.unseen(fit),
+            finished: &|fit: &Fit| horizons::finish(self.data, fit, true, stop),
+            base: &refitted,
+            search: &search,
+            stop,
+        };
         // A model that leaves no more than the noise has nothing that a name could stand in for.
-        if !explains(&named) {
+        let explained = explains(&named);
+        let judged = if explained {
+            judge.certain(named, rivals)
+        } else {
             self.teller.stage("judging");
-            let judge = Judge {
-                problem: calm,
-                unseen: &|fit: &Fit| self.unseen(fit),
-                base: &refitted,
-                search: &search,
-                stop,
-            };
-            let judged = judge.judge(named, rivals);
-            (named, rivals) = (judged.named, judged.rivals);
-            suspected.extend(judged.suspected);
-            unseen = judged.unseen;
-        } else if named.model.has_blows() {
+            judge.judge(named, rivals)
+        };
+        let Judged {
+            named,
+            rivals,
+            mut unseen,
+            finished,
+            ..
+        } = judged;
+        suspected.extend(judged.suspected);
+        if explained && named.model.has_blows() {
             // Blows are not quite the law's, and what they leave is imitated like any other rest.
             suspected.extend(constancy::scattered(calm, &named));
         }
@@ -196,6 +207,7 @@ impl Work<'_> {
             custom,
             first,
             unseen,
+            finished,
             unfinished,
         };
         found.settle_rivals();

@@ -1,6 +1,7 @@
-//! Where something is left unexplained, names must hold: against what is looked for on request alone (`contested`), as
-//! what acts once (`transients`), on data kept apart (`held_out`), and with one strength everywhere (`constancy`). What
-//! does not is suspected, not named. What fails the last test alone stays in the model: it predicts, as an imitation.
+//! Where nothing is left unexplained, each strength must be known by itself. Where something is, names must hold: against
+//! what is looked for on request alone (`contested`), as what acts once (`transients`), on data kept apart (`held_out`),
+//! and with one strength everywhere (`constancy`). What does not is suspected, not named. What fails the last test alone
+//! stays in the model: it predicts, as an imitation.
 
 use furuta_model::Spec;
 use furuta_model::effects::Acts;
@@ -8,6 +9,7 @@ use furuta_model::effects::Acts;
 use super::Fit;
 use super::constancy;
 use super::contested::StandIns;
+use super::evidence;
 use super::held_out::Unseen;
 use super::result::Suspected;
 use super::search::{Rival, Search};
@@ -20,6 +22,8 @@ pub(super) struct Judge<'a> {
     pub(super) problem: &'a Problem<'a>,
     /// The errors of a fit on data kept apart.
     pub(super) unseen: &'a (dyn Fn(&Fit) -> Unseen + Sync),
+    /// A fit of an explained model over long horizons: its numbers are told.
+    pub(super) finished: &'a dyn Fn(&Fit) -> Fit,
     /// What is left where there is no time to judge.
     pub(super) base: &'a Fit,
     pub(super) search: &'a Search<'a>,
@@ -33,6 +37,8 @@ pub(super) struct Judged {
     pub(super) suspected: Vec<Suspected>,
     /// What the named effects leave on data kept apart, where they were judged.
     pub(super) unseen: Option<Unseen>,
+    /// The named effects fitted over long horizons, where that was done.
+    pub(super) finished: Option<Fit>,
 }
 
 impl Judge<'_> {
@@ -46,6 +52,7 @@ impl Judge<'_> {
                 named: standing,
                 suspected: Vec::new(),
                 unseen: None,
+                finished: None,
             };
         }
         let mut judged = Judged {
@@ -57,6 +64,7 @@ impl Judge<'_> {
             named: standing,
             suspected: Vec::new(),
             unseen: None,
+            finished: None,
         };
         if !self.problem.explains(&judged.named) {
             for (spec, why) in transients::to_drop(self.problem, &judged.named) {
@@ -77,6 +85,26 @@ impl Judge<'_> {
             let scattered = constancy::scattered(self.problem, &judged.named);
             judged.suspected.extend(scattered);
         }
+        judged
+    }
+
+    /// The names that hold of a model that explains the data. Data kept apart are not asked: each strength must be known
+    /// by itself.
+    pub(super) fn certain(&self, named: Fit, rivals: Vec<Rival>) -> Judged {
+        let mut finished = (self.finished)(&named);
+        let mut judged = Judged {
+            named,
+            rivals,
+            suspected: Vec::new(),
+            unseen: None,
+            finished: None,
+        };
+        while let Some(spec) = evidence::uncertain(&finished) {
+            let smaller = self.without(&judged.named, spec);
+            self.drop(&mut judged, smaller, Suspected::uncertain(spec));
+            finished = (self.finished)(&judged.named);
+        }
+        judged.finished = self.problem.explains(&judged.named).then_some(finished);
         judged
     }
 

@@ -3,6 +3,7 @@
 use furuta_model::{Rig, State};
 use nalgebra::{SMatrix, SVector};
 
+use super::noise::{Stretch, noise_floor};
 use super::reversals::Reversals;
 use crate::pendulum::Pendulum;
 use crate::recording::{Recording, hangs};
@@ -62,8 +63,6 @@ pub(crate) struct Data {
 
 /// Samples either side of the local polynomials that give speeds; 13 samples in all.
 const HALF: usize = 6;
-/// A balanced rig follows a quintic for so long, s: of a twentieth of a radian at 5 Hz, 0.03 mrad are left.
-const QUINTIC: f64 = 0.1;
 /// How fast an encoder moves is an average over the time in which it moves by this many counts. From one sample to the
 /// next it is fast where the reading steps by a count, and there it is farthest from the true angle.
 const COUNTS: f64 = 3.0;
@@ -160,7 +159,14 @@ impl Data {
                 });
             }
         }
-        let noise: [f64; 2] = std::array::from_fn(|c| noise_floor(&runs, c, resolution[c]));
+        let stretches: Vec<Stretch<'_>> = (runs.iter())
+            .map(|run: &Run| Stretch {
+                y: &run.y,
+                times: &run.times,
+                h: run.h,
+            })
+            .collect();
+        let noise: [f64; 2] = std::array::from_fn(|c| noise_floor(&stretches, c, resolution[c]));
         for run in &mut runs {
             let half = ((TURN / run.h).round() as usize).max(HALF);
             let angles = smoothed(&run.y, &run.times, run.h, half).0;
@@ -331,80 +337,4 @@ fn steady(counts: &[[f64; 2]], most: usize) -> impl Iterator<Item = [f64; 2]> {
             way / samples
         })
     })
-}
-
-/// Standard deviation of one encoder's noise: residuals of local quintics over stretches in which the encoder moves at
-/// least a count per sample, where rounding is white. Stretches far above the median (transients, impacts) are left
-/// out.
-fn noise_floor(runs: &[Run], channel: usize, resolution: f64) -> f64 {
-    const SPAN: usize = 2 * HALF + 1;
-    const ORDER: usize = 6;
-    const ENOUGH: usize = 20;
-    let rounding = resolution / 12.0_f64.sqrt();
-    let basis = SMatrix::<f64, SPAN, ORDER>::from_fn(|r, c| {
-        ((r as f64 - HALF as f64) / HALF as f64).powi(c as i32)
-    });
-    let projection = |basis: SMatrix<f64, SPAN, ORDER>| {
-        let inverse = (basis.transpose() * basis).try_inverse()?;
-        Some(basis * inverse * basis.transpose())
-    };
-    let Some(even) = projection(basis) else {
-        return rounding;
-    };
-    let freedom = (SPAN - ORDER) as f64;
-    // Of every sample; of every second one, and so on, where the encoder moves less than a count from one to the next.
-    let variances_of = |stride: usize, least: f64| {
-        let mut variances = Vec::new();
-        for run in runs {
-            let first = (0..run.y.len()).step_by(SPAN * stride);
-            for start in first.flat_map(|block| block..block + stride) {
-                let at = |i: usize| start + i * stride;
-                if at(SPAN - 1) >= run.y.len() {
-                    break;
-                }
-                let angle = |i: usize| run.y[at(i)][channel];
-                let path: f64 = (1..SPAN).map(|i| (angle(i) - angle(i - 1)).abs()).sum();
-                if path < least {
-                    continue;
-                }
-                let hat = if run.is_uneven() {
-                    let span = (HALF * stride) as f64 * run.h;
-                    let uneven = SMatrix::<f64, SPAN, ORDER>::from_fn(|r, c| {
-                        ((run.times[at(r)] - run.times[at(HALF)]) / span).powi(c as i32)
-                    });
-                    match projection(uneven) {
-                        Some(hat) => hat,
-                        None => continue,
-                    }
-                } else {
-                    even
-                };
-                let y = SVector::<f64, SPAN>::from_fn(|i, _| angle(i));
-                let residual = y - hat * y;
-                variances.push(residual.norm_squared() / freedom);
-            }
-        }
-        variances
-    };
-    let Some(longest) = runs.iter().map(|run| run.h * SPAN as f64).reduce(f64::max) else {
-        return rounding;
-    };
-    let strides = std::iter::successors(Some(1_usize), |stride| stride.checked_mul(2));
-    let moving = strides
-        .take_while(|stride| *stride == 1 || *stride as f64 * longest <= QUINTIC)
-        .map(|stride| variances_of(stride, SPAN as f64 * resolution))
-        .find(|variances| variances.len() >= ENOUGH);
-    // An encoder that is never fast enough shows less than its rounding, unless its noise is more than that.
-    let (mut variances, least) = match moving {
-        Some(variances) => (variances, 0.7 * rounding),
-        None => (variances_of(1, 0.0), rounding),
-    };
-    if variances.len() < ENOUGH {
-        return rounding;
-    }
-    variances.sort_by(f64::total_cmp);
-    let bound = 4.0 * variances[variances.len() / 2];
-    let kept = variances.partition_point(|v| *v <= bound);
-    let mean = variances[..kept].iter().sum::<f64>() / kept as f64;
-    mean.sqrt().max(least)
 }

@@ -6,6 +6,7 @@ mod eliminate;
 mod fit;
 mod impulse;
 mod model;
+mod noise;
 mod predict;
 mod reversals;
 mod rig;

@@ -112,25 +112,13 @@ impl Stepper {
         groups.flat_map(move |(group, size)| of(group).into_iter().take(size))
     }
 
-    /// How many rigs there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.rollouts.len()
-    }
-
-    /// Whether there is none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.rollouts.is_empty()
-    }
-
     /// Puts another rig in the place of rig `i`, as after a long rest where it starts. The others go on as they were.
     ///
     /// # Errors
     /// A plant or a start that is not possible; nothing has changed then.
     ///
     /// # Panics
-    /// If there are not so many rigs.
+    /// If there is no rig `i`.
     pub fn replace(&mut self, i: usize, rollout: Rollout) -> Result<(), SimulationError> {
         let new = alone(i, &rollout, self.period)?;
         self.rollouts[i] = rollout;

@@ -41,6 +41,14 @@ impl Suspected {
         )
     }
 
+    /// One whose strength may as well be none.
+    pub(crate) fn uncertain(spec: &Spec) -> Self {
+        Self::because(
+            spec,
+            "the recordings do not tell how strong it is: a third of its strength is less than its standard deviation",
+        )
+    }
+
     /// One that acts once and does not help over long windows.
     pub(crate) fn transient(spec: &Spec) -> Self {
         Self::because(
