@@ -118,7 +118,7 @@ impl StandIns {
     }
 
     /// What is named of this fit: all but what stands in.
-    pub(super) fn named(&self, fit: &Fit) -> impl Iterator<Item = &'static Spec> {
+    fn named(&self, fit: &Fit) -> impl Iterator<Item = &'static Spec> {
         (fit.model.effects.iter().copied()).filter(|spec| !self.has(spec))
     }
 }

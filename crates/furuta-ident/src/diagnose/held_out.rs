@@ -125,7 +125,7 @@ impl Unseen {
     }
 
     /// Whether this model predicts no worse at any horizon, as far as errors on data kept apart are known.
-    fn is_no_worse_than(&self, other: &Self) -> bool {
+    pub(super) fn is_no_worse_than(&self, other: &Self) -> bool {
         let most = [ALIKE, ALIKE, CRITERIA.no_worse, CRITERIA.no_worse];
         (0..most.len()).all(|i| {
             let ratio = self.horizons[i] / other.horizons[i];

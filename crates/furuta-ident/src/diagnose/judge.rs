@@ -67,11 +67,12 @@ impl Judge<'_> {
             finished: None,
         };
         if !self.problem.explains(&judged.named) {
-            for (spec, why) in transients::to_drop(self.problem, &judged.named) {
-                let smaller = self.without(&judged.named, spec);
-                self.drop(&mut judged, smaller, why);
-            }
-            self.predicting(&mut judged, &stand_ins);
+            self.lasting(&mut judged);
+            self.predicting(
+                &mut judged,
+                |spec| stand_ins.has(spec),
+                Unseen::is_better_than,
+            );
         }
         let left = !self.problem.explains(&judged.named);
         if !stand_ins.is_empty() {
@@ -88,10 +89,9 @@ impl Judge<'_> {
         judged
     }
 
-    /// The names that hold of a model that explains the data. Data kept apart are not asked: each strength must be known
-    /// by itself.
+    /// The names that hold of a model that explains the data: each strength must be known by itself, and data kept apart
+    /// must not be predicted worse. Something is left after all where a name falls that was needed.
     pub(super) fn certain(&self, named: Fit, rivals: Vec<Rival>) -> Judged {
-        let mut finished = (self.finished)(&named);
         let mut judged = Judged {
             named,
             rivals,
@@ -99,6 +99,17 @@ impl Judge<'_> {
             unseen: None,
             finished: None,
         };
+        self.lasting(&mut judged);
+        self.predicting(&mut judged, |_| false, Unseen::is_no_worse_than);
+        if !self.problem.explains(&judged.named) {
+            let left = self.judge(judged.named, judged.rivals);
+            judged.suspected.extend(left.suspected);
+            return Judged {
+                suspected: judged.suspected,
+                ..left
+            };
+        }
+        let mut finished = (self.finished)(&judged.named);
         while let Some(spec) = evidence::uncertain(&finished) {
             let smaller = self.without(&judged.named, spec);
             self.drop(&mut judged, smaller, Suspected::uncertain(spec));
@@ -106,6 +117,14 @@ impl Judge<'_> {
         }
         judged.finished = self.problem.explains(&judged.named).then_some(finished);
         judged
+    }
+
+    /// Takes out what acts once and does not last over long windows, or comes again.
+    fn lasting(&self, judged: &mut Judged) {
+        for (spec, why) in transients::to_drop(self.problem, &judged.named) {
+            let smaller = self.without(&judged.named, spec);
+            self.drop(judged, smaller, why);
+        }
     }
 
     fn without(&self, named: &Fit, spec: &Spec) -> Fit {
@@ -125,14 +144,22 @@ impl Judge<'_> {
         spec.acts_once() || (own_zeros && spec.acts.includes(Acts::ZERO))
     }
 
-    /// Takes out, one at a time, the effects without which data kept apart are predicted better; not what acts once,
-    /// which no other recording holds, nor what the own zero of a recording kept apart follows as well, nor what stands
-    /// in.
-    fn predicting(&self, judged: &mut Judged, stand_ins: &StandIns) {
-        while stand_ins.named(&judged.named).next().is_some() {
+    /// Takes out, one at a time, the effects with which data kept apart are not predicted as they must be (`holds`, of
+    /// what is left with the effect and without it); not what acts once, which no other recording holds, nor what the
+    /// own zero of a recording kept apart follows as well, nor what stands in.
+    fn predicting(
+        &self,
+        judged: &mut Judged,
+        stands_in: impl Fn(&Spec) -> bool,
+        holds: impl Fn(&Unseen, &Unseen) -> bool,
+    ) {
+        let is_name = |spec: &&Spec| !stands_in(spec);
+        while judged.named.model.effects.iter().any(|e| is_name(e)) {
             if self.stop.wanted() {
-                let left = stand_ins.named(&judged.named).map(Suspected::unjudged);
-                judged.suspected.extend(left);
+                let effects = judged.named.model.effects.iter().filter(|e| is_name(e));
+                judged
+                    .suspected
+                    .extend(effects.map(|e| Suspected::unjudged(e)));
                 judged.named = self.base.clone();
                 judged.rivals = Vec::new();
                 return;
@@ -142,9 +169,9 @@ impl Judge<'_> {
             let worst = judged
                 .rivals
                 .iter()
-                .filter(|r| !self.is_untold(r.spec) && !stand_ins.has(r.spec))
+                .filter(|r| !self.is_untold(r.spec) && is_name(&r.spec))
                 .map(|r| (r, (self.unseen)(&r.without)))
-                .filter(|(_, without)| !here.is_better_than(without))
+                .filter(|(_, without)| !holds(&here, without))
                 .min_by(|a, b| a.1.level().total_cmp(&b.1.level()));
             if self.stop.wanted() {
                 // What was judged in a hurry was not judged.
