@@ -154,7 +154,7 @@ impl Judge<'_> {
         holds: impl Fn(&Unseen, &Unseen) -> bool,
     ) {
         let is_name = |spec: &&Spec| !stands_in(spec);
-        while judged.named.model.effects.iter().any(|e| is_name(e)) {
+        while judged.named.model.effects.iter().any(&is_name) {
             if self.stop.wanted() {
                 let effects = judged.named.model.effects.iter().filter(|e| is_name(e));
                 judged
