@@ -13,7 +13,12 @@ use std::collections::BTreeMap;
 
 /// A rig: parameters, sensors, limits and effects. Immutable: the `with_...` methods return another one.
 ///
-/// Get one with `Rig.load(name or path)` or `Rig.from_toml(text)`.
+/// Get one with `Rig(name or path)`, which is `Rig.load`, or `Rig.from_toml(text)`.
+///
+/// Parameters
+/// ----------
+/// name_or_path : str or os.PathLike
+///     A built-in rig (`Rig.BUILTIN` lists them), or else a rig file.
 ///
 /// Examples
 /// --------
@@ -34,6 +39,12 @@ immutable!(PyRig);
 
 #[pymethods]
 impl PyRig {
+    #[new]
+    fn new(name_or_path: std::path::PathBuf) -> PyResult<Self> {
+        let rig = Rig::load(&name_or_path.to_string_lossy()).map_err(error::rig)?;
+        Ok(Self { rig })
+    }
+
     /// Names of the built-in rigs.
     #[classattr]
     #[pyo3(name = "BUILTIN")]
@@ -71,8 +82,7 @@ impl PyRig {
     #[classmethod]
     #[pyo3(text_signature = "(name_or_path)")]
     fn load(_cls: &Bound<'_, PyType>, name_or_path: std::path::PathBuf) -> PyResult<Self> {
-        let rig = Rig::load(&name_or_path.to_string_lossy()).map_err(error::rig)?;
-        Ok(Self { rig })
+        Self::new(name_or_path)
     }
 
     /// A rig from the text of a rig file (TOML).

@@ -26,6 +26,13 @@ def test_files(tmp_path):
     assert furuta.Rig.load(file) == furuta.Rig.load(str(file)) == QUBE
 
 
+def test_the_class_loads(tmp_path):
+    QUBE.save(tmp_path / "rig.toml")
+    assert furuta.Rig("qube-servo-2") == furuta.Rig(tmp_path / "rig.toml") == QUBE
+    with pytest.raises(furuta.RigError, match="built-in rigs: fong2014-emecs"):
+        furuta.Rig("no-such-rig")
+
+
 def test_changes_make_new_rigs():
     other = QUBE.with_parameters({"pendulum.mass": 0.03})
     assert QUBE.parameters["pendulum.mass"] == 0.024 and other.parameters["pendulum.mass"] == 0.03

@@ -126,6 +126,7 @@ _Names: TypeAlias = str | Sequence[str]
 class Rig:
     BUILTIN: ClassVar[list[str]]
     VOLTAGE: ClassVar[list[str]]
+    def __new__(cls, name_or_path: str | os.PathLike[str]) -> Self: ...
     @classmethod
     def load(cls, name_or_path: str | os.PathLike[str]) -> Self: ...
     @classmethod

@@ -21,8 +21,8 @@ impl Best {
     pub const fn sentence(self) -> Option<&'static str> {
         match self {
             Self::Given => Some(
-                "On data kept apart the rig file as given predicts best: it is what a repaired rig file holds. Closed \
-                 loops hide what they suppress: record the arm hanging, with a test signal.",
+                "On data kept apart the rig file as given predicts best: it is what a repaired rig file holds. If the \
+                 pendulum was balanced, the controller hid what it suppresses: record it hanging, with a test signal.",
             ),
             Self::Refitted => Some(
                 "On data kept apart the rig file with refitted parameters predicts best: it is what a repaired rig \

@@ -109,13 +109,13 @@ fn change(before: Channels, after: Channels) -> String {
     };
     let (before, after) = (before.get(channel), after.get(channel));
     if before.is_finite() && after.is_finite() {
+        let error = format!("the prediction error of the {}", channel.part());
+        let (from, to) = (significant(before, 2), significant(after, 2));
+        if from == to {
+            return format!("{error} stays at {to} rad");
+        }
         let verb = if after < before { "falls" } else { "rises" };
-        format!(
-            "the prediction error of the {} {verb} from {} to {} rad",
-            channel.part(),
-            significant(before, 2),
-            significant(after, 2)
-        )
+        format!("{error} {verb} from {from} to {to} rad")
     } else {
         "the prediction comes closer to the recordings".into()
     }

@@ -118,6 +118,22 @@ fn a_rise_on_data_kept_apart_is_called_a_rise() {
     );
 }
 
+/// No sentence says "falls from 0.0011 to 0.0011".
+#[test]
+fn an_error_that_is_printed_alike_stays() {
+    let mut diagnosis = spring();
+    diagnosis.held_out = Some(HeldOut {
+        recalibrated: [0.001_12, 0.5].into(),
+        augmented: [0.001_06, 0.5].into(),
+        noise_floor: Channels::UNKNOWN,
+    });
+    let sentence = diagnosis.sentence();
+    assert!(
+        sentence.ends_with("the prediction error of the arm stays at 0.0011 rad."),
+        "{sentence}"
+    );
+}
+
 #[test]
 fn sentences_exist_without_any_number() {
     for verdict in [
