@@ -17,6 +17,7 @@ use super::screen::Screen;
 use crate::shooting::{Effort, Problem};
 
 /// Entries on request that stand in the place of effects that were found.
+#[derive(Default)]
 pub(super) struct StandIns {
     specs: Vec<&'static Spec>,
     /// What is not named for their sake.
@@ -26,10 +27,7 @@ pub(super) struct StandIns {
 impl StandIns {
     /// Looks for them, and the fit in which they stand in the place of some effects.
     pub(super) fn find(problem: &Problem<'_>, mut fit: Fit) -> (Self, Fit) {
-        let mut all = Self {
-            specs: Vec::new(),
-            suspected: Vec::new(),
-        };
+        let mut all = Self::default();
         while let Some((spec, other, better)) = all.contested(problem, &fit) {
             all.suspected.push(Suspected::explained_better(spec, other));
             all.specs.push(other);
@@ -118,7 +116,7 @@ impl StandIns {
     }
 
     /// What is named of this fit: all but what stands in.
-    fn named(&self, fit: &Fit) -> impl Iterator<Item = &'static Spec> {
+    pub(super) fn named(&self, fit: &Fit) -> impl Iterator<Item = &'static Spec> {
         (fit.model.effects.iter().copied()).filter(|spec| !self.has(spec))
     }
 }

@@ -68,11 +68,7 @@ impl Judge<'_> {
         };
         if !self.problem.explains(&judged.named) {
             self.lasting(&mut judged);
-            self.predicting(
-                &mut judged,
-                |spec| stand_ins.has(spec),
-                Unseen::is_better_than,
-            );
+            self.predicting(&mut judged, &stand_ins, Unseen::is_better_than);
         }
         let left = !self.problem.explains(&judged.named);
         if !stand_ins.is_empty() {
@@ -89,8 +85,8 @@ impl Judge<'_> {
         judged
     }
 
-    /// The names that hold of a model that explains the data: each strength must be known by itself, and data kept apart
-    /// must not be predicted worse. Something is left after all where a name falls that was needed.
+    /// The names that hold of a model that explains the data: data kept apart must not be predicted worse, and each
+    /// strength must be known by itself. Something is left after all where a name falls that was needed.
     pub(super) fn certain(&self, named: Fit, rivals: Vec<Rival>) -> Judged {
         let mut judged = Judged {
             named,
@@ -100,14 +96,11 @@ impl Judge<'_> {
             finished: None,
         };
         self.lasting(&mut judged);
-        self.predicting(&mut judged, |_| false, Unseen::is_no_worse_than);
+        self.predicting(&mut judged, &StandIns::default(), Unseen::is_no_worse_than);
         if !self.problem.explains(&judged.named) {
-            let left = self.judge(judged.named, judged.rivals);
-            judged.suspected.extend(left.suspected);
-            return Judged {
-                suspected: judged.suspected,
-                ..left
-            };
+            let mut left = self.judge(judged.named, judged.rivals);
+            left.suspected.splice(0..0, judged.suspected);
+            return left;
         }
         let mut finished = (self.finished)(&judged.named);
         while let Some(spec) = evidence::uncertain(&finished) {
@@ -150,16 +143,13 @@ impl Judge<'_> {
     fn predicting(
         &self,
         judged: &mut Judged,
-        stands_in: impl Fn(&Spec) -> bool,
+        stand_ins: &StandIns,
         holds: impl Fn(&Unseen, &Unseen) -> bool,
     ) {
-        let is_name = |spec: &&Spec| !stands_in(spec);
-        while judged.named.model.effects.iter().any(&is_name) {
+        while stand_ins.named(&judged.named).next().is_some() {
             if self.stop.wanted() {
-                let effects = judged.named.model.effects.iter().filter(|e| is_name(e));
-                judged
-                    .suspected
-                    .extend(effects.map(|e| Suspected::unjudged(e)));
+                let left = stand_ins.named(&judged.named).map(Suspected::unjudged);
+                judged.suspected.extend(left);
                 judged.named = self.base.clone();
                 judged.rivals = Vec::new();
                 return;
@@ -169,7 +159,7 @@ impl Judge<'_> {
             let worst = judged
                 .rivals
                 .iter()
-                .filter(|r| !self.is_untold(r.spec) && is_name(&r.spec))
+                .filter(|r| !self.is_untold(r.spec) && !stand_ins.has(r.spec))
                 .map(|r| (r, (self.unseen)(&r.without)))
                 .filter(|(_, without)| !holds(&here, without))
                 .min_by(|a, b| a.1.level().total_cmp(&b.1.level()));
