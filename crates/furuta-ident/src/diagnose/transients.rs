@@ -9,8 +9,8 @@ use super::screen::Screen;
 use super::{Fit, LONG, REPORT};
 use crate::shooting::{Effort, Problem};
 
-/// The transient effects of a model that are none: they do not help over long windows, for what is wrong everywhere looks
-/// like a transient somewhere; or another moment gains nearly as much.
+/// The transient effects of a model that are none: they do not help over long windows, for what is wrong everywhere
+/// looks like a transient somewhere; or another moment gains nearly as much.
 pub(super) fn to_drop(problem: &Problem<'_>, named: &Fit) -> Vec<(&'static Spec, Suspected)> {
     let transients: Vec<&'static Spec> = (named.model.effects.iter().copied())
         .filter(|e| e.acts_once())
