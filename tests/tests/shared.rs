@@ -96,6 +96,7 @@ fn conventions_are_checked_on_every_rig() {
         cases.extend(conventions::folders(&folder));
     }
     conventions::every_mistake_is_named(&cases);
+    conventions::a_gear_left_out_is_named(&cases);
     conventions::sound_recordings_are_not_accused(&cases);
     conventions::rigs_are_told_apart(&cases);
     conventions::a_clipped_encoder_is_named(&cases);

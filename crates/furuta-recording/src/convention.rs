@@ -7,7 +7,8 @@ use core::f64::consts::PI;
 
 use super::differences::{DIFFERENCE, differences};
 use super::regression::{Estimate, Regression};
-use super::{NoticeKind, Recording, weak};
+use super::weak::{CORRELATED, pendulum};
+use super::{NoticeKind, Recording};
 
 /// No encoder of the bench has fewer counts a turn: a resolution coarser than `2 pi` over this is not in radians.
 const COUNTS_AT_LEAST: f64 = 150.0;
@@ -68,8 +69,8 @@ pub(super) fn degrees(recording: &Recording) -> Vec<NoticeKind> {
     let beyond = |values: &[f64]| steps(values).1 > ANGLE_AT_MOST;
     let degrees = PI.recip() * 180.0;
     let law = |scale: f64| {
-        let regression = weak::regression(recording, scale, 0.0).only(weak::PLAIN);
-        regression.solve(weak::CORRELATED)
+        let regression = pendulum::regression(recording, scale, 0.0).only(pendulum::PLAIN);
+        regression.solve(CORRELATED)
     };
     let in_degrees = beyond(alpha) && {
         let left = |scale: f64| law(scale).map_or(1.0, |law| law.left);
@@ -81,7 +82,7 @@ pub(super) fn degrees(recording: &Recording) -> Vec<NoticeKind> {
         let scale = if in_degrees { degrees } else { 1.0 };
         let weak = law(scale).is_some_and(|law| {
             let [value, std] = {
-                let e = law.coefficients[weak::COUPLING];
+                let e = law.coefficients[pendulum::COUPLING];
                 [e.value / scale, e.std / scale]
             };
             law.left < SWAPPED_LEAVES

@@ -11,7 +11,8 @@ use core::f64::consts::{PI, TAU};
 use furuta_model::{Effect, Rig};
 
 use super::regression::{Estimate, Solution};
-use super::weak::{self, CENTRIFUGAL, CORRELATED, COUPLING, GRAVITY, PLAIN, SMALL, TERMS};
+use super::weak::CORRELATED;
+use super::weak::pendulum::{self, CENTRIFUGAL, COUPLING, GRAVITY, PLAIN, SMALL, TERMS};
 use super::{NoticeKind, Recording};
 
 /// Counts per turn of usual encoders, quadrature included or forgotten.
@@ -143,7 +144,7 @@ fn shape(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     let hanging = PI + ((first - PI) / TAU).round() * TAU;
     let upright = (first / TAU).round() * TAU;
     let attempt = |scale: f64, zero: f64| {
-        let regression = weak::regression(recording, scale, zero);
+        let regression = pendulum::regression(recording, scale, zero);
         (regression.freedom(CORRELATED) > SAMPLES).then_some(())?;
         let solution = regression.solve(CORRELATED)?;
         Some((
@@ -201,7 +202,7 @@ fn shape(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
 /// A gross factor between the angles, as small swings show it.
 fn coupling(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     let c = rig.params.coefficients();
-    let regression = weak::regression(recording, 1.0, PI);
+    let regression = pendulum::regression(recording, 1.0, PI);
     let known = |gravity: Estimate| {
         let ratio = gravity.value * c.pendulum / c.weight;
         (1.0 / GRAVITY_KNOWN..GRAVITY_KNOWN).contains(&ratio)

@@ -66,7 +66,7 @@ fn ends_and_middle(window: &[f64], lag: usize) -> [f64; 3] {
 }
 
 /// The samples between the lone steps of either column.
-fn stretches(columns: [&[f64]; 2], period: f64) -> impl Iterator<Item = Range<usize>> {
+pub(super) fn stretches(columns: [&[f64]; 2], period: f64) -> impl Iterator<Item = Range<usize>> {
     let samples = columns[0].len();
     let mut cuts = columns.map(|c| lone_steps(c, period)).concat();
     cuts.sort_unstable();

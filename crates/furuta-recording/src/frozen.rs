@@ -5,7 +5,8 @@ use core::f64::consts::PI;
 use furuta_model::Rig;
 
 use super::differences::{DIFFERENCE, differences};
-use super::{NoticeKind, Recording, weak};
+use super::weak::{self, pendulum};
+use super::{NoticeKind, Recording};
 
 /// The shortest standstill that is looked at, s.
 const SHORTEST: f64 = 0.7;
@@ -64,7 +65,7 @@ fn standstill(recording: &Recording, values: &[f64]) -> Option<(usize, usize)> {
 fn arm_moves(recording: &Recording, rig: &Rig, (start, end): (usize, usize)) -> bool {
     let c = rig.params.coefficients();
     let stretch = recording.part(start..end);
-    let regression = weak::regression(&stretch, 1.0, PI).only(weak::STANDING);
+    let regression = pendulum::regression(&stretch, 1.0, PI).only(pendulum::STANDING);
     let left = regression.solve(weak::CORRELATED).map(|s| s.left);
     let columns = [stretch.theta.as_slice(), stretch.alpha.as_slice()];
     let (mut squares, mut count) = (0.0_f64, 0.0_f64);

@@ -216,6 +216,17 @@ pub enum NoticeKind {
         /// By which to multiply.
         factor: f64,
     },
+    /// The arm answers the command far more, or far less, than with the rig file's motor.
+    MotorGainSuspected {
+        /// How hard one unit of the column moves the arm, over one of the command.
+        factor: f64,
+        /// The unit in which it looks to be, and by which to multiply.
+        unit: Option<(&'static str, f64)>,
+        /// Whether the motor brakes the arm by as much, as a gear does.
+        geared: bool,
+        /// Unit of the command.
+        command: &'static str,
+    },
     /// An encoder stops while its axis must move.
     FrozenSuspected {
         /// The column.
@@ -309,6 +320,7 @@ impl NoticeKind {
                 | Self::ScaleSuspected { .. }
                 | Self::RawCountsSuspected { .. }
                 | Self::CommandUnitSuspected { .. }
+                | Self::MotorGainSuspected { .. }
                 | Self::FrozenSuspected { .. }
                 | Self::CommandSignSuspected
                 | Self::OtherRigSuspected { .. }
@@ -517,6 +529,40 @@ impl fmt::Display for NoticeKind {
                  volts are required: multiply by {factor:.6}, \
                  or correct motor.command_limit in the rig file"
             ),
+            Self::MotorGainSuspected {
+                factor,
+                unit,
+                geared,
+                command,
+            } => {
+                // Two significant digits.
+                let places = (1.0 - factor.log10().floor()).max(0.0) as usize;
+                write!(
+                    f,
+                    "each {command} of u moves the arm {factor:.places$} times as hard as the rig file's motor would"
+                )?;
+                match unit {
+                    _ if *geared && *factor > 1.0 => f.write_str(
+                        ", and brakes it harder too: a gear looks left out of motor.torque_constant and \
+                         motor.back_emf_constant, which are the motor's times the gear's ratio (and of arm.inertia, \
+                         which has the rotor's times its square)",
+                    ),
+                    _ if *geared => f.write_str(
+                        ", and brakes it less too: a gear that the rig has not looks counted in motor.torque_constant \
+                         and motor.back_emf_constant",
+                    ),
+                    Some((unit, size)) => write!(
+                        f,
+                        ", so it looks as if it were in {unit}; {command} are required: multiply by {size:.6}, or \
+                         correct the motor in the rig file (gear, resistance)"
+                    ),
+                    None => write!(
+                        f,
+                        ": is u in {command}, and are motor.resistance, motor.torque_constant (gear included) and \
+                         arm.inertia those of this rig?"
+                    ),
+                }
+            }
             Self::FrozenSuspected {
                 column,
                 since,

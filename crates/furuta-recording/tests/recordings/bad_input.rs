@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::conventions::{self, Case};
 use furuta_model::{Rig, State};
-use furuta_recording::Recording;
+use furuta_recording::{Recording, against_rig};
 
 /// The real rigs of the folder examples, and three hanging runs of 10 s of two built-in ones.
 fn cases() -> Vec<Case> {
@@ -60,6 +60,43 @@ fn simulated(mut rig: Rig) -> Case {
 #[test]
 fn every_mistake_is_named() {
     conventions::every_mistake_is_named(&cases());
+}
+
+#[test]
+fn a_gear_left_out_is_named() {
+    conventions::a_gear_left_out_is_named(&cases());
+}
+
+/// What is said of a command in another unit, and of a gear that the rig file lacks.
+#[test]
+fn a_gain_that_is_far_off_is_explained() {
+    let case = simulated(Rig::builtin("shahzad2022-srv02").expect("built in"));
+    let limit = case.rig.params.motor.command_limit;
+    let said = |rig: &Rig, per_unit: f64| -> String {
+        let mut chirp = case.recordings[0].clone();
+        for u in &mut chirp.u {
+            *u /= per_unit;
+        }
+        let notices = against_rig(&[chirp], rig);
+        notices.iter().map(ToString::to_string).collect()
+    };
+    let shares = said(&case.rig, limit);
+    assert!(shares.contains("10 times as hard"), "{shares}");
+    assert!(
+        shares.contains("in shares of the limit; V are required: multiply by 10"),
+        "{shares}"
+    );
+    // Below the limit, so that its size says nothing.
+    let per_cent = said(&case.rig, limit / 100.0 * 2.0);
+    assert!(per_cent.contains("0.20 times as hard"), "{per_cent}");
+    let mut direct = case.rig.clone();
+    direct.params.motor.torque_constant /= 70.0;
+    direct.params.motor.back_emf_constant /= 70.0;
+    let gear = said(&direct, 1.0);
+    assert!(
+        gear.contains("70 times as hard") && gear.contains("a gear looks left out"),
+        "{gear}"
+    );
 }
 
 #[test]

@@ -96,7 +96,7 @@ fn suspicions(rows: &[Row], rig: &Rig) -> Vec<NoticeKind> {
 /// A way to break a recording, and the name it must be given.
 type Corruption = (&'static str, fn(Row) -> Row, fn(&NoticeKind) -> bool);
 
-const CORRUPTIONS: [Corruption; 11] = [
+const CORRUPTIONS: [Corruption; 12] = [
     (
         "alpha from hanging",
         |[t, u, theta, alpha]| [t, u, theta, alpha - PI],
@@ -141,6 +141,11 @@ const CORRUPTIONS: [Corruption; 11] = [
         "sign of u",
         |[t, u, theta, alpha]| [t, -u, theta, alpha],
         |k| *k == NoticeKind::CommandSignSuspected,
+    ),
+    (
+        "u as a share of 12 V",
+        |[t, u, theta, alpha]| [t, u / 12.0, theta, alpha],
+        |k| matches!(k, NoticeKind::MotorGainSuspected { .. }),
     ),
     (
         "sign of alpha",
@@ -212,11 +217,40 @@ pub(crate) fn every_mistake_is_named(cases: &[Case]) {
     }
 }
 
-/// Of all these recordings none is accused of a broken convention: not alone (see [`folders`]), not together.
+/// A rig file with the constants of the motor alone, which turns the arm through a gear of 30: said of at least one
+/// recording of each rig. That it is a gear, and no unit, shows where the motor brakes the arm.
+pub(crate) fn a_gear_left_out_is_named(cases: &[Case]) {
+    let (mut named, mut told, mut rigs) = (0, 0, 0);
+    for case in cases.iter().filter(swings) {
+        rigs += 1;
+        let mut rig = case.rig.clone();
+        rig.params.motor.torque_constant /= 30.0;
+        rig.params.motor.back_emf_constant /= 30.0;
+        let of = |recording: &Recording| {
+            let notices = against_rig(core::slice::from_ref(recording), &rig);
+            notices.into_iter().find_map(|n| match n.kind {
+                NoticeKind::MotorGainSuspected { factor, geared, .. } => Some((factor, geared)),
+                _ => None,
+            })
+        };
+        let said: Vec<(f64, bool)> = case.recordings.iter().filter_map(of).collect();
+        println!("{}: {said:?}", case.rig.name);
+        named += usize::from(!said.is_empty());
+        told += usize::from(said.iter().any(|(_, geared)| *geared));
+    }
+    println!("a gear left out is named on {named} of {rigs} rigs, told to be one on {told}");
+    assert_eq!(named, rigs);
+}
+
+/// Of all these recordings none is accused of a broken convention: not alone, not together.
 pub(crate) fn sound_recordings_are_not_accused(cases: &[Case]) {
     for case in cases {
         let notices = against_rig(&case.recordings, &case.rig);
         assert!(notices.is_empty(), "{}: {notices:?}", case.rig.name);
+        for recording in &case.recordings {
+            let notices = against_rig(core::slice::from_ref(recording), &case.rig);
+            assert!(notices.is_empty(), "{}: {notices:?}", case.rig.name);
+        }
     }
 }
 

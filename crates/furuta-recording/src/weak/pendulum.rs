@@ -1,0 +1,50 @@
+//! The pendulum's equation. What the shape of a large swing says about the angle's scale, no difference hides.
+
+use super::super::Recording;
+use super::super::regression::Regression;
+use super::{SLOW, over};
+
+/// Half the width of the bump, s: short against a swing, long against a count.
+const HALF: f64 = 0.1;
+
+/// Regressors: gravity `sin(alpha)`, coupling `cos(alpha) theta''`, centrifugal `sin cos theta'²`, damping, then what
+/// an encoder's offset, a constant torque, a spring, dry friction and a tilted base add.
+pub(crate) const TERMS: usize = 10;
+/// Places of those that are looked at.
+pub(crate) const GRAVITY: usize = 0;
+pub(crate) const COUPLING: usize = 1;
+pub(crate) const CENTRIFUGAL: usize = 2;
+/// The equation of a level rig with a constant torque.
+pub(crate) const PLAIN: [usize; 5] = [GRAVITY, COUPLING, CENTRIFUGAL, 3, 5];
+/// The same for swings too small, or an arm too slow, to tell more.
+pub(crate) const SMALL: [usize; 4] = [GRAVITY, COUPLING, 3, 5];
+/// What is left of it where the arm stands.
+pub(crate) const STANDING: [usize; 4] = [GRAVITY, 3, 5, 7];
+
+/// The pendulum's equation over a recording whose alpha is `scale` times the true one, counted from `zero`: terms for
+/// the acceleration as recorded.
+pub(crate) fn regression(recording: &Recording, scale: f64, zero: f64) -> Regression<TERMS> {
+    let mut regression = Regression::default();
+    over(recording, HALF, |window, bump| {
+        let (mut x, mut y) = ([0.0; TERMS], 0.0);
+        let [_, centre] = window.at(bump.len() / 2);
+        for (j, w) in bump.iter().enumerate() {
+            let ([side, at], [arm, pendulum]) = (window.at(j), window.speeds(j));
+            let (sin, cos) = (zero + (at - zero) / scale).sin_cos();
+            y += w.curvature * (at - centre);
+            x[GRAVITY] += w.phi * sin;
+            x[COUPLING] += (w.phi * sin * pendulum / scale - w.slope * cos) * arm;
+            x[CENTRIFUGAL] += w.phi * sin * cos * arm * arm;
+            x[3] -= w.slope * (at - centre);
+            x[4] += w.phi * cos;
+            x[5] += w.phi;
+            x[6] += w.phi * (at - zero);
+            x[7] += w.phi * (pendulum / SLOW).tanh();
+            let (side, front) = side.sin_cos();
+            x[8] += w.phi * cos * side;
+            x[9] += w.phi * cos * (1.0 - front);
+        }
+        regression.add(x, y);
+    });
+    regression
+}
