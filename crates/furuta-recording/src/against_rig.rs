@@ -90,7 +90,8 @@ pub fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usize, Noti
         let sheet = PendulumLaw::with_coupling(recording, coupling(rig));
         let kind = law
             .and_then(|law| scale(&law, sheet.as_ref(), rig))
-            .or_else(|| command::sign(recording, rig));
+            .or_else(|| command::sign(recording, rig))
+            .or_else(|| command::late(recording, rig));
         if let Some(kind) = kind {
             notices.push(notice(kind));
         } else if let Some(law) = law.filter(|law| {

@@ -240,6 +240,11 @@ pub enum NoticeKind {
     },
     /// The arm answers the command with the wrong sign.
     CommandSignSuspected,
+    /// The arm answers the command before it is written.
+    LateCommandSuspected {
+        /// By how many rows it is late.
+        rows: f64,
+    },
     /// The recording is not used.
     LeftOut {
         /// What is wrong with it.
@@ -321,6 +326,7 @@ impl NoticeKind {
                 | Self::RawCountsSuspected { .. }
                 | Self::CommandUnitSuspected { .. }
                 | Self::MotorGainSuspected { .. }
+                | Self::LateCommandSuspected { .. }
                 | Self::FrozenSuspected { .. }
                 | Self::CommandSignSuspected
                 | Self::OtherRigSuspected { .. }
@@ -590,6 +596,15 @@ impl fmt::Display for NoticeKind {
                 "the arm answers the command with the wrong sign, so u or theta looks as if counted the other way: \
                  change the sign of u, or of theta (and of alpha, if both angles are mirrored)"
             ),
+            Self::LateCommandSuspected { rows } => {
+                let whole = rows.round().max(1.0);
+                let s = if whole > 1.0 { "s" } else { "" };
+                write!(
+                    f,
+                    "the arm answers {rows:.1} rows before u is written, so u looks {whole:.0} row{s} late: a row holds \
+                     the command that acts from it to the next; move the column u up by {whole:.0} row{s}"
+                )
+            }
             Self::LeftOut { why } => write!(f, "left out: {why}"),
             Self::OtherRigSuspected { than, why } => write!(
                 f,

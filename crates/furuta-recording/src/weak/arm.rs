@@ -11,13 +11,17 @@ use super::{SLOW, over};
 const HALF: f64 = 0.06;
 
 /// Inertia, the pendulum's pull as the sheet has it (N m), damping, dry friction, a spring, each with a coefficient of
-/// one sign; and a constant.
-pub(crate) const TERMS: usize = 6;
+/// one sign; a constant, and the command's rate of change.
+pub(crate) const TERMS: usize = 7;
 pub(crate) const ONE_SIDED: usize = 5;
+/// What there is where the command is on time.
+pub(crate) const ON_TIME: [usize; 6] = [0, 1, 2, 3, 4, 5];
 /// Places of those that are looked at.
 pub(crate) const INERTIA: usize = 0;
 pub(crate) const PULL: usize = 1;
 pub(crate) const DAMPING: usize = 2;
+/// By how many seconds the command is written after it acts: `u + late du/dt` is what acts at that moment.
+pub(crate) const LATE: usize = 6;
 
 /// The command, which acts `delay` s after it is written, regressed on what the arm needs.
 pub(crate) fn regression(
@@ -44,7 +48,9 @@ pub(crate) fn regression(
             let acts = (window.first + j).saturating_sub(late);
             let held = [acts.saturating_sub(1), acts]
                 .map(|k| recording.u.get(k).copied().unwrap_or_default());
-            y += w.phi * 0.5 * (held[0] + held[1]);
+            let mean = 0.5 * (held[0] + held[1]);
+            y += w.phi * mean;
+            x[LATE] += w.slope * mean;
         }
         regression.add(x, y);
     });

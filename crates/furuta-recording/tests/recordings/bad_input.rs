@@ -67,6 +67,14 @@ fn a_gear_left_out_is_named() {
     conventions::a_gear_left_out_is_named(&cases());
 }
 
+/// The QUBE's motor lags by a row.
+#[test]
+fn a_late_command_is_named() {
+    let cases = cases();
+    let named = conventions::a_late_command_is_named(&cases);
+    assert_eq!(named, ["fong2014-emecs", "shahzad2022-srv02"]);
+}
+
 /// What is said of a command in another unit, and of a gear that the rig file lacks.
 #[test]
 fn a_gain_that_is_far_off_is_explained() {

@@ -242,6 +242,31 @@ pub(crate) fn a_gear_left_out_is_named(cases: &[Case]) {
     assert_eq!(named, rigs);
 }
 
+/// A log whose rows hold the command of the row before. It does not show where the motor lags by as much, nor where
+/// something is missing that is far larger.
+pub(crate) fn a_late_command_is_named(cases: &[Case]) -> Vec<&str> {
+    let mut named = Vec::new();
+    for case in cases.iter().filter(swings) {
+        let is_named = |recording: &&Recording| {
+            let mut late = (*recording).clone();
+            late.u.rotate_right(1);
+            let notices = against_rig(&[late], &case.rig);
+            let is_late = |k: &NoticeKind| matches!(k, NoticeKind::LateCommandSuspected { .. });
+            notices.iter().any(|n| is_late(&n.kind))
+        };
+        let count = case.recordings.iter().filter(is_named).count();
+        println!(
+            "{}: a late command is named in {count} recordings",
+            case.rig.name
+        );
+        if count > 0 {
+            named.push(case.rig.name.as_str());
+        }
+    }
+    println!("a late command is named on {} rigs", named.len());
+    named
+}
+
 /// Of all these recordings none is accused of a broken convention: not alone, not together.
 pub(crate) fn sound_recordings_are_not_accused(cases: &[Case]) {
     for case in cases {
