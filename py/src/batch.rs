@@ -1,10 +1,11 @@
 //! Thousands of trajectories at once: in a thread of their own, so that Ctrl-C and progress work while Rust is at it.
 
 use crate::arguments::RigLike;
+use crate::catalogue::{Value, known, place};
 use crate::error;
 use crate::forked::here;
 use crate::matrix::{Matrix, Vector, state, states, vector};
-use crate::rig::{Value, known, parameter, place};
+use crate::rig::parameter;
 use furuta_model::simulate::{
     FEW, Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError,
 };

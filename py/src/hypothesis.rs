@@ -324,7 +324,7 @@ impl EffectLike<'_> {
     pub(crate) fn spec(&self) -> PyResult<&'static Spec> {
         match self {
             Self::Own(own) => Ok(own.get().spec),
-            Self::Id(id) => crate::rig::known(id),
+            Self::Id(id) => crate::catalogue::known(id),
         }
     }
 }
@@ -339,7 +339,7 @@ pub(crate) fn candidates(given: &[Bound<'_, PyAny>]) -> PyResult<Vec<&'static Sp
             if id.ends_with(".toml") {
                 own::load(id).map_err(error::rig)?
             } else {
-                vec![crate::rig::entry(&id)?]
+                vec![crate::catalogue::entry(&id)?]
             }
         } else if let Ok(path) = one.extract::<std::path::PathBuf>() {
             own::load(path).map_err(error::rig)?

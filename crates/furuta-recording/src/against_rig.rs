@@ -7,7 +7,7 @@
 use furuta_model::Rig;
 
 use super::convention::PendulumLaw;
-use super::{Notice, NoticeKind, Recording, command, counts, frozen};
+use super::{Notice, NoticeKind, Recording, command, counts, frozen, timing};
 
 /// Standard deviations that a coefficient must be away from zero to be spoken of.
 const SIGNIFICANT: f64 = 12.0;
@@ -91,7 +91,8 @@ pub fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usize, Noti
         let kind = law
             .and_then(|law| scale(&law, sheet.as_ref(), rig))
             .or_else(|| command::sign(recording, rig))
-            .or_else(|| command::late(recording, rig));
+            .or_else(|| timing::skew(recording))
+            .or_else(|| timing::late(recording, rig));
         if let Some(kind) = kind {
             notices.push(notice(kind));
         } else if let Some(law) = law.filter(|law| {

@@ -4,7 +4,7 @@
 use furuta_model::{Actuation, Rig};
 
 use super::weak::CORRELATED;
-use super::weak::arm::{self, DAMPING, INERTIA, LATE, ON_TIME, ONE_SIDED, PULL};
+use super::weak::arm::{self, DAMPING, INERTIA, ON_TIME, ONE_SIDED, PULL};
 use super::{NoticeKind, Recording};
 
 /// Rounding of a command at its limit.
@@ -16,9 +16,6 @@ const NEAR: f64 = 1.6;
 /// Standard deviations that what the arm needs must be away from zero to tell the gain. On the recordings of all rigs
 /// that were tried, an estimate as sure as that is within 0.45 to 1.7 of the sheet's.
 const SIGNIFICANT: f64 = 12.0;
-/// A logger that writes the command of the row before is late by one row, less what the motor lags. On the sound
-/// recordings that were tried no lateness is as sure as above.
-const LATE_ROWS: f64 = 0.4;
 /// Delays of the command that are tried, s.
 const DELAYS: [f64; 4] = [0.0, 0.005, 0.01, 0.02];
 /// What the arm needs with the wrong sign must leave less than this of the command,
@@ -103,19 +100,6 @@ pub(super) fn sign(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     };
     let wrong = left(-1.0);
     (wrong < LEAVES && BETTER * wrong < left(1.0)).then_some(NoticeKind::CommandSignSuspected)
-}
-
-/// Suspects a command that is written in a later row than the one from which on it acts: no rig answers before it is
-/// told. A delay, a lag and late encoders are the other way.
-pub(super) fn late(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
-    if !recording.hangs() {
-        return None;
-    }
-    let needs = arm::regression(recording, &rig.params.coefficients(), 0.0).solve(CORRELATED)?;
-    let late = needs.coefficients[LATE];
-    let rows = late.value / recording.sample_period;
-    let is_told = needs.left < LEAVES && late.sign(0.0, SIGNIFICANT).is_some();
-    (is_told && rows > LATE_ROWS).then_some(NoticeKind::LateCommandSuspected { rows })
 }
 
 /// How hard the motor moves the arm.

@@ -12,7 +12,7 @@ use furuta_model::{Effect, Rig};
 
 use super::regression::{Estimate, Solution};
 use super::weak::CORRELATED;
-use super::weak::pendulum::{self, CENTRIFUGAL, COUPLING, GRAVITY, PLAIN, SMALL, TERMS};
+use super::weak::pendulum::{self, CENTRIFUGAL, COUPLING, GRAVITY, PLAIN, SMALL, TOGETHER};
 use super::{NoticeKind, Recording};
 
 /// Counts per turn of usual encoders, quadrature included or forgotten.
@@ -134,7 +134,7 @@ pub(super) fn counts(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
 struct Tried {
     scale: f64,
     zero: f64,
-    solution: Solution<TERMS>,
+    solution: Solution<{ TOGETHER.len() }>,
 }
 
 /// The scale of alpha as large swings show it.
@@ -144,7 +144,7 @@ fn shape(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     let hanging = PI + ((first - PI) / TAU).round() * TAU;
     let upright = (first / TAU).round() * TAU;
     let attempt = |scale: f64, zero: f64| {
-        let regression = pendulum::regression(recording, scale, zero);
+        let regression = pendulum::regression(recording, scale, zero).only(TOGETHER);
         (regression.freedom(CORRELATED) > SAMPLES).then_some(())?;
         let solution = regression.solve(CORRELATED)?;
         Some((

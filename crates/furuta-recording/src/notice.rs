@@ -240,6 +240,11 @@ pub enum NoticeKind {
     },
     /// The arm answers the command with the wrong sign.
     CommandSignSuspected,
+    /// The two angles of a row are not of one moment.
+    SkewSuspected {
+        /// By how many rows alpha is late against theta.
+        rows: f64,
+    },
     /// The arm answers the command before it is written.
     LateCommandSuspected {
         /// By how many rows it is late.
@@ -327,6 +332,7 @@ impl NoticeKind {
                 | Self::CommandUnitSuspected { .. }
                 | Self::MotorGainSuspected { .. }
                 | Self::LateCommandSuspected { .. }
+                | Self::SkewSuspected { .. }
                 | Self::FrozenSuspected { .. }
                 | Self::CommandSignSuspected
                 | Self::OtherRigSuspected { .. }
@@ -337,6 +343,13 @@ impl NoticeKind {
 
 /// A scale of an encoder within this share of 1 is no reason to refuse a recording.
 const NEARLY_RIGHT: f64 = 0.1;
+
+/// By how many rows a column is to be moved, at least one, and the plural's s.
+fn whole_rows(rows: f64) -> [String; 2] {
+    let whole = rows.abs().round().max(1.0);
+    let s = if whole > 1.0 { "s" } else { "" };
+    [format!("{whole:.0}"), s.to_owned()]
+}
 
 /// The axis of a column of angles, as rig files call it.
 fn axis(column: &str) -> &'static str {
@@ -596,13 +609,25 @@ impl fmt::Display for NoticeKind {
                 "the arm answers the command with the wrong sign, so u or theta looks as if counted the other way: \
                  change the sign of u, or of theta (and of alpha, if both angles are mirrored)"
             ),
-            Self::LateCommandSuspected { rows } => {
-                let whole = rows.round().max(1.0);
-                let s = if whole > 1.0 { "s" } else { "" };
+            Self::SkewSuspected { rows } => {
+                let (late, early) = if *rows > 0.0 {
+                    ("alpha", "theta")
+                } else {
+                    ("theta", "alpha")
+                };
+                let (rows, [whole, s]) = (rows.abs(), whole_rows(*rows));
                 write!(
                     f,
-                    "the arm answers {rows:.1} rows before u is written, so u looks {whole:.0} row{s} late: a row holds \
-                     the command that acts from it to the next; move the column u up by {whole:.0} row{s}"
+                    "{late} is {rows:.1} rows later than {early}, but a row holds what both encoders read at its time: \
+                     move the column {late} up by {whole} row{s}, or read both encoders at once"
+                )
+            }
+            Self::LateCommandSuspected { rows } => {
+                let [whole, s] = whole_rows(*rows);
+                write!(
+                    f,
+                    "the arm answers {rows:.1} rows before u is written, so u looks {whole} row{s} late: a row holds \
+                     the command that acts from it to the next; move the column u up by {whole} row{s}"
                 )
             }
             Self::LeftOut { why } => write!(f, "left out: {why}"),

@@ -8,12 +8,18 @@ use super::{SLOW, over};
 const HALF: f64 = 0.1;
 
 /// Regressors: gravity `sin(alpha)`, coupling `cos(alpha) theta''`, centrifugal `sin cos theta'²`, damping, then what
-/// an encoder's offset, a constant torque, a spring, dry friction and a tilted base add.
-pub(crate) const TERMS: usize = 10;
+/// an encoder's offset, a constant torque, a spring, dry friction and a tilted base add; and the rate of the coupling.
+pub(crate) const TERMS: usize = 11;
 /// Places of those that are looked at.
 pub(crate) const GRAVITY: usize = 0;
 pub(crate) const COUPLING: usize = 1;
 pub(crate) const CENTRIFUGAL: usize = 2;
+/// Over the coupling, by how many seconds theta is late against alpha, negative where alpha is.
+pub(crate) const SKEW: usize = 10;
+/// All that acts, at one moment.
+pub(crate) const TOGETHER: [usize; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
+/// The equation where two moments are looked for.
+pub(crate) const APART: [usize; 8] = [GRAVITY, COUPLING, CENTRIFUGAL, 3, 4, 5, 7, SKEW];
 /// The equation of a level rig with a constant torque.
 pub(crate) const PLAIN: [usize; 5] = [GRAVITY, COUPLING, CENTRIFUGAL, 3, 5];
 /// The same for swings too small, or an arm too slow, to tell more.
@@ -43,6 +49,8 @@ pub(crate) fn regression(recording: &Recording, scale: f64, zero: f64) -> Regres
             let (side, front) = side.sin_cos();
             x[8] += w.phi * cos * side;
             x[9] += w.phi * cos * (1.0 - front);
+            let bent = w.curvature * cos - 2.0 * w.slope * sin * pendulum;
+            x[SKEW] += (bent - w.phi * cos * pendulum * pendulum) * arm;
         }
         regression.add(x, y);
     });

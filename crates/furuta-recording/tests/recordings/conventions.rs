@@ -242,29 +242,55 @@ pub(crate) fn a_gear_left_out_is_named(cases: &[Case]) {
     assert_eq!(named, rigs);
 }
 
-/// A log whose rows hold the command of the row before. It does not show where the motor lags by as much, nor where
-/// something is missing that is far larger.
-pub(crate) fn a_late_command_is_named(cases: &[Case]) -> Vec<&str> {
-    let mut named = Vec::new();
-    for case in cases.iter().filter(swings) {
-        let is_named = |recording: &&Recording| {
-            let mut late = (*recording).clone();
-            late.u.rotate_right(1);
-            let notices = against_rig(&[late], &case.rig);
-            let is_late = |k: &NoticeKind| matches!(k, NoticeKind::LateCommandSuspected { .. });
-            notices.iter().any(|n| is_late(&n.kind))
-        };
-        let count = case.recordings.iter().filter(is_named).count();
-        println!(
-            "{}: a late command is named in {count} recordings",
-            case.rig.name
-        );
-        if count > 0 {
-            named.push(case.rig.name.as_str());
+/// Rigs of which at least one recording shows that u, theta or alpha is written a row later. A late command does not
+/// show where the motor lags by as much, nor where something is missing that is far larger.
+pub(crate) fn late_columns_are_named(cases: &[Case]) -> [Vec<&str>; 3] {
+    type Column = (
+        &'static str,
+        fn(&mut Recording) -> &mut Vec<f64>,
+        fn(&NoticeKind) -> bool,
+    );
+    const COLUMNS: [Column; 3] = [
+        (
+            "u",
+            |r| &mut r.u,
+            |k| matches!(k, NoticeKind::LateCommandSuspected { .. }),
+        ),
+        (
+            "theta",
+            |r| &mut r.theta,
+            |k| matches!(k, NoticeKind::SkewSuspected { rows } if *rows < 0.0),
+        ),
+        (
+            "alpha",
+            |r| &mut r.alpha,
+            |k| matches!(k, NoticeKind::SkewSuspected { rows } if *rows > 0.0),
+        ),
+    ];
+    COLUMNS.map(|(name, column, is_named)| {
+        let (mut named, mut all, mut rigs) = (0, 0, Vec::new());
+        for case in cases.iter().filter(swings) {
+            let is_told = |recording: &&Recording| {
+                let mut late = (*recording).clone();
+                let values = column(&mut late);
+                values.rotate_right(1);
+                values[0] = values[1];
+                let notices = against_rig(&[late], &case.rig);
+                notices.iter().any(|n| is_named(&n.kind))
+            };
+            let count = case.recordings.iter().filter(is_told).count();
+            all += case.recordings.len();
+            named += count;
+            if count > 0 {
+                rigs.push(case.rig.name.as_str());
+            }
         }
-    }
-    println!("a late command is named on {} rigs", named.len());
-    named
+        println!(
+            "{name} a row late: {named} of {all} recordings, {} rigs",
+            rigs.len()
+        );
+        rigs
+    })
 }
 
 /// Of all these recordings none is accused of a broken convention: not alone, not together.
