@@ -177,6 +177,7 @@ fn by_index(
                     NoticeKind::DuplicatedRows { rows }
                     | NoticeKind::Gaps { rows }
                     | NoticeKind::IrregularIntervals { rows, .. }
+                    | NoticeKind::Spikes { rows, .. }
                     | NoticeKind::ShortSegments { rows, .. } => rows.iter_mut().for_each(index),
                     NoticeKind::Gap { row, .. }
                     | NoticeKind::Unwrapped { row, .. }

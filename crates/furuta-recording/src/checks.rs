@@ -4,6 +4,7 @@ use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
 use std::path::Path;
 
+use super::spikes::spikes;
 use super::{Notice, NoticeKind, Recording, RecordingError, Table, Values, clipped, convention};
 
 /// An interval may differ from the sample period by this fraction of it and still count as jitter. Time stamps in whole
@@ -29,6 +30,8 @@ const DURATION_ADVISED: f64 = 2.0;
 /// No pendulum of the bench turns faster: a change beyond this speed, rad/s, and beyond [`JUMP`], rad, is no motion.
 const SPEED_POSSIBLE: f64 = 200.0;
 const JUMP: f64 = 0.6;
+/// More spikes than this share of the rows are no glitches: each ends the stretch over which is predicted.
+const SPIKES_SHARE: f64 = 0.01;
 /// Values within one turn and this much, rad, are taken as recorded modulo a turn where they jump by a turn.
 const TURN_SLACK: f64 = 0.05;
 
@@ -46,7 +49,8 @@ pub(super) fn check(mut table: Table) -> Result<(Recording, Vec<Notice>), Record
         });
     }
     time_goes_forward(&table)?;
-    let timing = Timing::of(&table, &mut notices)?;
+    let spikes = standing_out(&table, &mut notices);
+    let timing = Timing::of(&table, &spikes, &mut notices)?;
 
     notices.extend(convention::time_unit(timing.period));
     for (column, values) in [("theta", &mut table.theta), ("alpha", &mut table.alpha)] {
@@ -162,6 +166,31 @@ fn drop_repeated_rows(table: &mut Table) -> Vec<usize> {
     dropped
 }
 
+/// The samples in which an angle stands out as no motion does, unless they are many.
+fn standing_out(table: &Table, notices: &mut Vec<NoticeKind>) -> Vec<usize> {
+    let mut all = Vec::new();
+    for (column, values) in [("theta", &table.theta), ("alpha", &table.alpha)] {
+        let Some((places, by)) = spikes(values) else {
+            continue;
+        };
+        if places.len() as f64 > SPIKES_SHARE * values.len() as f64 {
+            let rows = places.len();
+            notices.push(NoticeKind::ManySpikesSuspected { column, rows, by });
+            continue;
+        }
+        let row = |k: &usize| table.rows.get(*k).copied().unwrap_or(0);
+        notices.push(NoticeKind::Spikes {
+            column,
+            rows: places.iter().map(row).collect(),
+            by,
+        });
+        all.extend(places);
+    }
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
 fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
     let mut keep = keep.iter();
     values.retain(|_| keep.next().copied().unwrap_or(true));
@@ -196,7 +225,11 @@ struct Timing {
 }
 
 impl Timing {
-    fn of(table: &Table, notices: &mut Vec<NoticeKind>) -> Result<Self, RecordingError> {
+    fn of(
+        table: &Table,
+        spikes: &[usize],
+        notices: &mut Vec<NoticeKind>,
+    ) -> Result<Self, RecordingError> {
         let intervals: Vec<f64> = table
             .t
             .iter()
@@ -285,7 +318,7 @@ impl Timing {
         }
         Ok(Self {
             period,
-            segments: segments(table, &breaks, notices),
+            segments: segments(table, &breaks, spikes, notices),
         })
     }
 }
@@ -307,13 +340,25 @@ fn period(intervals: &[f64]) -> f64 {
     sum / count
 }
 
-fn segments(table: &Table, breaks: &[usize], notices: &mut Vec<NoticeKind>) -> Vec<Range<usize>> {
+/// The stretches between breaks and samples that stand out.
+fn segments(
+    table: &Table,
+    breaks: &[usize],
+    spikes: &[usize],
+    notices: &mut Vec<NoticeKind>,
+) -> Vec<Range<usize>> {
+    let around = spikes.iter().flat_map(|&k| [k.saturating_sub(1), k]);
+    let mut breaks: Vec<usize> = breaks.iter().copied().chain(around).collect();
+    breaks.sort_unstable();
+    breaks.dedup();
     let starts = core::iter::once(0).chain(breaks.iter().map(|k| k + 1));
     let ends = breaks
         .iter()
         .map(|k| k + 1)
         .chain(core::iter::once(table.t.len()));
-    let all: Vec<Range<usize>> = starts.zip(ends).map(|(start, end)| start..end).collect();
+    let stretches = starts.zip(ends).map(|(start, end)| start..end);
+    let is_spike = |range: &Range<usize>| range.len() == 1 && spikes.contains(&range.start);
+    let all: Vec<Range<usize>> = stretches.filter(|range| !is_spike(range)).collect();
     let longest = all.iter().map(Range::len).max().unwrap_or(0);
     let (useful, short): (Vec<_>, Vec<_>) = all
         .into_iter()

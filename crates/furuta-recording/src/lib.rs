@@ -22,6 +22,7 @@ mod notice;
 mod regression;
 mod select;
 mod source;
+mod spikes;
 mod timing;
 mod transcode;
 mod trouble;

@@ -105,6 +105,24 @@ pub enum NoticeKind {
         /// How often it jumps.
         jumps: usize,
     },
+    /// Single samples of an angle stand out from both neighbours as no motion does: the recording is divided there.
+    Spikes {
+        /// The column.
+        column: &'static str,
+        /// The rows.
+        rows: Vec<usize>,
+        /// How far the first is off, rad.
+        by: f64,
+    },
+    /// The same in more rows than glitches are: all are used.
+    ManySpikesSuspected {
+        /// The column.
+        column: &'static str,
+        /// In how many rows.
+        rows: usize,
+        /// How far the first is off, rad.
+        by: f64,
+    },
     /// An angle jumps by far more than a sample allows, and not by a turn: left as recorded.
     Jump {
         /// The column.
@@ -295,6 +313,8 @@ impl NoticeKind {
         match self {
             Self::Unwrapped { column, .. }
             | Self::Jump { column, .. }
+            | Self::Spikes { column, .. }
+            | Self::ManySpikesSuspected { column, .. }
             | Self::DegreesSuspected { column, .. }
             | Self::ClippedSuspected { column, .. }
             | Self::CountsSuspected { column, .. }
@@ -337,6 +357,7 @@ impl NoticeKind {
                 | Self::CommandSignSuspected
                 | Self::OtherRigSuspected { .. }
                 | Self::Jump { .. }
+                | Self::ManySpikesSuspected { .. }
         )
     }
 }
@@ -363,6 +384,16 @@ impl fmt::Display for NoticeKind {
             Self::DuplicatedRows { rows } => {
                 write!(f, "{} repeat the row before: dropped", Rows(rows))
             }
+            Self::Spikes { column, rows, by } => write!(
+                f,
+                "{}: {column} stands out from both neighbours by {by:.3} rad, which is no motion: not used; predictions stop there and start anew",
+                Rows(rows)
+            ),
+            Self::ManySpikesSuspected { column, rows, by } => write!(
+                f,
+                "{column} stands out from both neighbours in {rows} rows, in the first by {by:.3} rad, which is no motion: \
+                 check the encoder's cable and supply"
+            ),
             Self::Gap { row, from, to } => {
                 write!(
                     f,

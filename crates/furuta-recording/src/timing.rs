@@ -9,9 +9,9 @@ use super::weak::pendulum::{self, APART};
 use super::weak::{CORRELATED, arm};
 use super::{NoticeKind, Recording};
 
-/// Standard deviations that a time must be away from zero to be spoken of. On the sound recordings that were tried no
-/// time is as sure as that.
-const SIGNIFICANT: f64 = 12.0;
+/// Standard deviations that a time must be away from zero to be spoken of. On the sound recordings that were tried, where
+/// the pendulum hangs, none is further than half of that from zero on the side of what is accused.
+const SIGNIFICANT: f64 = 8.0;
 /// A logger that writes what it read a row before is late by one row, less what a motor lags.
 const ROWS: f64 = 0.4;
 /// Share of the command that the arm's equation, and of the pendulum's motion that the pendulum's leaves at most.

@@ -137,3 +137,38 @@ fn jitter_is_tolerated_up_to_the_stated_fraction() {
     );
     assert!(message.contains("record at a fixed rate"), "{message}");
 }
+
+/// A sample that a glitch put elsewhere stays in the recording, which is divided there.
+#[test]
+fn a_spike_divides_the_recording() {
+    let mut rows = swing();
+    rows[400][2] += 0.2;
+    let (recording, notices) = read(&csv(&rows)).unwrap();
+    assert!(
+        matches!(&notices[0], NoticeKind::Spikes { column: "theta", rows, .. } if rows == &[402]),
+        "{notices:?}"
+    );
+    assert!(
+        notices[0]
+            .to_string()
+            .contains("row 402: theta stands out from both neighbours by 0.20"),
+        "{}",
+        notices[0]
+    );
+    assert!(!notices.iter().any(NoticeKind::is_suspicion), "{notices:?}");
+    assert_eq!(recording.segments, [0..400, 401..SAMPLES]);
+    assert_eq!(notices.len(), 1, "{notices:?}");
+    assert!((recording.theta[400] - rows[400][2]).abs() < 1e-6);
+
+    // In one row of fifty it is no glitch.
+    for row in rows.iter_mut().step_by(50) {
+        row[3] += 0.3;
+    }
+    let (_, notices) = read(&csv(&rows)).unwrap();
+    assert!(
+        notices
+            .iter()
+            .any(|n| n.is_suspicion() && n.column() == Some("alpha")),
+        "{notices:?}"
+    );
+}
