@@ -7,6 +7,7 @@
 use furuta_model::Rig;
 
 use super::convention::PendulumLaw;
+use super::shown::{self, Shown};
 use super::{Notice, NoticeKind, Recording, command, counts, frozen, timing};
 
 /// Standard deviations that a coefficient must be away from zero to be spoken of.
@@ -60,6 +61,8 @@ pub fn against_rig(recordings: &[Recording], rig: &Rig) -> Vec<Notice> {
 pub fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usize, Notice)> {
     let mut notices = Vec::new();
     let mut known: Vec<(usize, &Recording, PendulumLaw)> = Vec::new();
+    // Those whose columns and signs are right as far as each alone shows.
+    let mut sound: Vec<usize> = Vec::new();
     // Upright, the controller answers every disturbance, and a regression takes the answer for the law: only what hangs
     // is judged, if anything does.
     let judged = |r: &&Recording| r.hangs() || !recordings.iter().any(Recording::hangs);
@@ -68,8 +71,6 @@ pub fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usize, Noti
             let file = recording.name.clone();
             (i, Notice { file, kind })
         };
-        // A command in another unit says nothing of the angles, so both may be named.
-        notices.extend(command::unit(recording, rig).map(notice));
         // The checks below difference samples that are evenly spaced.
         if recording.is_uneven() {
             continue;
@@ -80,22 +81,23 @@ pub fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usize, Noti
             continue;
         }
         if !judged(&recording) {
+            sound.push(i);
             continue;
         }
         let law = PendulumLaw::of(recording, &recording.theta, &recording.alpha)
             .filter(|law| law.left < LEFT_AT_MOST);
         // Arm and pendulum that swing at one frequency, as they do under a sine, leave open which of gravity and arm
-        // holds the pendulum to it: then the
-        // sheet's coupling decides.
+        // holds the pendulum to it: then the sheet's coupling decides.
         let sheet = PendulumLaw::with_coupling(recording, coupling(rig));
         let kind = law
             .and_then(|law| scale(&law, sheet.as_ref(), rig))
-            .or_else(|| command::sign(recording, rig))
-            .or_else(|| timing::skew(recording))
-            .or_else(|| timing::late(recording, rig));
+            .or_else(|| command::sign(recording, rig));
         if let Some(kind) = kind {
             notices.push(notice(kind));
-        } else if let Some(law) = law.filter(|law| {
+            continue;
+        }
+        sound.push(i);
+        if let Some(law) = law.filter(|law| {
             let of_sheet = |sheet: &PendulumLaw| {
                 let ratio = law.gravity.value / sheet.gravity.value;
                 (1.0 / FREQUENCY_BETWEEN..FREQUENCY_BETWEEN).contains(&ratio)
@@ -105,8 +107,27 @@ pub fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usize, Noti
             known.push((i, recording, law));
         }
     }
+    let units = recordings.iter().map(|r| Some(command::unit(r, rig)));
+    let of_sound = |of: &dyn Fn(&Recording) -> Shown| {
+        let recordings = recordings.iter().enumerate();
+        let asked = recordings.map(|(i, r)| sound.contains(&i).then(|| of(r)));
+        asked.collect()
+    };
+    let late = of_sound(&|r| timing::late(r, rig));
+    // A command in another unit, or late, says nothing of the angles, so both may be named.
+    for shown in [units.collect(), of_sound(&timing::skew), late] {
+        let kinds = shown::of_all(shown, recordings).into_iter();
+        notices.extend(kinds.map(|(i, kind)| {
+            let file = recordings
+                .get(i)
+                .map(|r| r.name.clone())
+                .unwrap_or_default();
+            (i, Notice { file, kind })
+        }));
+    }
     notices.extend(two_rigs(&known));
     notices.extend(two_names(recordings));
+    notices.sort_by_key(|(i, _)| *i);
     notices
 }
 

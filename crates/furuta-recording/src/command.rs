@@ -3,6 +3,7 @@
 
 use furuta_model::{Actuation, Rig};
 
+use super::shown::Shown;
 use super::weak::CORRELATED;
 use super::weak::arm::{self, DAMPING, INERTIA, ON_TIME, ONE_SIDED, PULL};
 use super::{NoticeKind, Recording};
@@ -42,7 +43,7 @@ fn units(limit: f64) -> [Unit; 9] {
 
 /// Suspects another unit behind a command beyond the rig's limit, and another unit or another motor where the arm
 /// answers far more, or far less, than the rig file's would.
-pub(super) fn unit(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
+pub(super) fn unit(recording: &Recording, rig: &Rig) -> Shown {
     let limit = rig.params.motor.command_limit;
     let largest = recording.u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
     let gain = Gain::of(recording, rig);
@@ -55,9 +56,14 @@ pub(super) fn unit(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
     };
     let nearest = (possible.clone()).min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
     if largest <= AT_THE_LIMIT * limit {
-        let gain = gain.as_ref().filter(|g| g.is_off())?;
+        let Some(gain) = &gain else {
+            return Shown::Neither;
+        };
+        if !gain.is_off() {
+            return Shown::Right;
+        }
         let is_told = |unit: &Unit| !gain.is_geared && off(unit.1) < NEAR.ln();
-        return Some(NoticeKind::MotorGainSuspected {
+        return Shown::Wrong(NoticeKind::MotorGainSuspected {
             factor: gain.factor,
             unit: nearest.filter(is_told).map(|(unit, size, _)| (unit, size)),
             geared: gain.is_geared,
@@ -65,15 +71,17 @@ pub(super) fn unit(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
         });
     }
     // Where the gain does not show, the smallest full scale that holds the values tells the unit.
-    let (unit, factor, _) = nearest
-        .filter(|unit| off(unit.1) < GAIN.ln())
+    let known = nearest.filter(|unit| off(unit.1) < GAIN.ln());
+    let unit = known
         .or_else(|| possible.clone().nth(1))
-        .or_else(|| possible.clone().next())?;
-    Some(NoticeKind::CommandUnitSuspected {
-        largest,
-        limit,
-        unit,
-        factor,
+        .or_else(|| possible.clone().next());
+    unit.map_or(Shown::Neither, |(unit, factor, _)| {
+        Shown::Wrong(NoticeKind::CommandUnitSuspected {
+            largest,
+            limit,
+            unit,
+            factor,
+        })
     })
 }
 

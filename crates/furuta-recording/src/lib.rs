@@ -21,6 +21,7 @@ mod mcap_write;
 mod notice;
 mod regression;
 mod select;
+mod shown;
 mod source;
 mod spikes;
 mod timing;

@@ -268,6 +268,13 @@ pub enum NoticeKind {
         /// By how many rows it is late.
         rows: f64,
     },
+    /// Another recording is wrong in a way in which a program is wrong in all, and nothing shows that this one is right.
+    AsInAnother {
+        /// What is said of the other.
+        what: Box<NoticeKind>,
+        /// The other recording.
+        other: String,
+    },
     /// The recording is not used.
     LeftOut {
         /// What is wrong with it.
@@ -353,6 +360,7 @@ impl NoticeKind {
                 | Self::MotorGainSuspected { .. }
                 | Self::LateCommandSuspected { .. }
                 | Self::SkewSuspected { .. }
+                | Self::AsInAnother { .. }
                 | Self::FrozenSuspected { .. }
                 | Self::CommandSignSuspected
                 | Self::OtherRigSuspected { .. }
@@ -659,6 +667,12 @@ impl fmt::Display for NoticeKind {
                     f,
                     "the arm answers {rows:.1} rows before u is written, so u looks {whole} row{s} late: a row holds \
                      the command that acts from it to the next; move the column u up by {whole} row{s}"
+                )
+            }
+            Self::AsInAnother { what, other } => {
+                write!(
+                    f,
+                    "{what} (so {other} shows, and this recording does not show otherwise)"
                 )
             }
             Self::LeftOut { why } => write!(f, "left out: {why}"),

@@ -5,6 +5,8 @@
 
 use furuta_model::Rig;
 
+use super::regression::Estimate;
+use super::shown::Shown;
 use super::weak::pendulum::{self, APART};
 use super::weak::{CORRELATED, arm};
 use super::{NoticeKind, Recording};
@@ -14,33 +16,68 @@ use super::{NoticeKind, Recording};
 const SIGNIFICANT: f64 = 8.0;
 /// A logger that writes what it read a row before is late by one row, less what a motor lags.
 const ROWS: f64 = 0.4;
+/// Standard deviations within which a time is known.
+const KNOWN: f64 = 4.0;
 /// Share of the command that the arm's equation, and of the pendulum's motion that the pendulum's leaves at most.
 const COMMAND_LEFT: f64 = 0.3;
 const MOTION_LEFT: f64 = 0.02;
 
 /// Suspects a command that is written in a later row than the one from which on it acts: no rig answers before it is
 /// told. A delay, a lag and late encoders are the other way.
-pub(super) fn late(recording: &Recording, rig: &Rig) -> Option<NoticeKind> {
-    if !recording.hangs() {
-        return None;
+pub(super) fn late(recording: &Recording, rig: &Rig) -> Shown {
+    let needs = || arm::regression(recording, &rig.params.coefficients(), 0.0).solve(CORRELATED);
+    let needs = recording.hangs().then(needs).flatten();
+    let Some(needs) = needs.filter(|needs| needs.left < COMMAND_LEFT) else {
+        return Shown::Neither;
+    };
+    let rows = in_rows(needs.coefficients[arm::LATE], recording.sample_period);
+    if is_late(rows) {
+        let rows = rows.value;
+        return Shown::Wrong(NoticeKind::LateCommandSuspected { rows });
     }
-    let needs = arm::regression(recording, &rig.params.coefficients(), 0.0).solve(CORRELATED)?;
-    let late = needs.coefficients[arm::LATE];
-    let rows = late.value / recording.sample_period;
-    let is_told = needs.left < COMMAND_LEFT && late.sign(0.0, SIGNIFICANT).is_some();
-    (is_told && rows > ROWS).then_some(NoticeKind::LateCommandSuspected { rows })
+    if rows.value + KNOWN * rows.std < ROWS {
+        Shown::Right
+    } else {
+        Shown::Neither
+    }
 }
 
 /// Suspects angles that were read in different rows. Of a pendulum that is balanced, its controller's limit cycle passes
 /// for a law with another moment.
-pub(super) fn skew(recording: &Recording) -> Option<NoticeKind> {
-    if !recording.hangs() {
-        return None;
-    }
-    let law = pendulum::regression(recording, 1.0, 0.0).only(APART);
-    let law = law.solve(CORRELATED)?;
+pub(super) fn skew(recording: &Recording) -> Shown {
+    let law = || {
+        pendulum::regression(recording, 1.0, 0.0)
+            .only(APART)
+            .solve(CORRELATED)
+    };
+    let law = recording.hangs().then(law).flatten();
+    let Some(law) = law.filter(|law| law.left < MOTION_LEFT) else {
+        return Shown::Neither;
+    };
     let [coupling, skew] = [pendulum::COUPLING, APART.len() - 1].map(|i| law.coefficients[i]);
-    let rows = -skew.value / coupling.value / recording.sample_period;
-    let is_told = law.left < MOTION_LEFT && skew.sign(0.0, SIGNIFICANT).is_some();
-    (is_told && rows.abs() > ROWS).then_some(NoticeKind::SkewSuspected { rows })
+    let rows = in_rows(skew, -coupling.value * recording.sample_period);
+    let size = Estimate {
+        value: rows.value.abs(),
+        ..rows
+    };
+    if is_late(size) {
+        let rows = rows.value;
+        return Shown::Wrong(NoticeKind::SkewSuspected { rows });
+    }
+    if size.value + KNOWN * size.std < ROWS {
+        Shown::Right
+    } else {
+        Shown::Neither
+    }
+}
+
+fn in_rows(time: Estimate, row: f64) -> Estimate {
+    Estimate {
+        value: time.value / row,
+        std: time.std / row.abs(),
+    }
+}
+
+fn is_late(rows: Estimate) -> bool {
+    rows.sign(ROWS, SIGNIFICANT) == Some(1.0)
 }

@@ -80,6 +80,35 @@ fn late_columns_are_named() {
     assert_eq!(alpha, theta);
 }
 
+/// One program writes all recordings: what one shows is said of those that do not show otherwise.
+#[test]
+fn a_late_column_in_one_recording_is_one_in_all() {
+    let case = simulated(Rig::builtin("shahzad2022-srv02").expect("built in"));
+    let late = |recording: &Recording| {
+        let mut late = recording.clone();
+        late.u.rotate_right(1);
+        late
+    };
+    // The decay has no command, and shows nothing of one.
+    let [chirp, steps, decay] = [0, 1, 2].map(|i| &case.recordings[i]);
+    let said = |recordings: &[Recording]| -> Vec<String> {
+        let notices = against_rig(recordings, &case.rig);
+        notices.iter().map(ToString::to_string).collect()
+    };
+    let all = said(&[late(decay), late(chirp), late(steps)]);
+    assert_eq!(all.len(), 3, "{all:?}");
+    let what = "decay: the arm answers 1.0 rows before u is written";
+    assert!(all[0].starts_with(what), "{all:?}");
+    assert!(
+        all[0].ends_with("(so chirp shows, and this recording does not show otherwise)"),
+        "{all:?}"
+    );
+    // Where another is right, it is one odd recording.
+    let one = said(&[decay.clone(), late(chirp), steps.clone()]);
+    assert_eq!(one.len(), 1, "{one:?}");
+    assert!(one[0].starts_with("chirp"), "{one:?}");
+}
+
 /// What is said of a command in another unit, and of a gear that the rig file lacks.
 #[test]
 fn a_gain_that_is_far_off_is_explained() {
