@@ -40,7 +40,7 @@ const RESTARTS: u32 = 8;
 ///     - ramp: begin (0), amplitude (1) at the end, over the whole duration
 ///     - chirp: amplitude (1), band ((0, 8); (0.1, 8) if logarithmic) through which the frequency falls, sweep
 ///       ("linear" or "logarithmic")
-///     - multisine: amplitude (1, the RMS), fundamental (1 / duration), band ((0.2, 6)), harmonics ("logarithmic",
+///     - multisine: amplitude (1, the RMS), fundamental (the lowest with which the run holds whole periods of 20 s at most), band ((0.2, 6)), harmonics ("logarithmic",
 ///       "all", "odd", or "detecting": the odd ones but one of each four, at random), lines (12) of logarithmic
 ///       harmonics, phases ("optimised" for a low peak, "schroeder", "random"), seed (0) of random phases and of what
 ///       "detecting" leaves out
@@ -187,7 +187,7 @@ fn build(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyResult<
 
 fn multisine(py: Python<'_>, p: &mut Parameters<'_, '_>, duration: f64) -> PyResult<Signal> {
     let rms = p.either("amplitude", "rms", 1.0)?;
-    let fundamental = p.number("fundamental", 1.0 / duration)?;
+    let fundamental = p.number("fundamental", Multisine::fundamental_for(duration))?;
     let (low, high) = p.low_to_high()?;
     let lines = p.whole("lines", 12)?;
     let lines = usize::try_from(lines).unwrap_or(usize::MAX); // too many either way

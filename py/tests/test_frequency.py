@@ -146,6 +146,21 @@ def test_detection_lines_in_python():
     assert share[0] < 0.3 * share[1]
 
 
+def test_a_long_multisine_repeats_and_few_lines_are_said():
+    """As the command line's, it repeats within 20 s; without its period, most of its lines fall between others."""
+    rig, dt = furuta.Rig.load("qube-servo-2"), 0.002
+    u = furuta.signal("multisine", 60, dt, amplitude=0.5)
+    assert np.abs(u[:-10000] - u[10000:]).max() < 1e-9
+    _, y = furuta.simulate(rig, [0, np.pi, 0, 0], u[:-1], dt, encoders=True)
+    data = {"t": dt * np.arange(len(u)), "u": u, "theta": y[:, 0], "alpha": y[:, 1]}
+    few, whole = furuta.frf(data), furuta.frf(data, period=20)
+    assert len(few.frequency) < 10
+    assert f"{len(few.frequency)} lines only" in few.summary()
+    assert "lines only" not in whole.summary()
+    # The twelve sines of the default.
+    assert len(whole.frequency) == 12
+
+
 def test_fit_is_scipys_optimum(recording):
     response = furuta.frf(recording, resolution=0.1, band=(0.3, 15))
     fit = furuta.fit_transfer_function(response, 1, 3, hold=False)

@@ -16,6 +16,9 @@ use super::{NoticeKind, Recording};
 const SIGNIFICANT: f64 = 8.0;
 /// A logger that writes what it read a row before is late by one row, less what a motor lags.
 const ROWS: f64 = 0.4;
+/// A column that was written a row later is late by whole rows within this; an encoder on the motor's side of a drive that
+/// gives way is late by any time, and by another in another recording.
+const NOT_WHOLE: f64 = 0.1;
 /// Standard deviations within which a time is known.
 const KNOWN: f64 = 4.0;
 /// Share of the command that the arm's equation, and of the pendulum's motion that the pendulum's leaves at most.
@@ -60,7 +63,8 @@ pub(super) fn skew(recording: &Recording) -> Shown {
         value: rows.value.abs(),
         ..rows
     };
-    if is_late(size) {
+    let is_whole = (rows.value - rows.value.round()).abs() < NOT_WHOLE;
+    if is_late(size) && is_whole {
         let rows = rows.value;
         return Shown::Wrong(NoticeKind::SkewSuspected { rows });
     }

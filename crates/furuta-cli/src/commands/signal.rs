@@ -85,9 +85,6 @@ enum Grid {
     Detecting,
 }
 
-/// The longest period of a multisine (s): longer runs hold several.
-const LONGEST_PERIOD: f64 = 20.0;
-
 /// Random phases that the search for a low peak begins from, apart from Schroeder's.
 pub(crate) const RESTARTS: u32 = 8;
 
@@ -159,8 +156,7 @@ impl SignalArgs {
                 Chirp::new(amplitude, high, low, duration, sweep)?.into()
             }
             Kind::Multisine => {
-                // Whole periods in the run, so that its spectrum has no leakage.
-                let fundamental = (duration / LONGEST_PERIOD).ceil() / duration;
+                let fundamental = Multisine::fundamental_for(duration);
                 let lines = match self.harmonics {
                     Grid::Logarithmic => Harmonics::Logarithmic(self.lines),
                     Grid::Detecting => Harmonics::Detecting(self.seed),

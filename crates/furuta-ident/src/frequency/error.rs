@@ -208,6 +208,11 @@ pub enum FrequencyNotice {
         /// Share of lines below one half.
         share: f64,
     },
+    /// The input has power at few of the lines.
+    FewLines {
+        /// How many there are.
+        lines: usize,
+    },
     /// The coherence ends before the band does; a fit stops there.
     CoherenceEnds {
         /// The last coherent line, Hz.
@@ -263,6 +268,11 @@ impl fmt::Display for FrequencyNotice {
                 "{:.0} % of the lines have a coherence below 0.5: the output there comes from something else (noise, \
                  encoder steps, friction); excite more strongly or narrow the band",
                 100.0 * share
+            ),
+            Self::FewLines { lines } => write!(
+                f,
+                "{lines} lines only: the input has power at no others of this resolution; a signal that repeats has \
+                 lines of its own: say after which time (period), or ask for a finer resolution"
             ),
             Self::CoherenceEnds {
                 at,

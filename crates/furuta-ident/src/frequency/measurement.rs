@@ -59,6 +59,9 @@ impl Measurement {
                 let resolution = self.resolution.unwrap_or(1.0 / usual);
                 let (frf, more) = local::response(&taken.stretches, h, resolution, self.band)?;
                 said.extend(more);
+                if self.band.is_none() {
+                    said.extend(frf.few_lines());
+                }
                 frf
             }
             Method::Averaged {

@@ -265,6 +265,13 @@ impl Frf {
         (share >= 0.2).then_some(FrequencyNotice::LowCoherence { share })
     }
 
+    /// Says so where there are fewer lines than a fit needs.
+    #[must_use]
+    pub fn few_lines(&self) -> Option<FrequencyNotice> {
+        let lines = self.frequency.len();
+        (lines < LINES_TO_FIT).then_some(FrequencyNotice::FewLines { lines })
+    }
+
     /// The part up to where the coherence ends, and a notice where that leaves lines out: beyond it the coherence is no
     /// higher than chance makes it, in the median of five lines, and a fit would follow noise. A response whose
     /// coherence is not known, or that has fewer than ten lines before that place, is left as it is.

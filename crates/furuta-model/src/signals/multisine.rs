@@ -169,6 +169,19 @@ impl Multisine {
         self.fundamental
     }
 
+    /// The fundamental frequency (Hz) with which a run of `duration` s holds whole periods, each of 20 s at most: so its
+    /// spectrum has no leakage, and longer runs hold several, whose spread shows the noise.
+    ///
+    /// ```
+    /// use furuta_model::signals::Multisine;
+    /// assert_eq!([10.0, 60.0, 70.0].map(Multisine::fundamental_for), [0.1, 0.05, 4.0 / 70.0]);
+    /// ```
+    #[must_use]
+    pub fn fundamental_for(duration: f64) -> f64 {
+        const LONGEST_PERIOD: f64 = 20.0;
+        libm::ceil(duration / LONGEST_PERIOD) / duration
+    }
+
     /// The time after which the signal repeats (s).
     #[must_use]
     pub fn period(&self) -> f64 {
