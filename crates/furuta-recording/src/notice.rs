@@ -394,13 +394,14 @@ impl fmt::Display for NoticeKind {
             }
             Self::Spikes { column, rows, by } => write!(
                 f,
-                "{}: {column} stands out from both neighbours by {by:.3} rad, which is no motion: not used; predictions stop there and start anew",
+                "{}: {column} stands out from both neighbours by {by:.3} rad, which is no motion: not used; predictions \
+                 stop there and start anew",
                 Rows(rows)
             ),
             Self::ManySpikesSuspected { column, rows, by } => write!(
                 f,
-                "{column} stands out from both neighbours in {rows} rows, in the first by {by:.3} rad, which is no motion: \
-                 check the encoder's cable and supply"
+                "{column} stands out from both neighbours in {rows} rows, in the first by {by:.3} rad, which is no \
+                 motion: check the encoder's cable and supply"
             ),
             Self::Gap { row, from, to } => {
                 write!(

@@ -11,13 +11,13 @@ use super::weak::pendulum::{self, APART};
 use super::weak::{CORRELATED, arm};
 use super::{NoticeKind, Recording};
 
-/// Standard deviations that a time must be away from zero to be spoken of. On the sound recordings that were tried, where
-/// the pendulum hangs, none is further than half of that from zero on the side of what is accused.
+/// Standard deviations that a time must be away from zero to be spoken of. On the sound recordings that were tried and
+/// hang, a command is never later than half of that.
 const SIGNIFICANT: f64 = 8.0;
 /// A logger that writes what it read a row before is late by one row, less what a motor lags.
 const ROWS: f64 = 0.4;
-/// A column that was written a row later is late by whole rows within this; an encoder on the motor's side of a drive that
-/// gives way is late by any time, and by another in another recording.
+/// A column that was written a row later is late by whole rows within this; an encoder on the motor's side of a drive
+/// that gives way is late by any time.
 const NOT_WHOLE: f64 = 0.1;
 /// Standard deviations within which a time is known.
 const KNOWN: f64 = 4.0;
