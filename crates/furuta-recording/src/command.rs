@@ -119,21 +119,27 @@ struct Gain {
 }
 
 impl Gain {
-    /// By the pendulum's pull, whose torque the sheet knows, or else by the arm's inertia, where they show.
+    /// By the pendulum's pull, whose torque the sheet knows, or else by the arm's inertia, where they show. Under a
+    /// single sine, what a spring holds is no other than what an inertia needs.
     fn of(recording: &Recording, rig: &Rig) -> Option<Self> {
         if rig.params.motor.actuation == Actuation::Acceleration
             || recording.is_uneven()
             || !recording.hangs()
+            || arm::is_one_sine(recording)
         {
             return None;
         }
         let c = rig.params.coefficients();
-        let solution = arm::regression(recording, &c, 0.0).solve(CORRELATED)?;
+        let regression = arm::regression(recording, &c, 0.0);
+        let solution = regression.solve(CORRELATED)?;
         let needed = solution.coefficients;
         let shows = |i: usize| needed[i].sign(0.0, SIGNIFICANT) == Some(1.0);
+        if solution.left >= LEAVES {
+            return None;
+        }
         let (i, sheet) = [(PULL, 1.0 / c.drive), (INERTIA, c.arm / c.drive)]
             .into_iter()
-            .find(|(i, _)| shows(*i) && solution.left < LEAVES)?;
+            .find(|(i, _)| shows(*i))?;
         let factor = sheet / needed[i].value;
         // What a speed takes of the command: back-EMF, which a gear multiplies, and friction, which it divides; another
         // unit divides both.

@@ -74,6 +74,14 @@ impl<const N: usize> Regression<N> {
         self.count / correlated - N as f64
     }
 
+    /// The squared part of a regressor of length one that the others do not make up.
+    pub(super) fn independent(&self, i: usize) -> f64 {
+        let lengths = self.xx.diagonal().map(f64::sqrt);
+        let unit =
+            SMatrix::<f64, N, N>::from_fn(|i, j| self.xx[(i, j)] / (lengths[i] * lengths[j]));
+        unit.cholesky().map_or(0.0, |c| 1.0 / c.inverse()[(i, i)])
+    }
+
     /// Coefficients with standard deviations, where one sample in `correlated` is independent; `None` where the
     /// regressors do not differ.
     pub(super) fn solve(&self, correlated: f64) -> Option<Solution<N>> {

@@ -6,6 +6,8 @@ use core::f64::consts::TAU;
 const USUAL: f64 = 0.75;
 /// of which it must be this many times: seventeen standard deviations of noise.
 const TIMES: f64 = 15.0;
+/// Half a count of the finest encoders is 5e-5 rad; what is smaller than this is rounding of the numbers.
+const NO_STEP: f64 = 1e-5;
 /// The middle of a neighbour and the sample behind it is off by half as much the other way; rounding and motion may take
 /// this share of it. A blow leaves its neighbours where they are.
 const HALF: core::ops::Range<f64> = 0.3..0.7;
@@ -25,7 +27,7 @@ pub(super) fn spikes(values: &[f64]) -> Option<(Vec<usize>, f64)> {
     let mut sizes: Vec<f64> = off.iter().map(|d| d.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     // The smallest step there is: an angle that rests most of the time has no usual size.
-    let count = sizes.iter().copied().find(|d| *d > 0.0)?;
+    let count = sizes.iter().copied().find(|d| *d > NO_STEP)?;
     let usual = sizes.get((USUAL * sizes.len() as f64) as usize)?.max(count);
     let is_spike = |d: &[f64]| {
         let &[before, here, behind] = d else {
@@ -84,6 +86,9 @@ mod tests {
         // At rest but for one count.
         let mut rest = vec![PI; 500];
         rest[250] += COUNT;
+        assert_eq!(spikes(&rest), None);
+        // The same in numbers that are rounded themselves.
+        rest[100] += 1e-15;
         assert_eq!(spikes(&rest), None);
     }
 }

@@ -8,14 +8,15 @@ use furuta_model::Rig;
 use super::regression::Estimate;
 use super::shown::Shown;
 use super::weak::pendulum::{self, APART};
-use super::weak::{CORRELATED, arm};
+use super::weak::{CORRELATED, DIFFERS, arm};
 use super::{NoticeKind, Recording};
 
 /// Standard deviations that a time must be away from zero to be spoken of. On the sound recordings that were tried and
 /// hang, a command is never later than half of that.
 const SIGNIFICANT: f64 = 8.0;
-/// A logger that writes what it read a row before is late by one row, less what a motor lags.
-const ROWS: f64 = 0.4;
+/// A logger that writes what it read a row before is late by one row, less what a motor lags; by more than a few rows no
+/// logger is, and no rate of change tells.
+const ROWS: core::ops::Range<f64> = 0.4..3.5;
 /// A column that was written a row later is late by whole rows within this; an encoder on the motor's side of a drive
 /// that gives way is late by any time.
 const NOT_WHOLE: f64 = 0.1;
@@ -28,9 +29,13 @@ const MOTION_LEFT: f64 = 0.02;
 /// Suspects a command that is written in a later row than the one from which on it acts: no rig answers before it is
 /// told. A delay, a lag and late encoders are the other way.
 pub(super) fn late(recording: &Recording, rig: &Rig) -> Shown {
-    let needs = || arm::regression(recording, &rig.params.coefficients(), 0.0).solve(CORRELATED);
-    let needs = recording.hangs().then(needs).flatten();
-    let Some(needs) = needs.filter(|needs| needs.left < COMMAND_LEFT) else {
+    let told = || {
+        let regression = arm::regression(recording, &rig.params.coefficients(), 0.0);
+        let needs = regression.solve(CORRELATED)?;
+        let differs = regression.independent(arm::LATE) > DIFFERS;
+        (differs && needs.left < COMMAND_LEFT).then_some(needs)
+    };
+    let Some(needs) = recording.hangs().then(told).flatten() else {
         return Shown::Neither;
     };
     let rows = in_rows(needs.coefficients[arm::LATE], recording.sample_period);
@@ -38,7 +43,7 @@ pub(super) fn late(recording: &Recording, rig: &Rig) -> Shown {
         let rows = rows.value;
         return Shown::Wrong(NoticeKind::LateCommandSuspected { rows });
     }
-    if rows.value + KNOWN * rows.std < ROWS {
+    if rows.value + KNOWN * rows.std < ROWS.start {
         Shown::Right
     } else {
         Shown::Neither
@@ -68,7 +73,7 @@ pub(super) fn skew(recording: &Recording) -> Shown {
         let rows = rows.value;
         return Shown::Wrong(NoticeKind::SkewSuspected { rows });
     }
-    if size.value + KNOWN * size.std < ROWS {
+    if size.value + KNOWN * size.std < ROWS.start {
         Shown::Right
     } else {
         Shown::Neither
@@ -83,5 +88,5 @@ fn in_rows(time: Estimate, row: f64) -> Estimate {
 }
 
 fn is_late(rows: Estimate) -> bool {
-    rows.sign(ROWS, SIGNIFICANT) == Some(1.0)
+    ROWS.contains(&rows.value) && rows.sign(0.0, SIGNIFICANT).is_some()
 }

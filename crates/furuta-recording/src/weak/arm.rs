@@ -5,7 +5,7 @@ use furuta_model::params::Coefficients;
 
 use super::super::Recording;
 use super::super::regression::Regression;
-use super::{SLOW, over};
+use super::{SLOW, over, unbroken};
 
 /// Half the width of the bump, s: short against what a command makes an arm do, long against a count.
 const HALF: f64 = 0.06;
@@ -31,7 +31,7 @@ pub(crate) fn regression(
 ) -> Regression<TERMS> {
     let mut regression = Regression::default();
     let late = (delay / recording.sample_period).round() as usize;
-    over(recording, HALF, |window, bump| {
+    over(recording, unbroken(recording), HALF, |window, bump| {
         let (mut x, mut y) = ([0.0; TERMS], 0.0);
         let [middle, centre] = window.at(bump.len() / 2);
         for (j, w) in bump.iter().enumerate() {
@@ -55,4 +55,25 @@ pub(crate) fn regression(
         regression.add(x, y);
     });
     regression
+}
+
+/// A command whose second derivative is in proportion to it, but for this share of its squares, is one sine.
+const ONE_SINE: f64 = 0.05;
+
+/// Whether the command is a single sine about a constant.
+pub(crate) fn is_one_sine(recording: &Recording) -> bool {
+    let mut regression = Regression::<2>::default();
+    over(recording, unbroken(recording), HALF, |window, bump| {
+        let (mut x, mut y) = ([0.0; 2], 0.0);
+        for (j, w) in bump.iter().enumerate() {
+            let u = recording.u.get(window.first + j).copied();
+            let u = u.unwrap_or_default();
+            x[0] += w.phi * u;
+            x[1] += w.phi;
+            y += w.curvature * u;
+        }
+        regression.add(x, y);
+    });
+    let law = regression.solve(super::CORRELATED);
+    law.is_some_and(|law| law.left < ONE_SINE && law.coefficients[0].value < 0.0)
 }

@@ -7,6 +7,8 @@
 pub(super) mod arm;
 pub(super) mod pendulum;
 
+use core::ops::Range;
+
 use super::Recording;
 use super::differences::stretches;
 
@@ -18,6 +20,9 @@ const SPEED: f64 = 0.006;
 const SLOW: f64 = 0.1;
 /// Bumps over a recording at most; over a longer one they lie further apart.
 const BUMPS: usize = 1000;
+/// A coefficient is of use where its regressor differs from all others by this share of its squares: under a single sine
+/// all are sums of a sine and a cosine, and what little friction adds to that is taken for a law.
+pub(super) const DIFFERS: f64 = 0.05;
 /// Bumps overlap: one in this many is independent.
 pub(super) const CORRELATED: f64 = 2.0;
 
@@ -56,9 +61,13 @@ impl Window<'_> {
     }
 }
 
-/// Lays bumps of `half` s from centre to end over a recording, none across a step of an angle that is no motion, and
-/// calls `f` with each.
-fn over(recording: &Recording, half: f64, mut f: impl FnMut(&Window, &[Weight])) {
+/// Lays bumps of `half` s from centre to end over stretches of a recording and calls `f` with each.
+fn over(
+    recording: &Recording,
+    stretches: impl Iterator<Item = Range<usize>>,
+    half: f64,
+    mut f: impl FnMut(&Window, &[Weight]),
+) {
     let h = recording.sample_period;
     let half = ((half / h).round() as usize).max(LEAST_HALF);
     let lag = ((SPEED / h).round() as usize).max(1);
@@ -67,30 +76,33 @@ fn over(recording: &Recording, half: f64, mut f: impl FnMut(&Window, &[Weight]))
         .collect();
     let samples = 2 * (half + lag) + 1;
     let stride = half.div_ceil(2).max(recording.len() / BUMPS);
-    for segment in &recording.segments {
-        let columns = [&recording.theta, &recording.alpha].map(|c| c.get(segment.clone()));
+    for stretch in stretches {
+        let columns = [&recording.theta, &recording.alpha].map(|c| c.get(stretch.clone()));
         let [Some(theta), Some(alpha)] = columns else {
             continue;
         };
-        for stretch in stretches([theta, alpha], h) {
-            let begin = segment.start + stretch.start + lag;
-            let [theta, alpha] = [theta, alpha].map(|c| c.get(stretch.clone()).unwrap_or_default());
-            let windows = theta
-                .windows(samples)
-                .zip(alpha.windows(samples))
-                .enumerate();
-            for (k, (theta, alpha)) in windows.step_by(stride) {
-                let window = Window {
-                    theta,
-                    alpha,
-                    lag,
-                    period: h,
-                    first: begin + k,
-                };
-                f(&window, &bump);
-            }
+        let windows = theta.windows(samples).zip(alpha.windows(samples));
+        for (k, (theta, alpha)) in windows.enumerate().step_by(stride) {
+            let window = Window {
+                theta,
+                alpha,
+                lag,
+                period: h,
+                first: stretch.start + lag + k,
+            };
+            f(&window, &bump);
         }
     }
+}
+
+/// The stretches without a gap, and without a step of either angle that is no motion.
+fn unbroken(recording: &Recording) -> impl Iterator<Item = Range<usize>> {
+    recording.segments.iter().flat_map(|segment| {
+        let columns = [&recording.theta, &recording.alpha];
+        let columns = columns.map(|c| c.get(segment.clone()).unwrap_or_default());
+        let within = stretches(columns, recording.sample_period);
+        within.map(|s| segment.start + s.start..segment.start + s.end)
+    })
 }
 
 impl Weight {

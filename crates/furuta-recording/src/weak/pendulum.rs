@@ -31,7 +31,8 @@ pub(crate) const STANDING: [usize; 4] = [GRAVITY, 3, 5, 7];
 /// the acceleration as recorded.
 pub(crate) fn regression(recording: &Recording, scale: f64, zero: f64) -> Regression<TERMS> {
     let mut regression = Regression::default();
-    over(recording, HALF, |window, bump| {
+    let segments = recording.segments.iter().cloned();
+    over(recording, segments, HALF, |window, bump| {
         let (mut x, mut y) = ([0.0; TERMS], 0.0);
         let [_, centre] = window.at(bump.len() / 2);
         for (j, w) in bump.iter().enumerate() {
