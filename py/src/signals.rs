@@ -40,7 +40,8 @@ const RESTARTS: u32 = 8;
 ///     - ramp: begin (0), amplitude (1) at the end, over the whole duration
 ///     - chirp: amplitude (1), band ((0, 8); (0.1, 8) if logarithmic) through which the frequency falls, sweep
 ///       ("linear" or "logarithmic")
-///     - multisine: amplitude (1, the RMS), fundamental (the lowest with which the run holds whole periods of 20 s at most), band ((0.2, 6)), harmonics ("logarithmic",
+///     - multisine: amplitude (1, the RMS), fundamental (whole periods in the run, of 20 s at most), band ((0.2, 6)),
+///       harmonics ("logarithmic",
 ///       "all", "odd", or "detecting": the odd ones but one of each four, at random), lines (12) of logarithmic
 ///       harmonics, phases ("optimised" for a low peak, "schroeder", "random"), seed (0) of random phases and of what
 ///       "detecting" leaves out

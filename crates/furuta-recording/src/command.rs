@@ -1,5 +1,5 @@
-//! Whether the command can be what it is said to be: in the rig's unit, counted in the arm's direction, and of the motor
-//! in the rig file.
+//! Whether the command can be what it is said to be: in the rig's unit, counted in the arm's direction, and of the
+//! motor in the rig file.
 
 use furuta_model::{Actuation, Rig};
 

@@ -268,7 +268,7 @@ pub enum NoticeKind {
         /// By how many rows it is late.
         rows: f64,
     },
-    /// Another recording is wrong in a way in which a program is wrong in all, and nothing shows that this one is right.
+    /// Another recording is wrong as a program is in all that it records, and nothing shows that this one is right.
     AsInAnother {
         /// What is said of the other.
         what: Box<NoticeKind>,
@@ -394,8 +394,8 @@ impl fmt::Display for NoticeKind {
             }
             Self::Spikes { column, rows, by } => write!(
                 f,
-                "{}: {column} stands out from both neighbours by {by:.3} rad, which is no motion: not used; predictions \
-                 stop there and start anew",
+                "{}: {column} stands out from both neighbours by {by:.3} rad, which is no motion: not used; \
+                 predictions stop there and start anew",
                 Rows(rows)
             ),
             Self::ManySpikesSuspected { column, rows, by } => write!(

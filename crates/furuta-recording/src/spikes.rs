@@ -1,4 +1,5 @@
-//! Single samples of an angle that no motion explains: a glitch of an encoder's counter, a bit that flipped on the wire.
+//! Single samples of an angle that no motion explains: a glitch of an encoder's counter, a bit that flipped on the
+//! wire.
 
 use core::f64::consts::TAU;
 
@@ -8,8 +9,7 @@ const USUAL: f64 = 0.75;
 const TIMES: f64 = 15.0;
 /// Half a count of the finest encoders is 5e-5 rad; what is smaller than this is rounding of the numbers.
 const NO_STEP: f64 = 1e-5;
-/// The middle of a neighbour and the sample behind it is off by half as much the other way; rounding and motion may take
-/// this share of it. A blow leaves its neighbours where they are.
+/// The neighbours are off by half as much the other way; rounding and motion may make it this share. A blow leaves its neighbours where they are.
 const HALF: core::ops::Range<f64> = 0.3..0.7;
 
 /// The places of such samples, and how far the first is off. A whole turn is no such step: an angle may be recorded

@@ -169,8 +169,8 @@ impl Multisine {
         self.fundamental
     }
 
-    /// The fundamental frequency (Hz) with which a run of `duration` s holds whole periods, each of 20 s at most: so its
-    /// spectrum has no leakage, and longer runs hold several, whose spread shows the noise.
+    /// The fundamental frequency (Hz) with which a run of `duration` s holds whole periods, each of 20 s at most: so
+    /// its spectrum has no leakage, and longer runs hold several, whose spread shows the noise.
     ///
     /// ```
     /// use furuta_model::signals::Multisine;

@@ -12,7 +12,7 @@ use core::ops::Range;
 use super::Recording;
 use super::differences::stretches;
 
-/// The same in samples at least.
+/// Half the width of a bump, in samples, at least.
 const LEAST_HALF: usize = 6;
 /// Speeds are differences over this much either way, s.
 const SPEED: f64 = 0.006;
@@ -20,9 +20,6 @@ const SPEED: f64 = 0.006;
 const SLOW: f64 = 0.1;
 /// Bumps over a recording at most; over a longer one they lie further apart.
 const BUMPS: usize = 1000;
-/// A coefficient is of use where its regressor differs from all others by this share of its squares: under a single sine
-/// all are sums of a sine and a cosine, and what little friction adds to that is taken for a law.
-pub(super) const DIFFERS: f64 = 0.05;
 /// Bumps overlap: one in this many is independent.
 pub(super) const CORRELATED: f64 = 2.0;
 
