@@ -58,10 +58,11 @@ fn seconds(limit: f64) -> PyResult<Duration> {
 /// candidates : list of str, Hypothesis or path, optional
 ///     Effects to be looked for from the outset beside those that always are: ids of the catalogue
 ///     (`catalogue()[id]["offered"]`), laws of your own, or files with some (`.toml`).
-/// pendulum : {"swings", "removed", "locked", "alone"}, optional
-///     What the pendulum did in the recordings: it swings as it is built, was taken off, was locked hanging, or swings
-///     alone, the arm held. Off or locked, the arm alone is diagnosed, whatever alpha says; with the arm held the
-///     pendulum alone, whatever theta and u say. No experiment is planned then.
+/// pendulum : {"swings", "removed", "locked", "alone", "driven"}, optional
+///     What the pendulum did in the recordings: it swings as it is built, was taken off, was locked hanging, swings
+///     alone, the arm held, or is driven by an arm that moves as theta says. Off or locked, the arm alone is
+///     diagnosed, whatever alpha says; with the arm held the pendulum alone, whatever theta and u say; driven the
+///     pendulum alone, whatever u says. No experiment is planned then.
 /// every : int, optional
 ///     Use every `every`-th sample of each recording. The command of a sample becomes the mean of those until the
 ///     next one used: right where `every` sample periods are short against the motion.

@@ -2,6 +2,7 @@
 //! rig's parameters, finding the effect that the model lacks, and showing it.
 
 mod answer;
+mod arm_motion;
 pub mod calibrate;
 pub mod diagnose;
 mod experiment;

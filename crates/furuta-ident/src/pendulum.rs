@@ -1,11 +1,14 @@
-//! Recordings of a part of a rig: of the arm alone, its pendulum taken off or locked, or of the pendulum alone, its arm held.
+//! Recordings of a part of a rig: of the arm alone, its pendulum taken off or locked, or of the pendulum alone, its arm
+//! held or moving as measured.
 
 use std::borrow::Cow;
 use std::f64::consts::PI;
 
-use furuta_model::Scalar;
+use furuta_model::effects::Acts;
 use furuta_model::params::Coefficients;
+use furuta_model::{Scalar, Spec};
 
+use crate::arm_motion::acceleration;
 use crate::recording::{NoticeKind, Recording};
 
 /// What the pendulum does while a rig is recorded.
@@ -28,10 +31,21 @@ use crate::recording::{NoticeKind, Recording};
 ///
 /// and data show torques in proportion to `m g c`; neither what is measured of the arm nor the command is looked at.
 ///
+/// Where the pendulum is driven by the arm, whatever moves the arm, the second equation is left as well, with what the
+/// arm does to the pendulum:
+///
+/// ```text
+/// (I_p + m c²) alpha'' = m L_r c cos(alpha) theta'' + (m c² + I_t - I_a) sin(alpha) cos(alpha) theta'²
+///                        + m g c sin(alpha) - damping alpha' + torques of effects
+/// ```
+///
+/// `theta''` is held from sample to sample and is what makes the readings of theta most likely. The command is not
+/// looked at, and nothing that moves or holds the arm can be mistaken for a torque on the pendulum.
+///
 /// ```
 /// use furuta_ident::Pendulum;
 /// assert_eq!("removed".parse(), Ok(Pendulum::Removed));
-/// assert_eq!("off".parse::<Pendulum>().unwrap_err().to_string(), "give swings, removed, locked or alone, not off");
+/// assert_eq!("off".parse::<Pendulum>().unwrap_err().to_string(), "give swings, removed, locked, alone or driven, not off");
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pendulum {
@@ -44,11 +58,13 @@ pub enum Pendulum {
     Locked,
     /// It swings, and the arm is held.
     Alone,
+    /// It swings, and the arm moves as measured, whatever moves it.
+    Driven,
 }
 
 /// No state of a pendulum has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("give swings, removed, locked or alone, not {0}")]
+#[error("give swings, removed, locked, alone or driven, not {0}")]
 pub struct UnknownPendulum(String);
 
 impl core::str::FromStr for Pendulum {
@@ -60,17 +76,25 @@ impl core::str::FromStr for Pendulum {
             "removed" => Ok(Self::Removed),
             "locked" => Ok(Self::Locked),
             "alone" => Ok(Self::Alone),
+            "driven" => Ok(Self::Driven),
             other => Err(UnknownPendulum(other.to_owned())),
         }
     }
 }
 
-/// An arm that is held is one of this many times its inertia: nothing moves it by as much as rounding would.
-const HELD: f64 = 1e30;
+/// An arm that is held, or that moves as measured, has this inertia, kg m²: no torque moves it by as much as rounding
+/// would.
+const UNMOVED: f64 = 1e30;
 
 impl Pendulum {
     /// All states.
-    pub const ALL: [Self; 4] = [Self::Swings, Self::Removed, Self::Locked, Self::Alone];
+    pub const ALL: [Self; 5] = [
+        Self::Swings,
+        Self::Removed,
+        Self::Locked,
+        Self::Alone,
+        Self::Driven,
+    ];
 
     /// In words: `with the pendulum off`.
     #[must_use]
@@ -80,6 +104,7 @@ impl Pendulum {
             Self::Removed => "with the pendulum off",
             Self::Locked => "with the pendulum locked",
             Self::Alone => "with the arm held",
+            Self::Driven => "with the arm moving as measured",
         }
     }
 
@@ -95,6 +120,12 @@ impl Pendulum {
         matches!(self, Self::Swings)
     }
 
+    /// Whether arm and pendulum move each other, or the arm at least the pendulum.
+    #[must_use]
+    pub const fn is_coupled(self) -> bool {
+        matches!(self, Self::Swings | Self::Driven)
+    }
+
     /// Whether each of the angles `[theta, alpha]` is looked at.
     ///
     /// ```
@@ -106,20 +137,49 @@ impl Pendulum {
         [!matches!(self, Self::Alone), !self.is_still()]
     }
 
+    /// Whether each of the angles `[theta, alpha]` tells of the model. An arm that moves as measured is looked at, but
+    /// follows itself.
+    ///
+    /// ```
+    /// use furuta_ident::Pendulum;
+    /// assert_eq!(Pendulum::Driven.tells(), [false, true]);
+    /// ```
+    #[must_use]
+    pub const fn tells(self) -> [bool; 2] {
+        let [theta, alpha] = self.looks_at();
+        [theta && !matches!(self, Self::Driven), alpha]
+    }
+
+    /// Whether an effect of the rig file is part of the model in this state. What lies between command and arm, or
+    /// delays both encoders alike, is not where the arm moves as measured.
+    pub(crate) const fn has(self, spec: &Spec) -> bool {
+        let late = spec.acts.touches(Acts::DELAY.and(Acts::SENSOR_DELAY));
+        !matches!(self, Self::Driven) || (spec.acts.shows_in(self.tells()) && !late)
+    }
+
     /// The coefficients of the rig in this state. Beside the arm a body without weight stays where it is: nothing that
     /// acts on the arm may depend on a state that no sample shows.
     pub(crate) fn coefficients<S: Scalar>(self, c: Coefficients<S>) -> Coefficients<S> {
+        let unmoved = S::from_f64(UNMOVED);
         let (arm, lever) = match self {
             Self::Swings => return c,
             Self::Removed => (c.hub, S::ZERO),
             Self::Locked => (c.arm, c.lever),
             Self::Alone => {
-                let arm = c.arm * S::from_f64(HELD);
                 return Coefficients {
-                    arm,
-                    hub: arm,
+                    arm: unmoved,
+                    hub: unmoved,
                     swing: S::ZERO,
                     coupling: S::ZERO,
+                    ..c
+                };
+            }
+            Self::Driven => {
+                return Coefficients {
+                    arm: unmoved,
+                    hub: unmoved,
+                    // The command is the arm's acceleration.
+                    drive: unmoved,
                     ..c
                 };
             }
@@ -151,11 +211,15 @@ impl Pendulum {
                 "the arm is held, so the pendulum alone is looked at: its torques are in proportion to the rig file's \
                  pendulum.mass times pendulum.com",
             ),
+            Self::Driven => Some(
+                "the arm moves as measured, so the pendulum alone is looked at: its torques are in proportion to the \
+                 rig file's pendulum.mass times pendulum.com; nothing is said of arm and motor",
+            ),
         }
     }
 
     /// The recording as it is looked at in this state, the pendulum hanging where it is still, the arm where it was at
-    /// first where it is held.
+    /// first where it is held, and its acceleration in place of the command where it moves as measured.
     pub(crate) fn seen(self, recording: &Recording) -> Cow<'_, Recording> {
         let mut seen = Cow::Borrowed(recording);
         if self.is_still() {
@@ -167,6 +231,10 @@ impl Pendulum {
             let seen = seen.to_mut();
             seen.theta.fill(*first);
             seen.theta_dot = None;
+        }
+        if self == Self::Driven {
+            let r = recording;
+            seen.to_mut().u = acceleration(&r.t, &r.theta, &r.segments, r.sample_period);
         }
         seen
     }

@@ -6,6 +6,7 @@ mod combinations;
 mod common;
 mod coverage;
 mod diagnose;
+mod driven;
 mod ended_early;
 mod expression;
 mod frequency;

@@ -276,10 +276,10 @@ impl Kept for PyCalibration {
 ///     Length of the pendulum from hinge to tip, m: neither centre of mass nor inertia lies beyond it.
 /// verify : path, dict, or list of these, optional
 ///     Recordings that the fit must not see: rig file and calibrated rig are judged by them (`verification`).
-/// pendulum : {"swings", "removed", "locked", "alone"}, optional
+/// pendulum : {"swings", "removed", "locked", "alone", "driven"}, optional
 ///     What the pendulum did in `recordings`: it swings as it is built; it was taken off or locked hanging, and the arm
-///     alone is looked at; or the arm was held, and the pendulum alone is.
-/// removed, locked, alone : as `recordings`, optional
+///     alone is looked at; or the arm was held, or moves as theta says, and the pendulum alone is.
+/// removed, locked, alone, driven : as `recordings`, optional
 ///     Recordings of the same rig in these states, fitted together with `recordings`.
 /// every : int, optional
 ///     Use every `every`-th sample of each recording. The command of a sample becomes the mean of those until the
@@ -320,7 +320,8 @@ impl Kept for PyCalibration {
 #[pyfunction]
 #[pyo3(
     signature = (recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, body_length=None, verify=None,
-        pendulum="swings", removed=None, locked=None, alone=None, every=1, span=None, accept_suspicious=false,
+        pendulum="swings", removed=None, locked=None, alone=None, driven=None, every=1, span=None,
+        accept_suspicious=false,
         progress=None, hold=None),
     text_signature = "(recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, \
         body_length=None, verify=None, pendulum='swings', removed=None, locked=None, alone=None, every=1, span=None, \
@@ -341,6 +342,7 @@ pub(crate) fn calibrate(
     removed: Option<Bound<'_, PyAny>>,
     locked: Option<Bound<'_, PyAny>>,
     alone: Option<Bound<'_, PyAny>>,
+    driven: Option<Bound<'_, PyAny>>,
     every: usize,
     span: Option<(f64, f64)>,
     accept_suspicious: bool,
@@ -361,6 +363,7 @@ pub(crate) fn calibrate(
         (removed, Pendulum::Removed),
         (locked, Pendulum::Locked),
         (alone, Pendulum::Alone),
+        (driven, Pendulum::Driven),
     ] {
         let Some(others) = others else { continue };
         let chosen = choose(

@@ -121,7 +121,7 @@ impl Kept for PyValidation {
 /// recordings : path, dict, list of these, or dict of these by name
 ///     As for `diagnose`.
 /// rig : Rig
-/// pendulum : {"swings", "removed", "locked", "alone"}, optional
+/// pendulum : {"swings", "removed", "locked", "alone", "driven"}, optional
 ///     What the pendulum did in the recordings, as for `calibrate`.
 /// every : int, optional
 ///     Use every `every`-th sample of each recording. The command of a sample becomes the mean of those until the

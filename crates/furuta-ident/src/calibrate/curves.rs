@@ -40,7 +40,7 @@ pub(super) fn curves(problem: &CalibrationProblem<'_>, as_given: &Fit, fitted: &
         .collect()
 }
 
-/// By recording and angle, over the windows; an angle that is not looked at has none.
+/// By recording and angle, over the windows; an angle that does not tell of the model has none.
 pub(super) fn channel_fits(
     recordings: &[Recording],
     data: &Data,
@@ -50,9 +50,9 @@ pub(super) fn channel_fits(
     let state = |r: usize| states.get(r).copied().unwrap_or_default();
     let mut fits = Vec::new();
     for (r, recording) in recordings.iter().enumerate() {
-        let looked_at = state(r).looks_at();
+        let tells = state(r).tells();
         let channels = Channel::ALL.into_iter().enumerate();
-        for (c, channel) in channels.filter(|(c, _)| looked_at[*c]) {
+        for (c, channel) in channels.filter(|(c, _)| tells[*c]) {
             let of = |model: fn(&Curve) -> &[Vec<f64>; 2]| -> Vec<(f64, f64)> {
                 curves
                     .iter()

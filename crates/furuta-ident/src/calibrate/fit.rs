@@ -90,7 +90,7 @@ impl Model for Free<'_> {
         let plant = |state| self.space.plant::<N>(&values, &self.free, 4, state);
         let (whole, late) = plant(Pendulum::Swings);
         let mut seen = Observed::from_true_zeros(whole, late);
-        let otherwise = |state: &Pendulum| (!state.is_whole()).then(|| plant(*state).0);
+        let otherwise = |state: &Pendulum| (!state.is_whole()).then(|| plant(*state));
         seen.otherwise = self.states.iter().map(otherwise).collect();
         seen.free_zeros(&layout, z);
         seen

@@ -256,7 +256,7 @@ impl Space {
         let coefficients = state.coefficients(self.coefficients::<N>(values, free, offset));
         let mut late = Jet::constant(0.0);
         let mut effects = Vec::new();
-        for (i, e) in self.rig.effects.iter().enumerate() {
+        for (i, e) in (self.rig.effects.iter().enumerate()).filter(|(_, e)| state.has(e.spec())) {
             let mut v: arrayvec::ArrayVec<Jet<f64, N>, MAX_PARAMETERS> =
                 e.values().iter().map(|v| Jet::constant(*v)).collect();
             for (j, (p, value)) in self.parameters.iter().zip(values).enumerate() {

@@ -67,7 +67,7 @@ pub(super) fn can_hold(h: &Hypothesis, spec: &Spec) -> bool {
         && numbers <= MAX_FREE
         && !lacks_room(h, spec)
         && spec.acts.not_on(h.sheet.params.motor.actuation).is_none()
-        && spec.acts.shows_in(h.sheet.looks_at)
+        && spec.acts.shows_in(h.sheet.tells)
         && present
             .into_iter()
             .all(|e| e.id != spec.id && !(is_late(e) && is_late(spec)))

@@ -26,7 +26,7 @@ pub(super) fn asked(
             ));
         } else if let Some(why) = spec.acts.not_on(actuation) {
             notices.push(format!("candidate {id} is not looked for: {why}"));
-        } else if !spec.acts.shows_in(base.sheet.looks_at) {
+        } else if !spec.acts.shows_in(base.sheet.tells) {
             notices.push(format!(
                 "candidate {id} is not looked for: recordings of this part of the rig do not show it"
             ));

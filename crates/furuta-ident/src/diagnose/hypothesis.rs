@@ -38,12 +38,12 @@ pub(super) struct Sheet {
     pub(super) coefficients: Coefficients<f64>,
     /// Of the arm's inertia, what goes with the square of its length.
     carried: f64,
-    /// Whether arm and pendulum turn together.
-    is_whole: bool,
+    /// Whether the pendulum swings on a moving arm.
+    is_coupled: bool,
     /// Base parameters that data cannot show beside the others: they stay what the sheet says.
     pub(super) held: [bool; BASE],
-    /// Whether each of the angles is looked at.
-    pub(super) looks_at: [bool; 2],
+    /// Whether each of the angles tells of the model.
+    pub(super) tells: [bool; 2],
     /// A natural size of each base parameter: the sheet's value, or a guess where that is zero.
     pub(super) scale: [f64; BASE],
     /// One standard deviation of each base parameter beforehand, by the sheet's tolerances, in units of the vector.
@@ -74,21 +74,22 @@ impl Sheet {
         for i in [ARM_DAMPING, PENDULUM_DAMPING] {
             scale[i] = scale[i].max(small);
         }
-        let looks_at = pendulum.looks_at();
-        let moved = moved(&rig.params, looks_at);
+        let tells = pendulum.tells();
+        let moved = moved(&rig.params, tells);
         let shown = |i: usize| match pendulum {
             Pendulum::Swings => moved[0] || !matches!(i, ARM_INERTIA | ARM_DAMPING),
             Pendulum::Removed | Pendulum::Locked => i == DRIVE || (moved[0] && i == ARM_DAMPING),
             Pendulum::Alone => matches!(i, INERTIA | PENDULUM_DAMPING),
+            Pendulum::Driven => matches!(i, INERTIA | PENDULUM_DAMPING | LENGTH),
         };
         let carried = rig.params.pendulum.mass * rig.params.arm.length.powi(2);
         Self {
             params: rig.params,
             coefficients: c,
             carried: if pendulum.is_whole() { carried } else { 0.0 },
-            is_whole: pendulum.is_whole(),
+            is_coupled: pendulum.is_coupled(),
             held: std::array::from_fn(|i| !shown(i)),
-            looks_at,
+            tells,
             scale,
             known: known(rig, &base, &scale),
             period: data.runs.first().map_or(0.0, |r| r.h),
@@ -100,7 +101,9 @@ impl Sheet {
             recordings: data.recordings,
             own_zeros,
             reference: Some(0),
-            present: rig.effects.clone(),
+            present: (rig.effects.iter().copied())
+                .filter(|e| pendulum.has(e.spec()))
+                .collect(),
             looked_for: Vec::new(),
         }
     }
@@ -116,7 +119,7 @@ impl Sheet {
 
     /// Whether a torque moves each axis.
     pub(super) fn moved(&self) -> [bool; 2] {
-        moved(&self.params, self.looks_at)
+        moved(&self.params, self.tells)
     }
 
     fn base(&self) -> [f64; BASE] {
@@ -126,9 +129,9 @@ impl Sheet {
 
 /// Whether a torque moves each axis: none moves one that is held or not there, nor an arm that follows a commanded
 /// acceleration.
-fn moved(params: &Params<f64>, looks_at: [bool; 2]) -> [bool; 2] {
+fn moved(params: &Params<f64>, tells: [bool; 2]) -> [bool; 2] {
     let follows = params.motor.actuation == Actuation::Acceleration;
-    [looks_at[0] && !follows, looks_at[1]]
+    [tells[0] && !follows, tells[1]]
 }
 
 /// The base parameters of a sheet.
@@ -512,7 +515,7 @@ impl Model for Hypothesis {
             hub: arm - longer * longer * Jet::constant(carried) - Jet::constant(fixed),
             pendulum,
             // m c² is in both: a longer pendulum swings with more inertia about both axes.
-            swing: if sheet.is_whole {
+            swing: if sheet.is_coupled {
                 Jet::constant(c.swing) + pendulum - Jet::constant(c.pendulum)
             } else {
                 Jet::constant(c.swing)

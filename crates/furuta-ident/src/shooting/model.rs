@@ -7,12 +7,12 @@ use furuta_model::{Jet, Plant, Scalar};
 pub(crate) struct Observed<S> {
     pub(crate) plant: Plant<S>,
     /// By how much commands or samples are late, s.
-    pub(crate) late: S,
+    late: S,
     /// For each recording, the true `[theta, alpha]` at which its encoders read zero, rad; those left out are zero.
     pub(crate) zeros: Vec<[S; 2]>,
-    /// For each recording of the rig in another state (its pendulum off, its arm held) the plant that it is then; those
-    /// left out are of `plant`.
-    pub(crate) otherwise: Vec<Option<Plant<S>>>,
+    /// For each recording of the rig in another state (its pendulum off, its arm held) the plant that it is then, and by
+    /// how much it is late, s; those left out are of `plant`.
+    pub(crate) otherwise: Vec<Option<(Plant<S>, S)>>,
 }
 
 impl<S: Scalar<Real = f64>> Observed<S> {
@@ -36,7 +36,14 @@ impl<S: Scalar<Real = f64>> Observed<S> {
     #[inline(always)]
     pub(crate) fn plant_in(&self, recording: usize) -> &Plant<S> {
         let otherwise = self.otherwise.get(recording).and_then(Option::as_ref);
-        otherwise.unwrap_or(&self.plant)
+        otherwise.map_or(&self.plant, |(plant, _)| plant)
+    }
+
+    /// By how much commands or samples of a recording are late, s.
+    #[inline(always)]
+    pub(crate) fn late_in(&self, recording: usize) -> S {
+        let otherwise = self.otherwise.get(recording).and_then(Option::as_ref);
+        otherwise.map_or(self.late, |(_, late)| *late)
     }
 
     /// The same in another scalar, all a constant.
@@ -47,7 +54,10 @@ impl<S: Scalar<Real = f64>> Observed<S> {
             late: number(self.late),
             zeros: self.zeros.iter().map(|z| z.map(number)).collect(),
             otherwise: (self.otherwise.iter())
-                .map(|plant| plant.as_ref().map(Plant::cast))
+                .map(|o| {
+                    o.as_ref()
+                        .map(|(plant, late)| (plant.cast(), number(*late)))
+                })
                 .collect(),
         }
     }

@@ -73,7 +73,11 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
         predict_uneven(seen, s, run, w, (x0, before), each);
         return;
     }
-    let (plant, late, h) = (seen.plant_in(run.recording), seen.late, run.h);
+    let (plant, late, h) = (
+        seen.plant_in(run.recording),
+        seen.late_in(run.recording),
+        run.h,
+    );
     let zero = seen.zero(run.recording);
     // Whole samples; what is left lies between -0.1 and 0.9 of a sample.
     let samples = (late.value() / h + 0.1).floor().max(0.0);
@@ -127,7 +131,7 @@ fn predict_uneven<S: Scalar<Real = f64>>(
     (x0, before): (State<S>, Option<&Before>),
     each: &mut impl Each<S>,
 ) {
-    let (plant, late) = (seen.plant_in(run.recording), seen.late);
+    let (plant, late) = (seen.plant_in(run.recording), seen.late_in(run.recording));
     let zero = seen.zero(run.recording);
     let (mut next, last) = (w.start + 1, w.start + w.len);
     let mut k = first_sample(run, w.start, late.value());
@@ -186,14 +190,15 @@ fn run_to(
     let plant = seen.plant_in(run.recording);
     let mut s = some(plant);
     if run.is_uneven() {
-        let [first, end] = [w.start, at].map(|k| first_sample(run, k, seen.late));
+        let late = seen.late_in(run.recording);
+        let [first, end] = [w.start, at].map(|k| first_sample(run, k, late));
         enter(seen, &mut s, run, first, 0, (x0, before));
         for k in first..end {
             step(plant, &mut s, run.u[k], run.interval(k));
         }
         return s;
     }
-    let late = (seen.late / run.h + 0.1).floor().max(0.0) as usize;
+    let late = (seen.late_in(run.recording) / run.h + 0.1).floor().max(0.0) as usize;
     enter(seen, &mut s, run, w.start, late, (x0, before));
     for k in w.start..at {
         plant.step(&mut s, run.command(k, late), run.h);

@@ -29,7 +29,8 @@ impl Model for AsGiven<'_> {
     fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>> {
         let mut late = Jet::constant(0.0);
         let mut effects: Vec<Effect<Jet<f64, N>>> = Vec::new();
-        for e in &self.rig.effects {
+        let present = self.rig.effects.iter().filter(|e| self.state.has(e.spec()));
+        for e in present {
             let e: Effect<Jet<f64, N>> = e.cast();
             // A delay is not simulated but read off the time axis.
             if e.spec().acts.touches(Acts::DELAY.and(Acts::SENSOR_DELAY)) {

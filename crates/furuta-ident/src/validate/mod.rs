@@ -136,8 +136,8 @@ pub fn validate(recordings: &[Recording], rig: &Rig) -> Result<Validation, Insuf
     validate_in(recordings, rig, Pendulum::Swings)
 }
 
-/// [`validate`] by recordings of the rig in this state: of its arm alone, or of its pendulum alone. Angles that are not
-/// looked at have no rows.
+/// [`validate`] by recordings of the rig in this state: of its arm alone, or of its pendulum alone. Angles that do not
+/// tell of the model have no rows.
 ///
 /// # Errors
 /// As [`validate`].
@@ -173,7 +173,7 @@ pub fn validate_in(
             ));
         }
         let angles = Channel::ALL.into_iter().enumerate();
-        for (c, channel) in angles.filter(|(c, _)| state.looks_at()[*c]) {
+        for (c, channel) in angles.filter(|(c, _)| state.tells()[*c]) {
             let pairs: Vec<(usize, f64, f64)> = predicted
                 .iter()
                 .map(|(k, p)| (*k, run.y[*k][c], p[c]))

@@ -38,7 +38,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "METRES")]
     body_length: Option<f64>,
     /// What the pendulum did in DATA: swings; removed (taken off) or locked (hanging, held to the arm), so that the arm
-    /// alone is looked at; alone (it swings, the arm is held), so that the pendulum is.
+    /// alone is looked at; alone (it swings, the arm is held) or driven (it swings, the arm moves as theta says), so that
+    /// the pendulum is.
     #[arg(long, value_name = "STATE", default_value = "swings")]
     pendulum: Pendulum,
     /// Recordings with the pendulum taken off, to be fitted together with DATA.
@@ -50,6 +51,9 @@ pub(crate) struct Args {
     /// Recordings of the pendulum with the arm held, to be fitted together with DATA.
     #[arg(long, value_name = "DATA", num_args = 1..)]
     alone: Vec<PathBuf>,
+    /// Recordings of the pendulum on an arm that moves as theta says, whatever u is, to be fitted together with DATA.
+    #[arg(long, value_name = "DATA", num_args = 1..)]
+    driven: Vec<PathBuf>,
     /// Recordings that the fit must not see: rig file and calibrated rig are judged by them, as
     /// `furuta identify validate` does.
     #[arg(long, value_name = "DATA", num_args = 1..)]
@@ -72,6 +76,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         (&args.removed, Pendulum::Removed),
         (&args.locked, Pendulum::Locked),
         (&args.alone, Pendulum::Alone),
+        (&args.driven, Pendulum::Driven),
     ] {
         let [read, _] = (args.recorded).load_from(files, &[], (&rig, state), &mut notices)?;
         beside.extend(read.into_iter().map(|recording| (state, recording)));

@@ -501,9 +501,9 @@ impl Diagnosis {
         }
     }
 
-    /// Leaves out what is said of an angle that is not looked at in this state.
+    /// Leaves out what is said of an angle that does not tell of the model in this state.
     pub(super) fn forget(&mut self, state: Pendulum) {
-        let [theta, alpha] = state.looks_at();
+        let [theta, alpha] = state.tells();
         let gap = &mut self.gap;
         let of_gap = [&mut gap.nominal, &mut gap.recalibrated, &mut gap.augmented];
         let held_out = self.held_out.iter_mut();
