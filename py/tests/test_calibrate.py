@@ -238,8 +238,16 @@ def test_a_part_of_the_rig_alone_and_beside_the_whole():
     assert not alone.parameters["pendulum.com"]["identifiable"]
     com = both.parameters["pendulum.com"]
     assert com["identifiable"] and abs(com["fitted"] - 0.06) < 4 * com["std"] < 0.003
-    with pytest.raises(ValueError, match="swings, removed, locked or alone, not off"):
+    with pytest.raises(ValueError, match="swings, removed, locked, alone or driven, not off"):
         furuta.calibrate(whole, RIG, pendulum="off")
+    # A command of another rig says nothing where the arm moves as measured.
+    wrong = whole | {"u": -5 * np.asarray(whole["u"])[::-1]}
+    keys = ["pendulum.inertia", "pendulum.viscous"]
+    driven = furuta.calibrate(wrong, RIG.with_parameters({"pendulum.com": 0.06}), free=keys, pendulum="driven")
+    inertia = driven.parameters["pendulum.inertia"]
+    assert abs(inertia["fitted"] - real["pendulum.inertia"]) < 4 * inertia["std"]
+    beside = furuta.calibrate(whole, RIG.with_parameters({"pendulum.com": 0.06}), free=keys, driven=[wrong])
+    assert abs(beside.parameters["pendulum.inertia"]["fitted"] - real["pendulum.inertia"]) < 4 * inertia["std"]
 
 
 @pytest.mark.parametrize(

@@ -183,11 +183,11 @@ fn the_pendulum_of_a_stepper_kit_is_predicted() {
             pendulum,
             ..calibrate::Options::default()
         };
-        let outcome =
-            calibrate::calibrate(&[first.clone()], &sheet, &options).expect("good recordings");
+        let outcome = calibrate::calibrate(std::slice::from_ref(&first), &sheet, &options)
+            .expect("good recordings");
         println!("{}", outcome.calibration.summary());
-        let validation =
-            validate_in(&[second.clone()], &outcome.rig, pendulum).expect("good recordings");
+        let validation = validate_in(std::slice::from_ref(&second), &outcome.rig, pendulum)
+            .expect("good recordings");
         println!("{}", validation.summary());
         validation.channels.last().expect("alpha").rms
     };
