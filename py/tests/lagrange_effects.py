@@ -117,6 +117,11 @@ class Motion:
             bend, stiffness = behind.pop(0), p("arm.presliding", "stiffness")
             rotor -= stiffness * bend
             more.append(speed - abs(speed) * stiffness * bend / p("arm.presliding", "torque"))
+        if "arm.lugre" in self.effects:
+            bend, stiffness = behind.pop(0), p("arm.lugre", "stiffness")
+            rate = speed - abs(speed) * stiffness * bend / p("arm.lugre", "torque")
+            rotor -= stiffness * bend + p("arm.lugre", "damping") * rate
+            more.append(rate)
         if "motor.lag" in self.effects:
             lagged = behind.pop(0)
             more.append((volts - lagged) / p("motor.lag", "time_constant"))
@@ -188,7 +193,7 @@ class Motion:
         start = [
             *x0,
             *((x0[0], x0[2]) if self.drive else ()),
-            *([0.0] * (("arm.presliding" in self.effects) + ("motor.lag" in self.effects))),
+            *([0.0] * (("arm.presliding" in self.effects) + ("arm.lugre" in self.effects) + ("motor.lag" in self.effects))),
             *([0.0] * (("arm.relaxation" in self.effects) + ("motor.inductance" in self.effects))),
         ]
         rubs = ("coulomb", "stribeck", "load_friction", "angle_friction", "arm.stop")

@@ -41,7 +41,7 @@ EFFECTS = (
 
 # In no draw of the benchmark: those that a diagnosis looks for on request alone, and lost counts, which came later.
 ON_REQUEST = (
-    "arm.load_friction", "arm.angle_friction", "arm.relaxation", "arm.stop",
+    "arm.load_friction", "arm.angle_friction", "arm.lugre", "arm.relaxation", "arm.stop",
     "motor.resolution", "motor.inductance", "motor.current_limit",
     "sensor.theta.eccentricity", "sensor.alpha.eccentricity",
     "sensor.theta.lost_counts", "sensor.alpha.lost_counts", "sensor.jitter",
@@ -51,6 +51,7 @@ ON_REQUEST = (
 # divided.
 IMPOSSIBLE = (
     frozenset({"drive.backlash", "drive.compliance"}), frozenset({"arm.spring", "arm.cable"}),
+    frozenset({"arm.presliding", "arm.lugre"}),
     frozenset({"x.clock_jitter", "motor.delay"}), frozenset({"x.clock_jitter", "sensor.delay"}),
     frozenset({"x.flexible_rod", "pendulum.inertia_transverse"}),
 )  # fmt: skip
@@ -109,6 +110,13 @@ def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float
         case "arm.presliding":
             friction = torque * between(0.08, 0.17)
             return {"torque": friction, "stiffness": friction / plain(0.03, 0.08)}
+        case "arm.lugre":
+            friction = torque * between(0.08, 0.17)
+            stiffness = friction / plain(0.03, 0.08)
+            return {
+                "torque": friction, "stiffness": stiffness,
+                "damping": plain(0.3, 1.0) * float(np.sqrt(stiffness * rig.arm_inertia)),
+            }  # fmt: skip
         case "arm.cogging":
             return {
                 "amplitude": torque * between(0.06, 0.11),

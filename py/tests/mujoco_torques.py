@@ -22,10 +22,11 @@ Law = Callable[[float, np.ndarray, np.ndarray, float], float]
 
 class Bristles:
     """Dahl friction: bristles that bend with the way and give way at ``torque``; a way without reversal is solved
-    exactly."""
+    exactly. With damping, LuGre friction at one level."""
 
-    def __init__(self, axis: int, torque: float, stiffness: float, step: float):
+    def __init__(self, axis: int, torque: float, stiffness: float, step: float, damping: float = 0.0):
         self.axis, self.most, self.stiffness, self.step, self.bend = axis, torque / stiffness, stiffness, step, 0.0
+        self.damping = damping
 
     def after(self, way: float) -> float:
         end = self.most if way > 0 else -self.most
@@ -33,7 +34,9 @@ class Bristles:
 
     def __call__(self, t: float, angle: np.ndarray, speed: np.ndarray, motor: float) -> float:
         way = speed[self.axis] * self.step
-        torque = -self.stiffness * self.after(way / 2)
+        bend = self.after(way / 2)
+        rate = speed[self.axis] - abs(speed[self.axis]) * bend / self.most
+        torque = -self.stiffness * bend - self.damping * rate
         self.bend = self.after(way)
         return torque
 
@@ -98,6 +101,8 @@ def torques(effects: Effects, rig: TrueRig, motor: int, step: float) -> list[tup
         match effect:
             case "arm.presliding":
                 laws.append((motor, Bristles(motor, p["torque"], p["stiffness"], step)))
+            case "arm.lugre":
+                laws.append((motor, Bristles(motor, p["torque"], p["stiffness"], step, p["damping"])))
             case "arm.cogging":
                 laws.append(
                     (

@@ -369,7 +369,7 @@ def test_the_arm_alone_and_another_state_of_it():
     assert found.gap["nominal"]["alpha"] is None
     assert found.repaired_rig["pendulum.mass"] == rig["pendulum.mass"]
     assert furuta.diagnose(without, rig, pendulum="removed").comparison is None
-    with pytest.raises(ValueError, match="swings, removed, locked or alone, not off"):
+    with pytest.raises(ValueError, match="swings, removed, locked, alone or driven, not off"):
         furuta.diagnose(without, rig, pendulum="off")
     with pytest.raises(ValueError, match="plan"):
         furuta.diagnose(without, rig, pendulum="locked", plan=True)

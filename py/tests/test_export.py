@@ -45,6 +45,7 @@ CARRIED = {
 LEFT_OUT = {
     "arm.stribeck": {"coulomb": 1e-3, "static": 2e-3, "velocity": 0.5},
     "arm.presliding": {"torque": 1e-3, "stiffness": 0.5},
+    "arm.lugre": {"torque": 1e-3, "stiffness": 0.5, "damping": 1e-3},
     "arm.cogging": {"amplitude": 1e-3, "order": 6, "phase": 0.2},
     "arm.load_friction": {"coefficient": 0.2},
     "arm.angle_friction": {"torque": 1e-3, "depth": 0.5, "order": 2, "phase": 0.2},

@@ -53,6 +53,7 @@ DIFFERENCES = {
     "motor.delay": 1e-5,
     "motor.lag": 1e-5,
     "arm.presliding": 1e-5,
+    "arm.lugre": 1e-5,
     "arm.coulomb": 5e-4,
     "arm.stribeck": 1.5e-3,  # twice the friction at the stop, and less of it the faster the arm
     "pendulum.coulomb": 5e-4,

@@ -29,6 +29,7 @@ TOLERANCE = {
     "arm.cogging": 2e-6,
     "motor.ripple": 2e-6,
     "arm.presliding": 2e-5,
+    "arm.lugre": 2e-5,
     "disturbance.vibration": 2e-6,
     "disturbance.kick": 1e-5,
     "disturbance.arm_kick": 1e-5,

@@ -9,7 +9,7 @@ use furuta_model::simulate::trajectory;
 use furuta_model::{CATALOGUE, ON_REQUEST, Plant, Rig, Spec, State, effects};
 
 /// The public names: rig files, recordings' metadata and reports out there hold them.
-const IDS: [&str; 42] = [
+const IDS: [&str; 43] = [
     "arm.coulomb",
     "arm.stribeck",
     "arm.quadratic",
@@ -18,6 +18,7 @@ const IDS: [&str; 42] = [
     "arm.spring",
     "arm.cable",
     "arm.relaxation",
+    "arm.lugre",
     "arm.presliding",
     "arm.cogging",
     "arm.tilt",

@@ -133,7 +133,7 @@ fn two_states_of_a_rig_are_compared() {
         (&["--pendulum", "locked", "--plan"][..], "--plan"),
         (
             &["--pendulum", "off"],
-            "give swings, removed, locked or alone, not off",
+            "give swings, removed, locked, alone or driven, not off",
         ),
     ] {
         let refused = diagnose(more);

@@ -12,6 +12,30 @@ fn what_few_rigs_have_is_named() {
     named_beside_friction("arm.relaxation", &[5e-3, 0.6]);
 }
 
+/// Bristles with dampers leave something that Dahl's do not explain, and are named in their place; without dampers they
+/// are Dahl's.
+#[test]
+fn damped_bristles_are_named_in_the_place_of_others() {
+    let named = |id: &str, values: &[f64]| {
+        let effect = Effect::new(id, values).expect("valid");
+        let found = run(&qube(), &[effect]).diagnosis;
+        println!("{id} {:#?} {:?}", found.effects, found.verdict);
+        let ids: Vec<String> = found.effects.iter().map(|e| e.id.clone()).collect();
+        (ids, found.verdict)
+    };
+    // The bristles' own frequency is 4 Hz on this arm, their damping about a half of critical.
+    let damped = named("arm.lugre", &[2e-3, 0.05, 2e-3]);
+    assert_eq!(
+        damped,
+        (vec!["arm.lugre".to_owned()], Verdict::MissingEffects)
+    );
+    let plain = named("arm.presliding", &[2e-3, 0.05]);
+    assert_eq!(
+        plain,
+        (vec!["arm.presliding".to_owned()], Verdict::MissingEffects)
+    );
+}
+
 /// More of them. Apart, since each diagnosis with an entry on request takes long, and the test above, which runs by
 /// default, is of the same kind.
 #[test]
@@ -59,6 +83,7 @@ fn the_table_of_what_few_rigs_have() {
     let named = [
         "arm.load_friction",
         "arm.angle_friction",
+        "arm.lugre",
         "arm.relaxation",
         "arm.stop",
         "motor.inductance",
@@ -72,6 +97,7 @@ fn the_table_of_what_few_rigs_have() {
             &[2e-3, 0.8, 2.0, 0.8],
             State::hanging(),
         ),
+        ("arm.lugre", &[2e-3, 0.05, 2e-3], State::hanging()),
         ("arm.relaxation", &[5e-3, 0.6], State::hanging()),
         ("arm.stop", &[0.3, 0.5, 2e-3, 0.1], State::hanging()),
         ("motor.resolution", &[0.8], State::hanging()),

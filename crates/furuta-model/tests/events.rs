@@ -295,6 +295,56 @@ fn bristles_are_a_spring_first_and_friction_later() {
     assert!(((s.x.theta_dot - rise) - expected).abs() < 1e-6 * expected);
 }
 
+/// While bristles bend by little, LuGre's are a spring and a damper: an arm that is let go swings as they say. Sliding,
+/// the damper does nothing.
+#[test]
+fn damped_bristles_are_a_spring_and_a_damper_first() {
+    let (torque, stiffness, damping) = (10.0, 0.1, 5e-4);
+    let p = bare_arm();
+    let plant = plant(&p, &[("arm.lugre", &[torque, stiffness, damping])]);
+    let inertia = plant.coefficients.arm;
+    let (decay, w) = (damping / (2.0 * inertia), (stiffness / inertia).sqrt());
+    let rate = (w * w - decay * decay).sqrt();
+    // From rest under a constant push.
+    let push = 0.01;
+    let most = push * plant.coefficients.drive / stiffness;
+    let mut s = plant.rest(State::hanging());
+    let period = 1e-3;
+    for k in 1..400 {
+        plant.step(&mut s, push, period);
+        let t = f64::from(k) * period;
+        let swing = (rate * t).cos() + decay / rate * (rate * t).sin();
+        let expected = most * (1.0 - (-decay * t).exp() * swing);
+        // So far is the law from a spring and a damper: by the part of their way that the bristles bend, over some
+        // swings.
+        assert!(
+            (s.x.theta - expected).abs() < most * (10.0 * most * stiffness / torque),
+            "{t}: {} {expected}",
+            s.x.theta
+        );
+    }
+    let plant = self::plant(&p, &[("arm.lugre", &[2e-3, 0.1, damping])]);
+    let mut s = plant.rest(State::hanging());
+    let push = 2.0 * 2e-3 / plant.coefficients.drive;
+    run(&plant, &mut s, 1e-3, 0.5, |_| push);
+    let rise = s.x.theta_dot;
+    run(&plant, &mut s, 1e-3, 0.1, |_| push);
+    let expected = 0.1 * 2e-3 / inertia;
+    assert!(((s.x.theta_dot - rise) - expected).abs() < 1e-6 * expected);
+    // Both laws remember the same way: there is one of them.
+    let both = [
+        ("arm.lugre", &[torque, stiffness, damping][..]),
+        ("arm.presliding", &[torque, stiffness][..]),
+    ]
+    .map(|(id, values)| Effect::new(id, values).expect("valid"));
+    let error = Plant::<f64>::new(&p, &both).expect_err("two");
+    assert!(
+        error
+            .to_string()
+            .contains("arm.lugre and arm.presliding are two laws of one friction")
+    );
+}
+
 #[test]
 fn a_tilted_base_pulls_by_the_gradient_of_its_potential() {
     let (angle, direction, unbalance) = (0.09, 2.7, 0.4);

@@ -5,6 +5,7 @@ use furuta_design::rehearsal::{Rehearsal, rehearse as hold};
 use furuta_design::upright::{growth, growth_turned};
 use furuta_hw::{EmulatedRig, Emulation, Reference, Summary, SwingUpBalance, rehearse};
 use furuta_log::Mode;
+use furuta_model::effects::AtRest;
 use furuta_model::{Rig, State};
 
 /// A swing-up that the model has not done within this time (s) is not going to succeed.
@@ -196,10 +197,9 @@ impl Trial<'_> {
 
 /// The rig on perfect bearings.
 fn without_friction(rig: &Rig) -> Rig {
-    const FRICTION: [&str; 4] = ["coulomb", "stribeck", "presliding", "quadratic"];
     let mut rig = rig.clone();
     (rig.params.arm.viscous, rig.params.pendulum.viscous) = (0.0, 0.0);
     rig.effects
-        .retain(|effect| !FRICTION.iter().any(|kind| effect.spec().id.ends_with(kind)));
+        .retain(|effect| !matches!(effect.spec().at_rest, AtRest::Friction(_)));
     rig
 }

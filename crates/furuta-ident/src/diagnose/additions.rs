@@ -49,12 +49,15 @@ pub(super) fn same_class(spec: &'static Spec) -> impl Iterator<Item = &'static S
         .filter(move |s| s.id != spec.id && is_late(s) && is_late(spec))
 }
 
-/// Whether hypothesis and rig file have as many laws with a state as a plant can hold, and this is one more.
+/// Whether hypothesis and rig file have as many laws with a state, or with a memory of the arm's way, as a plant can
+/// hold, and this is one more.
 pub(super) fn lacks_room(h: &Hypothesis, spec: &Spec) -> bool {
-    let has_state = |spec: &Spec| spec.acts.includes(Acts::STATE);
-    let present = h.sheet.present.iter().map(|e| e.spec());
-    let others = present.chain(h.effects.iter().copied());
-    has_state(spec) && others.filter(|s| has_state(s)).count() >= MAX_OWN_STATES
+    let full = |kind: Acts, most: usize| {
+        let present = h.sheet.present.iter().map(|e| e.spec());
+        let others = present.chain(h.effects.iter().copied());
+        spec.acts.includes(kind) && others.filter(|s| s.acts.includes(kind)).count() >= most
+    };
+    full(Acts::STATE, MAX_OWN_STATES) || full(Acts::MEMORY, 1)
 }
 
 /// Whether an effect can act on the rig and show in its recordings, is neither in the hypothesis nor in the rig file,

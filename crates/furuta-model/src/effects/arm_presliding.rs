@@ -23,7 +23,7 @@ pub(super) const SPEC: Spec = Spec {
         over a short way.",
     experiment: "sweeps of several small amplitudes across the same angle: the loop of torque over angle \
         grows with the way",
-    look_alikes: &["arm.coulomb", "arm.spring", "motor.lag"],
+    look_alikes: &["arm.coulomb", "arm.spring", "motor.lag", "arm.lugre"],
     parameters: &[
         ParameterSpec {
             name: "torque",
@@ -58,17 +58,22 @@ pub(super) const SPEC: Spec = Spec {
     offered: Offered::Always,
 };
 
+/// Bristles' bend (rad) after the arm has travelled (rad) on, `most` being that of a sliding arm, `torque/stiffness`.
+/// Over a way without reversal the law is solved exactly: the bend tends to `±most` as `exp(-travel/most)`, whatever
+/// the speed.
+#[inline(always)]
+pub(super) fn bend_after<S: Scalar>(most: S, bend: S, travel: S) -> S {
+    if most.real() <= S::Real::ZERO {
+        return most;
+    }
+    let end = travel.if_less(S::ZERO, -most, most);
+    end + (bend - end) * (-(travel.abs() / most)).exp()
+}
+
 impl<S: Scalar> Law<S> for ArmPresliding<S> {
-    /// The bristles' bend. Over a way without reversal the law is solved exactly: `z` tends to `±torque/stiffness` as
-    /// `exp(-stiffness travel/torque)`, whatever the speed.
     #[inline(always)]
     fn travelled(&self, bend: S, travel: S) -> S {
-        let most = self.torque / self.stiffness;
-        if most.real() <= S::Real::ZERO {
-            return most;
-        }
-        let end = travel.if_less(S::ZERO, -most, most);
-        end + (bend - end) * (-(travel.abs() / most)).exp()
+        bend_after(self.torque / self.stiffness, bend, travel)
     }
 
     #[inline(always)]

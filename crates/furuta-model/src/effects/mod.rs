@@ -303,6 +303,7 @@ macro_rules! catalogue {
 catalogue! {
     arm_load_friction::ArmLoadFriction,
     arm_angle_friction::ArmAngleFriction,
+    arm_lugre::ArmLugre,
     arm_relaxation::ArmRelaxation,
     arm_stop::ArmStop,
     motor_resolution::MotorResolution,

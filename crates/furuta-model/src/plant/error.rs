@@ -22,6 +22,11 @@ pub enum PlantError {
         /// How many were asked for.
         given: usize,
     },
+    /// Two effects that remember the arm's way ([`crate::effects::Acts::MEMORY`]).
+    TwoMemories {
+        /// Which.
+        effects: [&'static str; 2],
+    },
     /// A delay longer than the plant remembers at this sample period.
     DelayTooLong {
         /// The delay, s.
@@ -59,6 +64,10 @@ impl core::fmt::Display for PlantError {
             Self::TooManyStates { given } => write!(
                 f,
                 "{given} laws of the user's own with a state on one plant: at most {MAX_OWN_STATES} are possible"
+            ),
+            Self::TwoMemories { effects: [a, b] } => write!(
+                f,
+                "{a} and {b} are two laws of one friction that follows the arm's way: a plant can hold one of them"
             ),
             Self::DelayTooLong { delay, longest } => write!(
                 f,

@@ -94,8 +94,8 @@ impl<S: Scalar> Plant<S> {
     /// The same from what the equations of motion see of the parameters: what a fit varies. Ranges are not checked.
     ///
     /// # Errors
-    /// More than [`MAX_EFFECTS`] effects, more than [`MAX_OWN_STATES`] users' own laws with a state, or effects with
-    /// events within a step in a scalar of several lanes.
+    /// More than [`MAX_EFFECTS`] effects, more than [`MAX_OWN_STATES`] users' own laws with a state, two effects that
+    /// remember the arm's way, or effects with events within a step in a scalar of several lanes.
     pub fn from_coefficients(
         coefficients: Coefficients<S>,
         effects: &[Effect<S>],
@@ -115,6 +115,13 @@ impl<S: Scalar> Plant<S> {
         let given = with_state.count();
         if given > MAX_OWN_STATES {
             return Err(PlantError::TooManyStates { given });
+        }
+        let mut remember =
+            (plant.effects.iter().map(Effect::spec)).filter(|s| s.acts.includes(Acts::MEMORY));
+        if let (Some(a), Some(b)) = (remember.next(), remember.next()) {
+            return Err(PlantError::TwoMemories {
+                effects: [a.id, b.id],
+            });
         }
         if S::LANES > 1 && plant.acts.touches(EVENTS.and(Acts::SENSOR_DELAY)) {
             return Err(PlantError::EventsInLanes);

@@ -107,8 +107,10 @@ fn by_formula(
         | "sensor.jitter"
         | "sensor.theta.lost_counts"
         | "sensor.alpha.lost_counts" => (u, 0.0),
-        "arm.presliding"
-        | "motor.lag"
+        "arm.presliding" => (u, 0.0),
+        // As relaxed bristles that begin to bend.
+        "arm.lugre" => (u, -v[2] * w * w),
+        "motor.lag"
         | "motor.delay"
         | "drive.backlash"
         | "drive.compliance"
