@@ -38,7 +38,7 @@ pub fn candidates() -> impl Iterator<Item = &'static Spec> {
         .iter()
         .chain(OF_ACCELERATION)
         .copied()
-        .filter(|s| !s.acts.includes(Acts::SENSOR_DELAY))
+        .filter(|s| s.offered.is_always() && !s.acts.includes(Acts::SENSOR_DELAY))
 }
 
 /// The entries that no recording of input and output tells apart from `spec`.
@@ -60,13 +60,18 @@ pub(super) fn lacks_room(h: &Hypothesis, spec: &Spec) -> bool {
     full(Acts::STATE, MAX_OWN_STATES) || full(Acts::MEMORY, 1)
 }
 
+/// Whether a fit can follow an effect: not random moments, nor a slip that is over within a few samples.
+pub(super) fn is_followed(spec: &Spec) -> bool {
+    !spec.acts.touches(Acts::UNTIMELY.and(Acts::STEPS))
+}
+
 /// Whether an effect can act on the rig and show in its recordings, is neither in the hypothesis nor in the rig file,
-/// and plant and fit can still hold it. No fit follows random moments.
+/// and plant and fit can still hold it.
 pub(super) fn can_hold(h: &Hypothesis, spec: &Spec) -> bool {
     let numbers = h.layout().local() + spec.parameters.len();
     let present = h.sheet.present.iter().map(|e| e.spec());
     !h.has(spec.id)
-        && !spec.acts.includes(Acts::UNTIMELY)
+        && is_followed(spec)
         && numbers <= MAX_FREE
         && !lacks_room(h, spec)
         && spec.acts.not_on(h.sheet.params.motor.actuation).is_none()

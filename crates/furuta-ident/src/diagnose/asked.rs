@@ -2,7 +2,7 @@
 
 use furuta_model::Spec;
 
-use super::additions::{can_hold, lacks_room};
+use super::additions::{can_hold, is_followed, lacks_room};
 use super::hypothesis::Hypothesis;
 
 /// Those of the entries that can be looked for beside what the rig file has, each id once; and a notice about each of
@@ -29,6 +29,10 @@ pub(super) fn asked(
         } else if !spec.acts.shows_in(base.sheet.tells) {
             notices.push(format!(
                 "candidate {id} is not looked for: recordings of this part of the rig do not show it"
+            ));
+        } else if !is_followed(spec) {
+            notices.push(format!(
+                "candidate {id} is not looked for: it is simulated alone, no fit follows it"
             ));
         } else if lacks_room(base, spec) {
             notices.push(format!(

@@ -60,6 +60,10 @@ marks! {
     BACKWARDS,
     /// Keeps the arm's speed within bounds ([`Law::speed_limit`](super::Law::speed_limit)).
     SPEED_LIMIT,
+    /// The arm rings about the commanded acceleration ([`Law::resonance`](super::Law::resonance)).
+    RESONANCE,
+    /// Of a motor that goes by steps.
+    STEPS,
     /// A torque on the arm alone that is not of the motor's side: an arm that follows an acceleration does not feel it.
     ARM,
     /// Its law is of a voltage and the current that it drives against the back-EMF.
@@ -87,6 +91,9 @@ impl Acts {
         .and(Self::DRIVE)
         .and(Self::CONTACT);
 
+    /// Everything that a motor alone has whose command is an acceleration.
+    const STEPPER: Self = Self::SPEED_LIMIT.and(Self::RESONANCE).and(Self::STEPS);
+
     /// Everything on the arm's side, where it is not on the pendulum's encoder: between command and arm, and the arm's
     /// encoder.
     const OF_ARM: Self = Self::ON_ARM
@@ -94,7 +101,7 @@ impl Acts {
         .and(Self::DELAY)
         .and(Self::LAG)
         .and(Self::CURRENT)
-        .and(Self::SPEED_LIMIT)
+        .and(Self::STEPPER)
         .and(Self::READING)
         .and(Self::DISC)
         .and(Self::COUNTS);
@@ -140,9 +147,11 @@ impl Acts {
                 Some("its law is of a motor that a voltage drives")
             }
             Actuation::Voltage | Actuation::Current | Actuation::Torque
-                if self.touches(Self::SPEED_LIMIT) =>
+                if self.touches(Self::STEPPER) =>
             {
-                Some("only a motor whose command is an acceleration keeps to a speed")
+                Some(
+                    "only a motor whose command is an acceleration goes by steps and keeps to a speed",
+                )
             }
             _ => None,
         }

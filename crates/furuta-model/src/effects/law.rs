@@ -1,6 +1,7 @@
 //! The hooks by which an effect changes a plant, and what they are given.
 
 use super::attached::{EndStop, Relaxation, Winding};
+use super::resonance::Resonance;
 use crate::dynamics::Angle;
 use crate::params::Coefficients;
 use crate::scalar::Scalar;
@@ -94,6 +95,12 @@ pub trait Law<S: Scalar> {
     #[inline(always)]
     fn speed_limit(&self) -> S {
         S::ZERO
+    }
+
+    /// How an arm whose acceleration is commanded rings about the command.
+    #[inline(always)]
+    fn resonance(&self) -> Resonance<S> {
+        Resonance::NONE
     }
 
     /// Time constant of a first-order lag of the voltage, s.

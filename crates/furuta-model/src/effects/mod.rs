@@ -17,6 +17,7 @@ mod law;
 mod offered;
 pub mod own;
 mod pulse;
+mod resonance;
 mod spec;
 
 pub use acts::Acts;
@@ -28,6 +29,7 @@ pub use footprint::{BaseParameter, Footprint};
 pub use law::{Clock, Drive, Instant, Law};
 pub use offered::Offered;
 pub use own::{Own, OwnLaws};
+pub use resonance::Resonance;
 pub use spec::{Kind, ParameterSpec, Spec, Typical};
 
 use crate::actuation::Actuation;
@@ -200,6 +202,14 @@ macro_rules! catalogue {
                 }
             }
             #[inline(always)]
+            fn resonance(&self) -> Resonance<S> {
+                match self {
+                    $(Self::$name(e) => e.resonance(),)+
+                    Self::Custom(e) => e.resonance(),
+                    Self::Own(e) => e.resonance(),
+                }
+            }
+            #[inline(always)]
             fn lag(&self) -> S {
                 match self {
                     $(Self::$name(e) => e.lag(),)+
@@ -345,6 +355,8 @@ catalogue! {
     disturbance_kick::DisturbanceKick,
     disturbance_arm_kick::DisturbanceArmKick,
     motor_speed_limit::MotorSpeedLimit,
+    motor_resonance::MotorResonance,
+    motor_lost_steps::MotorLostSteps,
 }
 
 /// One of the three lists that [`ALL`] falls into.

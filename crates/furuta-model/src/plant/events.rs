@@ -10,7 +10,7 @@ use super::drive::{Moment, TwoBody};
 use super::friction::Dry;
 use super::regime::{How, Regime};
 use super::state::Contact;
-use super::step::clocks;
+use super::step::{Driven, clocks};
 use super::{Plant, PlantState};
 use crate::effects::{Acts, Clock};
 use crate::integrate::{Fixed, Length, Stage, Variable, rk4};
@@ -47,9 +47,9 @@ struct Decided {
     released: bool,
 }
 
-/// Voltages and times at a stretch's start, middle and end.
+/// What drives the arm, and the times, at a stretch's start, middle and end.
 pub(super) struct Stages<S> {
-    volts: [S; 3],
+    driven: Driven<S>,
     clocks: [Clock<S>; 3],
 }
 
@@ -59,7 +59,7 @@ impl<S: Scalar> Stages<S> {
     pub(super) fn moment(&self, stage: usize, memory: S, pressed: Contact) -> Moment<S> {
         Moment {
             clock: self.clocks[stage],
-            volts: self.volts[stage],
+            volts: self.driven.volts[stage],
             memory,
             pressed,
         }
@@ -106,7 +106,7 @@ impl<S: Scalar> Plant<S> {
             None
         };
         let Some((event, after)) = event else {
-            self.accept(s, &end, stages.volts[2], length);
+            self.accept(s, &end, &stages.driven, length);
             return None;
         };
         let h = Fixed(after);
@@ -114,7 +114,7 @@ impl<S: Scalar> Plant<S> {
         let mut end = self.trial(s, &regime, &stages, h);
         let late = self.happen(s, event, &regime, &stages, &mut end, length.real(), decided);
         let done = S::from_real(after) + late;
-        self.accept(s, &end, stages.volts[2], done);
+        self.accept(s, &end, &stages.driven, done);
         match event {
             Event::Touch(side) => s.contact = side,
             Event::Press(side) | Event::Again(side) => s.pressed = side,
@@ -125,17 +125,17 @@ impl<S: Scalar> Plant<S> {
 
     fn stages<H: Length<S>>(&self, s: &PlantState<S>, u: S, h: H) -> Stages<S> {
         Stages {
-            volts: self.voltages(s, u, h),
+            driven: self.driven(s, u, h),
             clocks: clocks(s, h),
         }
     }
 
-    fn accept(&self, s: &mut PlantState<S>, end: &TwoBody<S>, volts: S, length: S) {
+    fn accept(&self, s: &mut PlantState<S>, end: &TwoBody<S>, driven: &Driven<S>, length: S) {
         s.memory = self.memory_at(s, end);
         s.x = end.x;
         s.rotor = end.rotor;
         s.inner = end.inner;
-        s.voltage = volts;
+        (s.voltage, s.ringing) = (driven.voltage, driven.ringing);
         s.t += length;
     }
 

@@ -20,7 +20,9 @@ pub use own::MAX_OWN_STATES;
 pub use state::{PlantState, Twist};
 
 use crate::dynamics::{self, Angle};
-use crate::effects::{Acts, Clock, Drive, Effect, EndStop, Instant, Law, Relaxation, Winding};
+use crate::effects::{
+    Acts, Clock, Drive, Effect, EndStop, Instant, Law, Relaxation, Resonance, Winding,
+};
 use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -52,6 +54,7 @@ pub struct Plant<S> {
     lag: S,
     sensor_delay: S,
     speed_limit: S,
+    resonance: Resonance<S>,
     drive: Drive<S>,
     end_stop: EndStop<S>,
     relaxation: Relaxation<S>,
@@ -144,6 +147,7 @@ impl<S: Scalar> Plant<S> {
             lag: S::ZERO,
             sensor_delay: S::ZERO,
             speed_limit: S::ZERO,
+            resonance: Resonance::NONE,
             drive: Drive::RIGID,
             end_stop: EndStop::NONE,
             relaxation: Relaxation::NONE,
@@ -163,6 +167,9 @@ impl<S: Scalar> Plant<S> {
         let acts = effect.spec().acts;
         if acts.includes(Acts::CONTACT) {
             self.end_stop = effect.end_stop();
+        }
+        if acts.includes(Acts::RESONANCE) {
+            self.resonance = effect.resonance();
         }
         if acts.includes(Acts::INNER) {
             let (relaxation, winding) = (effect.relaxation(), effect.winding());
@@ -222,6 +229,10 @@ impl<S: Scalar> Plant<S> {
             lag: f(self.lag),
             sensor_delay: f(self.sensor_delay),
             speed_limit: f(self.speed_limit),
+            resonance: Resonance {
+                period: f(self.resonance.period),
+                damping: f(self.resonance.damping),
+            },
             drive: Drive {
                 gap: f(self.drive.gap),
                 stiffness: f(self.drive.stiffness),

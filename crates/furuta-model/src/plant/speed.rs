@@ -28,7 +28,7 @@ impl<S: Scalar> Plant<S> {
     /// Advances by `h`, or until the limit is reached; then returns what is left of `h`.
     fn until_limit<H: Length<S>>(&self, s: &mut PlantState<S>, u: S, h: H) -> Option<S> {
         let (zero, limit, length) = (S::Real::ZERO, self.speed_limit, h.of(S::ONE));
-        let command = self.voltages(s, u, h);
+        let command = self.driven(s, u, h).volts;
         let now = s.x.theta_dot;
         let faster = (now * command[1]).real() > zero;
         if faster && now.abs().real() >= limit.real() {
@@ -52,7 +52,7 @@ impl<S: Scalar> Plant<S> {
             slope_to: acceleration(2),
         };
         let after = reached.falls_to_zero() * length.real();
-        let command = self.voltages(s, u, Fixed(after));
+        let command = self.driven(s, u, Fixed(after)).volts;
         let then = now + self.gained(command, S::from_real(after));
         let late = (side * limit - then) / self.follows(command[2]);
         let after = S::from_real(after) + late;

@@ -31,6 +31,7 @@ impl<S: Scalar> Plant<S> {
         s.t = S::ZERO;
         s.x = x;
         s.voltage = self.mapped(S::ZERO, u);
+        s.ringing = self.settled(s.voltage);
         s.rotor = [x.theta, x.theta_dot];
         s.contact = Contact::Free;
         s.memory = self.slid(x.theta_dot);
@@ -44,6 +45,15 @@ impl<S: Scalar> Plant<S> {
         if self.acts.includes(Acts::SENSOR_DELAY) {
             let [theta, alpha] = self.prompt_reading(s);
             s.readings.fill([theta, alpha, S::ZERO, S::ZERO]);
+        }
+    }
+
+    /// How far a motor that rings is behind a command that it has followed for long.
+    fn settled(&self, volts: S) -> [S; 2] {
+        if self.acts.includes(Acts::RESONANCE) {
+            self.resonance.settled(volts)
+        } else {
+            [S::ZERO; 2]
         }
     }
 
@@ -82,17 +92,31 @@ impl<S: Scalar> Plant<S> {
         let first = past.first().map_or(S::ZERO, |u| S::from_real(*u));
         self.settle(s, x, first);
         let lagging = self.acts.includes(Acts::LAG);
-        if lagging || self.acts.includes(Acts::DELAY) {
+        let rings = self.acts.includes(Acts::RESONANCE);
+        if lagging || rings || self.acts.includes(Acts::DELAY) {
             #[allow(clippy::cast_precision_loss)]
             let mut ago = past.len() as f64;
             let decay = (-(S::from_real(h) / self.lag)).exp();
             for u in past {
                 let u = S::from_real(*u);
                 s.commands.push(u);
-                if lagging {
+                if lagging || rings {
                     let now = S::from_real(t) - S::from_real(h).scale(S::Real::from_f64(ago));
                     let target = self.mapped(now, self.delayed(s, u, h));
-                    s.voltage = target + (s.voltage - target) * decay;
+                    let before = s.voltage;
+                    s.voltage = if lagging {
+                        target + (before - target) * decay
+                    } else {
+                        target
+                    };
+                    if rings {
+                        let mean = if lagging {
+                            (before + s.voltage).scale(S::Real::from_f64(0.5))
+                        } else {
+                            target
+                        };
+                        s.ringing = self.resonance.after(s.ringing, mean, S::from_real(h));
+                    }
                 }
                 ago -= 1.0;
             }

@@ -18,6 +18,9 @@ pub struct PlantState<S: Scalar> {
     pub x: State<S>,
     /// Voltage at the motor behind a lag (equal to the command where there is none), V.
     pub voltage: S,
+    /// Of a motor that rings about the command ([`crate::effects::Resonance`]): how far it is behind and how fast it is
+    /// getting behind, command s², command s.
+    pub(super) ringing: [S; 2],
     /// Angle (rad, turns of the arm) and speed (rad/s) of the motor's rotor, where a drive with backlash or spring sets
     /// it apart from the arm.
     pub(super) rotor: [S; 2],
@@ -47,6 +50,7 @@ impl<S: Scalar> PlantState<S> {
             t: S::ZERO,
             x: State::new(S::ZERO, S::ZERO, S::ZERO, S::ZERO),
             voltage: S::ZERO,
+            ringing: [S::ZERO; 2],
             rotor: [S::ZERO; 2],
             contact: Contact::Free,
             at_limit: false,

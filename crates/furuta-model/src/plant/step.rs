@@ -24,7 +24,19 @@ const UNLIKE_SLIDING: Acts = Acts::DELAY
     .and(MORE_THAN_SLIDING);
 
 /// What lies between the command and what drives the arm.
-const COMMAND: Acts = Acts::LAG.and(Acts::VOLTAGE).and(Acts::SPEED_LIMIT);
+const COMMAND: Acts = Acts::LAG
+    .and(Acts::VOLTAGE)
+    .and(Acts::SPEED_LIMIT)
+    .and(Acts::RESONANCE);
+
+/// What drives the arm over a stretch.
+pub(super) struct Driven<S> {
+    /// At its start, middle and end.
+    pub(super) volts: [S; 3],
+    /// [`PlantState::voltage`] and [`PlantState::ringing`] at its end.
+    pub(super) voltage: S,
+    pub(super) ringing: [S; 2],
+}
 
 /// Whether the equations of motion are compiled into each stage of the integrator, as the usual step has them, so that
 /// a caller compiled for vectors compiles them so.
@@ -163,7 +175,8 @@ impl<S: Scalar> Plant<S> {
         if before[0] == zero || before[1] == zero {
             return false;
         }
-        let volts = self.voltages(s, u, h);
+        let driven = self.driven(s, u, h);
+        let volts = driven.volts;
         let field = Sliding::<S, HOW> {
             plant: self,
             volts,
@@ -190,7 +203,7 @@ impl<S: Scalar> Plant<S> {
             }
         }
         s.x = x;
-        s.voltage = volts[Stage::End as usize];
+        (s.voltage, s.ringing) = (driven.voltage, driven.ringing);
         s.t += h.of(S::ONE);
         true
     }
@@ -227,21 +240,46 @@ impl<S: Scalar> Plant<S> {
     /// One step without events.
     #[inline(always)]
     fn smooth<H: Length<S>, const HOW: bool>(&self, s: &mut PlantState<S>, u: S, h: H) {
-        let volts = self.voltages(s, u, h);
+        let driven = self.driven(s, u, h);
         let clocks = clocks(s, h);
         let field = Smooth::<S, HOW> {
             plant: self,
-            volts,
+            volts: driven.volts,
             clocks,
         };
         s.x = rk4(s.x, h, &field);
-        s.voltage = volts[Stage::End as usize];
+        (s.voltage, s.ringing) = (driven.voltage, driven.ringing);
         s.t += h.of(S::ONE);
+    }
+
+    /// What drives the arm over a stretch under the command `u`.
+    #[inline(always)]
+    pub(super) fn driven<H: Length<S>>(&self, s: &PlantState<S>, u: S, h: H) -> Driven<S> {
+        let volts = self.voltages(s, u, h);
+        let voltage = volts[Stage::End as usize];
+        if !self.acts.includes(Acts::RESONANCE) {
+            return Driven {
+                volts,
+                voltage,
+                ringing: s.ringing,
+            };
+        }
+        // Exact for a held command; one that lags is held over each half at its mean.
+        let half = h.half().of(S::ONE);
+        let mean = |a: S, b: S| (a + b).scale(S::Real::from_f64(0.5));
+        let r = &self.resonance;
+        let middle = r.after(s.ringing, mean(volts[0], volts[1]), half);
+        let ringing = r.after(middle, mean(volts[1], volts[2]), half);
+        Driven {
+            volts: [s.ringing, middle, ringing].map(|state| r.output(state)),
+            voltage,
+            ringing,
+        }
     }
 
     /// The motor's voltage at the start, middle and end of a stretch.
     #[inline(always)]
-    pub(super) fn voltages<H: Length<S>>(&self, s: &PlantState<S>, u: S, h: H) -> [S; 3] {
+    fn voltages<H: Length<S>>(&self, s: &PlantState<S>, u: S, h: H) -> [S; 3] {
         let half = h.half().of(S::ONE);
         if !self.acts.touches(COMMAND) {
             return [u; 3];

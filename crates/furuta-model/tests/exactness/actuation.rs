@@ -172,6 +172,82 @@ fn the_limit_counts_behind_a_lag() {
     }
 }
 
+/// A held command is followed by ringing about it, as the closed form of a mass on a spring says; entered at any
+/// sample, it goes on as if it had been followed from the start.
+#[test]
+fn an_arm_rings_about_a_held_command() {
+    type Number = Jet<f64, 1>;
+    let rig = rig("stepper-kit");
+    let (period, damping, h) = (0.05, 0.2, 0.004);
+    let values = [Number::variable(period, 0), Number::constant(damping)];
+    let ringing = Effect::new("motor.resonance", &values).expect("valid");
+    let plant = Plant::new(&rig.params.cast(), &[ringing]).expect("possible");
+    let mut s = plant.rest(State::hanging());
+    let push = 10.0;
+    let lag = |period: f64, t: f64| {
+        let w = std::f64::consts::TAU / period;
+        let swing = w * (1.0 - damping * damping).sqrt();
+        let (sin, cos) = (swing * t).sin_cos();
+        let fading = (-damping * w * t).exp();
+        push / (w * w) * (1.0 - fading * (cos + damping * w / swing * sin))
+    };
+    for k in 1..=100 {
+        plant.step(&mut s, Number::constant(push), h);
+        let t = h * f64::from(k);
+        let expected = 0.5 * push * t * t - lag(period, t);
+        // Runge and Kutta's of a forcing that turns by half a radian in a step.
+        assert!(
+            (s.x.theta.v - expected).abs() < 2e-6,
+            "{k}: {} {expected}",
+            s.x.theta.v
+        );
+        let slope = -(lag(period + 1e-6, t) - lag(period - 1e-6, t)) / 2e-6;
+        assert!(
+            (s.x.theta.d[0] - slope).abs() < 2e-3,
+            "{k}: {} {slope}",
+            s.x.theta.d[0]
+        );
+    }
+    let mut past = vec![0.0; 20];
+    past.extend([push; 100]);
+    let mut entered = plant.resume(s.x, 100.0 * h, &past, h);
+    plant.step(&mut s, Number::constant(-push), h);
+    plant.step(&mut entered, Number::constant(-push), h);
+    assert!((s.x.theta_dot.v - entered.x.theta_dot.v).abs() < 1e-12);
+}
+
+/// Lost steps leave the arm where the count is not, and the pendulum feels the way there as a blow: before and after,
+/// its motion is that of the equations.
+#[test]
+fn lost_steps_move_the_arm_and_not_the_count() {
+    let rig = rig("stepper-kit");
+    let size = -0.125;
+    let steps = |reads: f64| {
+        let slip = Effect::new("motor.lost_steps", &[size, 0.1234, 0.0, reads]).expect("valid");
+        Plant::new(&rig.params, &[slip]).expect("possible")
+    };
+    let sound = plant::<f64>(&rig, &[]);
+    let go = |plant: &Plant<f64>, h: f64| {
+        let mut s = plant.rest(State::hanging());
+        for k in 0..145 {
+            plant.step(&mut s, 20.0 * (9.0 * h * f64::from(k / 5 * 5)).sin(), h);
+        }
+        (s.x, plant.measure(&s))
+    };
+    let h = 0.001;
+    let (there, [theta, _]) = go(&sound, h);
+    let (slipped, [on_arm, _]) = go(&steps(0.0), h);
+    let (_, [counted, _]) = go(&steps(1.0), h);
+    assert!((slipped.theta - there.theta - size).abs() < 1e-12);
+    assert!((slipped.theta_dot - there.theta_dot).abs() < 1e-9);
+    assert!((on_arm - theta - size).abs() < 1e-12 && (counted - theta).abs() < 1e-12);
+    // The blow, just after the slip, which is short against the pendulum's swing.
+    let c = rig.params.coefficients();
+    let blow = slipped.alpha - there.alpha;
+    let expected = -c.coupling / c.pendulum * size;
+    assert!((blow / expected - 1.0).abs() < 0.05, "{blow} {expected}");
+}
+
 #[test]
 fn the_linear_model_is_the_closed_form() {
     let rig = rig("stepper-kit");
@@ -241,14 +317,19 @@ fn effects_that_make_no_sense_are_named() {
         ("motor.delay", &[0.01][..]),
         ("pendulum.coulomb", &[1e-4]),
         ("motor.speed_limit", &[5.0]),
+        ("motor.resonance", &[0.03, 0.1]),
+        ("motor.lost_steps", &[0.1, 1.0, 0.0, 1.0]),
     ] {
         assert_eq!(refused(&stepper, id, values), None, "{id}");
     }
     let qube = rig("qube-servo-2").params;
-    assert_eq!(
-        refused(&qube, "motor.speed_limit", &[5.0]),
-        Some(Actuation::Voltage)
-    );
+    for (id, values) in [
+        ("motor.speed_limit", &[5.0][..]),
+        ("motor.resonance", &[0.03, 0.1]),
+        ("motor.lost_steps", &[0.1, 1.0, 0.0, 1.0]),
+    ] {
+        assert_eq!(refused(&qube, id, values), Some(Actuation::Voltage), "{id}");
+    }
 }
 
 #[test]
