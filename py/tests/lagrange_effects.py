@@ -193,8 +193,8 @@ class Motion:
         start = [
             *x0,
             *((x0[0], x0[2]) if self.drive else ()),
-            *([0.0] * (("arm.presliding" in self.effects) + ("arm.lugre" in self.effects) + ("motor.lag" in self.effects))),
-            *([0.0] * (("arm.relaxation" in self.effects) + ("motor.inductance" in self.effects))),
+            *([0.0] * len(self.effects.keys() & {"arm.presliding", "arm.lugre", "motor.lag"})),
+            *([0.0] * len(self.effects.keys() & {"arm.relaxation", "motor.inductance"})),
         ]
         rubs = ("coulomb", "stribeck", "load_friction", "angle_friction", "arm.stop")
         stiff = "drive.backlash" in self.effects or any(word in id for id in self.effects for word in rubs)

@@ -21,8 +21,9 @@ use nalgebra::{Matrix3, Vector3};
 const UNKNOWN: f64 = 1e8;
 /// Readings that determine the state at first; the likelihood is that of the others.
 const FIRST: usize = 3;
-/// Powers of ten between which the ratio `q / noise variance` lies, in units of the mean sample period. Its sixth root is
-/// the rate up to which the smoother follows: from a hundred samples to one whose acceleration is another at each.
+/// Powers of ten between which the ratio `q / noise variance` lies, in units of the mean sample period. Its sixth root
+/// is the rate up to which the smoother follows: from one that averages over a hundred samples to one whose
+/// acceleration is another at each.
 const POWERS: [f64; 2] = [-12.0, 3.0];
 /// Powers of ten between two ratios that are tried first.
 const COARSE: f64 = 1.0;
@@ -107,7 +108,8 @@ fn most_likely(stretches: &[Stretch<'_>]) -> f64 {
     0.5 * (from + to)
 }
 
-/// Minus twice the logarithm of the readings' likelihood but for a constant, the noise's variance being the most likely.
+/// Minus twice the logarithm of the readings' likelihood but for a constant, the noise's variance being the most
+/// likely.
 fn unlikelihood(stretches: &[Stretch<'_>], ratio: f64) -> f64 {
     let (mut squares, mut logarithms, mut count) = (0.0, 0.0, 0.0);
     for stretch in stretches {

@@ -45,7 +45,8 @@ use crate::recording::{NoticeKind, Recording};
 /// ```
 /// use furuta_ident::Pendulum;
 /// assert_eq!("removed".parse(), Ok(Pendulum::Removed));
-/// assert_eq!("off".parse::<Pendulum>().unwrap_err().to_string(), "give swings, removed, locked, alone or driven, not off");
+/// let error = "off".parse::<Pendulum>().unwrap_err();
+/// assert_eq!(error.to_string(), "give swings, removed, locked, alone or driven, not off");
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pendulum {
@@ -213,7 +214,8 @@ impl Pendulum {
             ),
             Self::Driven => Some(
                 "the arm moves as measured, so the pendulum alone is looked at: its torques are in proportion to the \
-                 rig file's pendulum.mass times pendulum.com; nothing is said of arm and motor",
+                 rig file's pendulum.mass times pendulum.com; nothing is said of arm and motor, and u is the arm's \
+                 acceleration, rad/s2",
             ),
         }
     }
@@ -239,11 +241,12 @@ impl Pendulum {
         seen
     }
 
-    /// Whether what was noticed about a recording matters in this state: what an angle reads that is not looked at does
-    /// not.
+    /// Whether what was noticed about a recording matters in this state: what is wrong with a column that is not looked
+    /// at does not.
     pub(crate) fn matters(self, notice: &NoticeKind) -> bool {
         let [theta, alpha] = self.looks_at();
         match notice.column() {
+            Some("u") => !matches!(self, Self::Alone | Self::Driven),
             Some("theta") => theta,
             Some("alpha") => alpha,
             _ => true,

@@ -57,6 +57,7 @@ pub enum SelectionError {
 ///
 /// With `accept`, suspicious recordings are used, and what is suspicious about them is a notice. Of a rig whose
 /// `pendulum` is off or locked, the arm's angle alone is checked, and not against the rig; alpha is set to hanging.
+/// Where the arm moves as measured, nothing is said of the command, and it becomes the arm's acceleration.
 ///
 /// # Errors
 /// [`SelectionError`].
@@ -112,22 +113,28 @@ pub fn select(
     let searched = search.len();
     let (all, mut found): (Vec<Recording>, Vec<Vec<Notice>>) = (search.into_iter().chain(verify))
         .map(|(recording, notices)| {
-            let notices = notices.into_iter().filter(|n| pendulum.matters(&n.kind));
-            let notices = notices.map(|n| n.for_rig(rig)).collect();
-            (pendulum.seen(&recording).into_owned(), notices)
+            let notices = notices.into_iter().map(|n| n.for_rig(rig)).collect();
+            (recording, notices)
         })
         .unzip();
-    if pendulum.is_whole() {
+    // Of a part of the rig neither equation holds as it stands in the rig file.
+    if pendulum.is_coupled() {
         for (i, notice) in each_against_rig(&all, rig) {
             if let Some(found) = found.get_mut(i) {
                 found.push(notice);
             }
         }
     }
+    for notices in &mut found {
+        notices.retain(|n| pendulum.matters(&n.kind));
+    }
 
     let mut selection = Selection::default();
     let mut suspicions = Vec::new();
-    for (i, (recording, notices)) in all.into_iter().zip(found).enumerate() {
+    let seen = all
+        .iter()
+        .map(|recording| pendulum.seen(recording).into_owned());
+    for (i, (recording, notices)) in seen.zip(found).enumerate() {
         let suspicion = headline(&notices).filter(|_| !accept);
         let for_search = i < searched;
         match suspicion {

@@ -206,8 +206,8 @@ fn torques_on_the_pendulum_are_found() {
     assert_eq!(named, ["motor.delay", "pendulum.quadratic"]);
 }
 
-/// What few kits have: an arm that rings about the command is named where it is asked for; a slip is called a kick of the
-/// pendulum, which it is, or left unexplained, and never something that lasts.
+/// What few kits have: an arm that rings about the command is named where it is asked for; a slip is called a kick of
+/// the pendulum, which it is, or left unexplained, and never something that lasts.
 #[test]
 fn ringing_is_found_on_request_and_a_slip_accuses_nothing_that_lasts() {
     let hidden: [(&str, &[f64]); 2] = [

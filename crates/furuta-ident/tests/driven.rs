@@ -5,6 +5,7 @@ use std::path::Path;
 
 use furuta_ident::diagnose::{Diagnosis, Options, Outcome, Request, Verdict, diagnose_with};
 use furuta_ident::recording::Recording;
+use furuta_ident::selection::select;
 use furuta_ident::validate::validate_in;
 use furuta_ident::{Pendulum, calibrate};
 use furuta_model::{Effect, Rig};
@@ -109,6 +110,24 @@ fn found(hidden: Hidden) -> Outcome {
         rig: &sheet(),
         verify: &[unseen],
     })
+}
+
+/// What is wrong with the command does not matter where the arm moves as measured; what is wrong with theta does.
+#[test]
+fn the_command_alone_may_be_wrong() {
+    let sound = record(&qube(), Hidden::default(), 1.0);
+    let chosen = |turn: f64, pendulum| {
+        let angles = sound.theta.iter().zip(&sound.alpha);
+        let samples = (sound.t.iter().zip(&sound.u).zip(angles))
+            .map(|((t, u), (theta, alpha))| [*t, *u, turn * theta, *alpha]);
+        let read = Recording::from_samples("run", samples).expect("sound");
+        select(vec![read], Vec::new(), &qube(), false, pendulum)
+    };
+    assert_eq!(chosen(1.0, Pendulum::Driven).expect("used").notices, []);
+    let error = chosen(-1.0, Pendulum::Driven)
+        .expect_err("refused")
+        .to_string();
+    assert!(error.contains("counted the other way"), "{error}");
 }
 
 fn ids(d: &Diagnosis) -> Vec<&str> {

@@ -16,23 +16,27 @@ fn what_few_rigs_have_is_named() {
 /// are Dahl's.
 #[test]
 fn damped_bristles_are_named_in_the_place_of_others() {
-    let named = |id: &str, values: &[f64]| {
-        let effect = Effect::new(id, values).expect("valid");
-        let found = run(&qube(), &[effect]).diagnosis;
-        println!("{id} {:#?} {:?}", found.effects, found.verdict);
-        let ids: Vec<String> = found.effects.iter().map(|e| e.id.clone()).collect();
-        (ids, found.verdict)
+    let named = |effects: &[(&str, &[f64])]| {
+        let hidden: Vec<Effect<f64>> = (effects.iter())
+            .map(|(id, values)| Effect::new(id, values).expect("valid"))
+            .collect();
+        let found = run(&qube(), &hidden).diagnosis;
+        println!("{effects:?} {:#?} {:?}", found.effects, found.verdict);
+        let mut ids: Vec<String> = found.effects.iter().map(|e| e.id.clone()).collect();
+        ids.sort();
+        (ids.join(" "), found.verdict)
     };
+    let explained = |ids: &str| (ids.to_owned(), Verdict::MissingEffects);
     // The bristles' own frequency is 4 Hz on this arm, their damping about a half of critical.
-    let damped = named("arm.lugre", &[2e-3, 0.05, 2e-3]);
+    let damped: (&str, &[f64]) = ("arm.lugre", &[2e-3, 0.05, 2e-3]);
+    assert_eq!(named(&[damped]), explained("arm.lugre"));
     assert_eq!(
-        damped,
-        (vec!["arm.lugre".to_owned()], Verdict::MissingEffects)
+        named(&[damped, ("motor.bias", &[0.2])]),
+        explained("arm.lugre motor.bias")
     );
-    let plain = named("arm.presliding", &[2e-3, 0.05]);
     assert_eq!(
-        plain,
-        (vec!["arm.presliding".to_owned()], Verdict::MissingEffects)
+        named(&[("arm.presliding", &[2e-3, 0.05])]),
+        explained("arm.presliding")
     );
 }
 

@@ -308,16 +308,23 @@ impl fmt::Display for Rows<'_> {
 }
 
 impl NoticeKind {
-    /// The measured angle that it is about alone, `theta` or `alpha`.
+    /// The column that it is about alone, `u`, `theta` or `alpha`.
     ///
     /// ```
     /// use furuta_recording::NoticeKind;
     /// assert_eq!(NoticeKind::HangingSuspected.column(), Some("alpha"));
+    /// assert_eq!(NoticeKind::CommandSignSuspected.column(), Some("u"));
     /// assert_eq!(NoticeKind::SignSuspected.column(), None);
     /// ```
     #[must_use]
-    pub const fn column(&self) -> Option<&'static str> {
+    pub fn column(&self) -> Option<&'static str> {
         match self {
+            Self::ConstantCommand { .. }
+            | Self::CommandUnitSuspected { .. }
+            | Self::MotorGainSuspected { .. }
+            | Self::LateCommandSuspected { .. }
+            | Self::CommandSignSuspected => Some("u"),
+            Self::AsInAnother { what, .. } => what.column(),
             Self::Unwrapped { column, .. }
             | Self::Jump { column, .. }
             | Self::Spikes { column, .. }

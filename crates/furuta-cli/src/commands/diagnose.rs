@@ -57,9 +57,9 @@ pub(crate) struct Args {
     #[arg(long = "candidate", value_name = "ID|FILE.toml", value_parser = candidate)]
     candidates: Vec<Candidate>,
     /// What the pendulum did in the recordings: swings, removed (taken off), locked (hanging, held to the arm),
-    /// alone (it swings, the arm is held) or driven (it swings, the arm moves as theta says). Where it is off or locked the
-    /// arm alone is diagnosed, whatever alpha says; where the arm is held the pendulum alone, whatever theta and u say;
-    /// where it is driven the pendulum alone, whatever u says.
+    /// alone (it swings, the arm is held) or driven (it swings, the arm moves as theta says). Where it is off or locked
+    /// the arm alone is diagnosed, whatever alpha says; where the arm is held the pendulum alone, whatever theta and u
+    /// say; where it is driven the pendulum alone, whatever u says.
     #[arg(
         long,
         value_name = "STATE",

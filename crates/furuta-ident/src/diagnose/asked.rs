@@ -36,7 +36,8 @@ pub(super) fn asked(
             ));
         } else if lacks_room(base, spec) {
             notices.push(format!(
-                "candidate {id} is not looked for: the rig file has as many laws with a state or a memory as a plant can hold"
+                "candidate {id} is not looked for: the rig file has as many laws with a state or a memory \
+                 as a plant can hold"
             ));
         } else if can_hold(base, spec) {
             asked.push(spec);

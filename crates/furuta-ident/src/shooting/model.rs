@@ -10,8 +10,8 @@ pub(crate) struct Observed<S> {
     late: S,
     /// For each recording, the true `[theta, alpha]` at which its encoders read zero, rad; those left out are zero.
     pub(crate) zeros: Vec<[S; 2]>,
-    /// For each recording of the rig in another state (its pendulum off, its arm held) the plant that it is then, and by
-    /// how much it is late, s; those left out are of `plant`.
+    /// For each recording of the rig in another state (its pendulum off, its arm held) the plant that it is then, and
+    /// by how much it is late, s; those left out are of `plant`.
     pub(crate) otherwise: Vec<Option<(Plant<S>, S)>>,
 }
 

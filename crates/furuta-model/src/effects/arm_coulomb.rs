@@ -16,7 +16,8 @@ pub(super) const SPEC: Spec = Spec {
     name: "Coulomb friction on the arm",
     law: "-torque * sign(theta_dot); at rest it holds up to torque",
     sentence: "Bearing, brushes or gear rub with the same torque at any speed, and hold the arm still \
-        until the motor pulls harder.",
+        until the motor pulls harder. Friction that is stronger in one direction is this, half the sum of both, and \
+        an offset of the motor's voltage (motor.bias), half their difference.",
     shows: "The arm comes to rest early and stays; the error changes sign with the arm's direction and \
         does not grow with its speed.",
     experiment: "slow arm sweeps with many reversals, and starts from rest with slowly rising voltage",

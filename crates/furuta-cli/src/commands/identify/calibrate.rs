@@ -38,8 +38,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "METRES")]
     body_length: Option<f64>,
     /// What the pendulum did in DATA: swings; removed (taken off) or locked (hanging, held to the arm), so that the arm
-    /// alone is looked at; alone (it swings, the arm is held) or driven (it swings, the arm moves as theta says), so that
-    /// the pendulum is.
+    /// alone is looked at; alone (it swings, the arm is held) or driven (it swings, the arm moves as theta says), so
+    /// that the pendulum is.
     #[arg(long, value_name = "STATE", default_value = "swings")]
     pendulum: Pendulum,
     /// Recordings with the pendulum taken off, to be fitted together with DATA.

@@ -14,8 +14,8 @@ pub(crate) struct Args {
     #[command(flatten)]
     recorded: RecordedArgs,
     /// What the pendulum did in DATA: swings; removed (taken off) or locked (hanging, held to the arm), so that the arm
-    /// alone is looked at; alone (it swings, the arm is held) or driven (it swings, the arm moves as theta says), so that
-    /// the pendulum is.
+    /// alone is looked at; alone (it swings, the arm is held) or driven (it swings, the arm moves as theta says), so
+    /// that the pendulum is.
     #[arg(long, value_name = "STATE", default_value = "swings")]
     pendulum: Pendulum,
 }
