@@ -62,7 +62,7 @@ pub(super) const SPEC: Spec = Spec {
             max: 1e3,
             off: 0.0,
             // Half of what is critical on bristles of typical stiffness.
-            typical: Typical::Of(|p| (2.0 * super::stall_torque(p) * p.coefficients().hub).sqrt()),
+            typical: Typical::Of(|p| libm::sqrt(2.0 * super::stall_torque(p) * p.coefficients().hub)),
             starts: &[0.5],
         },
     ],
