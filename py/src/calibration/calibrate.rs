@@ -321,11 +321,10 @@ impl Kept for PyCalibration {
 #[pyo3(
     signature = (recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, body_length=None, verify=None,
         pendulum="swings", removed=None, locked=None, alone=None, driven=None, every=1, span=None,
-        accept_suspicious=false,
-        progress=None, hold=None),
+        accept_suspicious=false, progress=None, hold=None),
     text_signature = "(recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, \
-        body_length=None, verify=None, pendulum='swings', removed=None, locked=None, alone=None, every=1, span=None, \
-        accept_suspicious=False, progress=None, hold=None)"
+        body_length=None, verify=None, pendulum='swings', removed=None, locked=None, alone=None, driven=None, \
+        every=1, span=None, accept_suspicious=False, progress=None, hold=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords, for Python
 pub(crate) fn calibrate(
