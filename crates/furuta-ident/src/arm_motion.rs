@@ -27,7 +27,7 @@ const FIRST: usize = 3;
 const POWERS: [f64; 2] = [-12.0, 3.0];
 /// Powers of ten between two ratios that are tried first.
 const COARSE: f64 = 1.0;
-/// How closely the most likely power is found: a tenth of a decade changes the smoothed angle by a fortieth.
+/// How closely the most likely power is found: a tenth of a decade changes the rate that is followed by 4 %.
 const FINE: f64 = 0.1;
 /// Inverse of the golden ratio.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -213,7 +213,7 @@ mod tests {
         [slow[0] + fast[0], slow[1] + fast[1]]
     }
 
-    /// The acceleration is the true one within a tenth: a count is a hundred times as much from one sample to the next.
+    /// The acceleration is the true one within a tenth, where a count between two samples is ten times the largest.
     #[test]
     fn the_acceleration_is_that_of_the_arm() {
         for jitter in [0.0, 0.3] {
