@@ -1,7 +1,7 @@
 //! LuGre friction on the arm at a constant level: `-stiffness z - damping dz/dt`,
 //! `dz/dt = theta_dot (1 - stiffness z sign(theta_dot)/torque)`.
 
-use super::arm_presliding::bend_after;
+use super::arm_presliding::{STIFFNESS, TORQUE, bend_after};
 use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
@@ -31,28 +31,9 @@ pub(super) const SPEC: Spec = Spec {
         widens with the rate before the arm slides",
     look_alikes: &["arm.presliding", "arm.coulomb", "arm.stribeck"],
     parameters: &[
-        ParameterSpec {
-            name: "torque",
-            unit: "N m",
-            kind: Kind::Real,
-            default: None,
-            min: 0.0,
-            max: 1e3,
-            off: 0.0,
-            typical: Typical::Of(|p| 0.1 * super::stall_torque(p)),
-            starts: &[0.5, 0.05],
-        },
-        ParameterSpec {
-            name: "stiffness",
-            unit: "N m/rad",
-            kind: Kind::Real,
-            default: None,
-            min: 1e-9,
-            max: 1e6,
-            off: 0.0,
-            typical: Typical::Of(|p| 2.0 * super::stall_torque(p)),
-            starts: &[0.5, 4.0],
-        },
+        TORQUE,
+        // A cable that gives way over a quarter of a radian has no dampers.
+        ParameterSpec { starts: &[0.5, 4.0], ..STIFFNESS },
         ParameterSpec {
             name: "damping",
             unit: "N m s/rad",

@@ -13,6 +13,34 @@ parameters! {
     }
 }
 
+/// Friction of a sliding arm.
+pub(super) const TORQUE: ParameterSpec = ParameterSpec {
+    name: "torque",
+    unit: "N m",
+    kind: Kind::Real,
+    default: None,
+    min: 0.0,
+    max: 1e3,
+    off: 0.0,
+    typical: Typical::Of(|p| 0.1 * super::stall_torque(p)),
+    starts: &[0.5, 0.05],
+};
+
+/// Of bristles before it slides.
+pub(super) const STIFFNESS: ParameterSpec = ParameterSpec {
+    name: "stiffness",
+    unit: "N m/rad",
+    kind: Kind::Real,
+    default: None,
+    min: 1e-9,
+    max: 1e6,
+    off: 0.0,
+    typical: Typical::Of(|p| 2.0 * super::stall_torque(p)),
+    // The last is a cable that rubs and bends: it gives way over a quarter of a radian, not over milliradians
+    // as a bearing does.
+    starts: &[0.5, 4.0, 0.02],
+};
+
 pub(super) const SPEC: Spec = Spec {
     id: "arm.presliding",
     name: "Presliding (Dahl) friction on the arm",
@@ -24,32 +52,7 @@ pub(super) const SPEC: Spec = Spec {
     experiment: "sweeps of several small amplitudes across the same angle: the loop of torque over angle \
         grows with the way",
     look_alikes: &["arm.coulomb", "arm.spring", "motor.lag", "arm.lugre"],
-    parameters: &[
-        ParameterSpec {
-            name: "torque",
-            unit: "N m",
-            kind: Kind::Real,
-            default: None,
-            min: 0.0,
-            max: 1e3,
-            off: 0.0,
-            typical: Typical::Of(|p| 0.1 * super::stall_torque(p)),
-            starts: &[0.5, 0.05],
-        },
-        ParameterSpec {
-            name: "stiffness",
-            unit: "N m/rad",
-            kind: Kind::Real,
-            default: None,
-            min: 1e-9,
-            max: 1e6,
-            off: 0.0,
-            typical: Typical::Of(|p| 2.0 * super::stall_torque(p)),
-            // The last is a cable that rubs and bends: it gives way over a quarter of a radian, not over milliradians
-            // as a bearing does.
-            starts: &[0.5, 4.0, 0.02],
-        },
-    ],
+    parameters: &[TORQUE, STIFFNESS],
     strengths: 1,
     footprint: Footprint::Like("arm.spring", "before it slides, friction is a spring; when it slides, a damping"),
     acts: Acts::TORQUE.and(Acts::MEMORY).and(Acts::SHAFT),
