@@ -77,6 +77,18 @@ fn a_winding_is_named_beside_a_push() {
     assert_eq!(found.verdict, Verdict::MissingEffects);
 }
 
+/// Far from the data no strength is known well by itself: neither of two that are missing, before the other is found.
+#[test]
+fn a_friction_that_depends_on_the_angle_is_named_beside_a_cable() {
+    let friction = Effect::new("arm.angle_friction", &[3e-3, 0.9, 2.0, 0.7]).expect("valid");
+    let cable = Effect::new("arm.cable", &[1e-2, -4e-3, 6e-3, 0.0]).expect("valid");
+    let found = run(&qube(), &[friction, cable]).diagnosis;
+    let mut ids: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+    ids.sort_unstable();
+    assert_eq!(ids, ["arm.angle_friction", "arm.cable"]);
+    assert_eq!(found.verdict, Verdict::MissingEffects);
+}
+
 /// Each effect that few rigs have, hidden where it shows: the table of docs/effects.md.
 /// Apart, since it makes a diagnosis for each of a dozen entries.
 #[test]

@@ -325,48 +325,66 @@ impl Problem<'_> {
                     .map(move |z| (s, z))
             })
             .collect();
-        let small = self.chi(from) < SMALL;
         let bases = self.bases(from);
         let mut starts: Vec<FitStart> = jobs
             .into_par_iter()
             .flat_map_iter(|(spec, mut z)| {
-                let mut statistic = f64::NEG_INFINITY;
-                if !self.stop.wanted() {
-                    let h = from.model.with(spec);
-                    let first = from.model.shared();
-                    let strengths = first..first + spec.strengths;
-                    let mut here = z.clone();
-                    // A start at no strength at all says nothing about what the effect changes.
-                    if here[strengths.clone()].iter().all(|s| *s == 0.0) {
-                        here[strengths.clone()].fill(TOUCH);
-                    }
-                    let one_way = spec.parameters[0].min >= spec.parameters[0].off;
-                    let score = screen.score(self, from, &h, &here);
-                    statistic = score.map_or(f64::INFINITY, |s| s.statistic(one_way));
-                    if small && !screen::is_placed(spec) && statistic > 0.0 {
-                        // What is missing is small: so is this effect, if it is the one.
-                        let factor = score.map_or(1.0, |s| s.product / s.square);
-                        for i in strengths {
-                            z[i] = if spec.acts.includes(Acts::BACKWARDS) {
-                                (here[i] / factor).max(1.0 / STRONGEST)
-                            } else {
-                                (here[i] * factor).clamp(-STRONGEST, STRONGEST)
-                            };
-                        }
-                    }
-                    report(spec.id);
-                }
+                let scored = if self.stop.wanted() {
+                    Some(f64::NEG_INFINITY)
+                } else if spec.acts.includes(Acts::CONTACT) {
+                    None
+                } else {
+                    Some(self.scored_at(from, spec, &mut z, screen))
+                };
+                report(spec.id);
                 let order = order(spec).map(|i| z[from.model.shared() + i]);
-                bases.iter().map(move |base| FitStart {
-                    statistic,
-                    spec,
-                    order,
-                    z: with_base(&z, base),
+                bases.iter().map(move |base| {
+                    let z = with_base(&z, base);
+                    FitStart {
+                        statistic: scored.unwrap_or_else(|| self.fall(from, spec, &z)),
+                        spec,
+                        order,
+                        z,
+                    }
                 })
             })
             .collect();
         starts.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
         starts
+    }
+
+    /// The score statistic of one start. Where what is missing is small, so is the effect, if it is the one: `z` takes
+    /// the strength that the score says.
+    fn scored_at(&self, from: &Fit, spec: &'static Spec, z: &mut [f64], screen: &Screen) -> f64 {
+        let h = from.model.with(spec);
+        let first = from.model.shared();
+        let strengths = first..first + spec.strengths;
+        let mut here = z.to_vec();
+        // A start at no strength at all says nothing about what the effect changes.
+        if here[strengths.clone()].iter().all(|s| *s == 0.0) {
+            here[strengths.clone()].fill(TOUCH);
+        }
+        let one_way = spec.parameters[0].min >= spec.parameters[0].off;
+        let score = screen.score(self, from, &h, &here);
+        let statistic = score.map_or(f64::INFINITY, |s| s.statistic(one_way));
+        if self.chi(from) < SMALL && !screen::is_placed(spec) && statistic > 0.0 {
+            let factor = score.map_or(1.0, |s| s.product / s.square);
+            for i in strengths {
+                z[i] = if spec.acts.includes(Acts::BACKWARDS) {
+                    (here[i] / factor).max(1.0 / STRONGEST)
+                } else {
+                    (here[i] * factor).clamp(-STRONGEST, STRONGEST)
+                };
+            }
+        }
+        statistic
+    }
+
+    /// By how much the cost falls at a start itself, the windows' initial states solved for. A stiff stop is far from
+    /// being in proportion to its strength: a score test says nothing of it.
+    fn fall(&self, from: &Fit, spec: &'static Spec, z: &[f64]) -> f64 {
+        let there = self.solve_states(&from.model.with(spec), z, Some(&from.states));
+        (from.cost - there.cost).max(0.0)
     }
 
     /// Whether one of the fits explains what `from` does not.

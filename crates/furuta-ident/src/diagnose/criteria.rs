@@ -31,7 +31,8 @@ pub(super) struct Criteria {
     /// A gain of less than this many least gains is judged by a deviation that does not trust the noise to be white as
     /// well.
     pub(super) weak: f64,
-    /// Least square of a strength over its variance: one that may as well be none names nothing, whatever is gained.
+    /// Least square of a strength over its variance where no more than the noise is left: one that may as well be none
+    /// names nothing, whatever is gained.
     pub(super) known: f64,
     /// Factor by which the excess over the noise must fall where there is much of it.
     pub(super) factor: f64,
@@ -192,7 +193,8 @@ mod tests {
             ),
             (
                 "known",
-                "how far a strength must be from none, in those deviations, squared; whatever it gains",
+                "how far a strength must be from none, in those deviations, squared, where no more than the noise is left; \
+                 whatever it gains",
                 known,
             ),
             (

@@ -16,7 +16,7 @@ pub(super) struct Evidence {
     /// be white: rounding repeats itself where a motion does, and then looks like a vibration. Only where the gain is
     /// weak.
     pub(super) robust: f64,
-    /// How far the effect's strength is from none, in those deviations, squared.
+    /// How far the effect's strength is from none, in those deviations, squared; infinite where something is left.
     pub(super) known: f64,
     /// Fall of the cost without the window that gains most, in units of what the larger model leaves per sample (at
     /// least the noise).
@@ -92,7 +92,14 @@ impl Problem<'_> {
         let excess = |f: &Fit| (f.cost - floor).max(CRITERIA.floor_uncertainty * floor);
         let parameters = larger.model.free() as f64 - smaller.model.free() as f64;
         let significant = (smaller.cost - floor) > CRITERIA.floor_uncertainty * floor;
-        let known = farthest(smaller, larger);
+        let strength = farthest(smaller, larger);
+        // A deviation is in units of what is left: beside what is not found yet it says nothing of an effect, which data
+        // kept apart judge then.
+        let known = if self.explains(larger) {
+            strength
+        } else {
+            f64::INFINITY
+        };
         if larger.model.is_transient() && !smaller.model.is_transient() {
             // Judged where it acts: what the other windows gain is another minimum's.
             let kicked = gains.iter().zip(&self.windows);
@@ -145,7 +152,7 @@ impl Problem<'_> {
             gain,
             known,
             robust: if gain < CRITERIA.weak * CRITERIA.effect {
-                known
+                strength
             } else {
                 f64::INFINITY
             },
