@@ -11,6 +11,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 RIG = furuta.Rig.load("qube-servo-2")
+# For what acts on arms alone that follow a commanded acceleration.
+STEPPER = furuta.Rig.load("stepper-kit")
 PARTS = {
     "arm": "The arm",
     "motor": "The motor",
@@ -47,6 +49,11 @@ REST = Experiment("No command, the rig begins at rest.")
 DECAY = Experiment("The pendulum is let go 1.5 rad from hanging, without a command.", seconds=5.0, alpha=np.pi - 1.5)
 TURNS = Experiment("The pendulum hangs and is thrown at 30 rad/s, without a command.", seconds=2.5, alpha_dot=30.0)
 SLOW, LARGE = sine(2, 0.5), sine(6, 1)
+PUSHES = Experiment(
+    "The command is 100 rad/s², then -100 rad/s², for 0.3 s each, the pendulum hanging.",
+    lambda t: np.select([t < 0.3, t < 0.6], [100.0, -100.0], 0.0),
+    2.0,
+)
 SHOWN = {
     "arm.spring": STEPS,
     "arm.relaxation": STEPS,
@@ -63,6 +70,9 @@ SHOWN = {
     "motor.delay": EDGE,
     "motor.asymmetry": sine(2, 0.5, 6),
     "motor.drift": sine(2, 0.5, 20),
+    "motor.speed_limit": PUSHES,
+    "motor.resonance": PUSHES,
+    "motor.lost_steps": PUSHES,
     "drive.backlash": sine(1, 2, 2),
     "drive.compliance": Experiment("The command is 6 V for 20 ms.", lambda t: 6.0 * (t < 0.02), 0.3, dt=0.001),
     "pendulum.inertia_transverse": TURNS,
@@ -77,8 +87,16 @@ SHOWN = {
     "disturbance.arm_kick": REST,
 }
 # Where the typical size would not be seen: what is shown in its place.
-LARGER = {"drive.compliance": {"stiffness": 0.05, "motor_share": 0.5}}
+LARGER = {
+    "drive.compliance": {"stiffness": 0.05, "motor_share": 0.5},
+    "motor.resonance": {"period": 0.1, "damping": 0.1},
+}
 BY_PART = {"pendulum": DECAY, "sensor": DECAY}
+
+
+def rig(id: str) -> furuta.Rig:
+    """A rig that can have the effect."""
+    return RIG if "voltage" in furuta.catalogue()[id]["kinds"] else STEPPER
 
 
 def experiment(id: str) -> Experiment:
@@ -91,8 +109,8 @@ def runs(id: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     t = how.dt * np.arange(round(how.seconds / how.dt) + 1)
     x0 = [0.0, how.alpha, 0.0, how.alpha_dot]
     without, having = (
-        furuta.simulate(rig, x0, how.u(t[:-1]), how.dt, substeps=4, encoders=True)[1]
-        for rig in (RIG, RIG.with_effect(id, **LARGER.get(id, {})))
+        furuta.simulate(it, x0, how.u(t[:-1]), how.dt, substeps=4, encoders=True)[1]
+        for it in (rig(id), rig(id).with_effect(id, **LARGER.get(id, {})))
     )
     return t, without, having
 
@@ -131,7 +149,8 @@ def asked_for(id: str, entry: dict) -> str:
 
 def section(id: str, entry: dict) -> str:
     """One effect as Markdown."""
-    typical = RIG.with_effect(id).effects[id]
+    shown = rig(id)
+    typical = shown.with_effect(id).effects[id]
     rows = [
         f"| `{name}` | {of['unit']} | {number(typical[name])} | {number(of['off'])} | {number(of['default'])} |"
         for name, of in entry["details"].items()
@@ -145,7 +164,7 @@ def section(id: str, entry: dict) -> str:
 {entry["law"]}
 ```
 
-| Parameter | Unit | Typical, on the QUBE | Does nothing at | Default |
+| Parameter | Unit | Typical, on {shown.name} | Does nothing at | Default |
 |---|---|---|---|---|
 {chr(10).join(rows)}
 

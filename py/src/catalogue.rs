@@ -2,7 +2,7 @@
 
 use crate::error;
 use furuta_model::effects::{Kind, ParameterSpec};
-use furuta_model::{CATALOGUE, ON_REQUEST, Spec, effects};
+use furuta_model::{Spec, effects};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -44,7 +44,7 @@ impl Value {
 /// The catalogue's entry of this id, which is to be looked for beside those that always are.
 pub(crate) fn entry(id: &str) -> PyResult<&'static Spec> {
     effects::all().find(|s| s.id == id).ok_or_else(|| {
-        let on_request: Vec<_> = ON_REQUEST.iter().map(|s| s.id).collect();
+        let on_request: Vec<_> = effects::on_request().map(|s| s.id).collect();
         error::rig(format!(
             "candidates: effect `{id}` is not in the catalogue; looked for on request are {}",
             on_request.join(", ")
@@ -87,8 +87,8 @@ pub(crate) fn place(spec: &Spec, name: &str) -> PyResult<usize> {
 ///     data), `experiment` (what shows it apart from its look-alikes), `look_alikes` (ids),
 ///     `follows_state` (whether it is a function of the present state and motor voltage alone), `offered` ("always"
 ///     if `diagnose` looks for it from the outset, else "on request": `candidates=[id]`, or where the others leave
-///     something), `parameters` (SI unit by name) and
-///     `details` (by name: `unit`, `kind`, which is "real", "whole" or "choice", `choices`, `min`, `max`, `off`, the
+///     something), `kinds` (each `Rig.motor_kind` of rigs that can have it), `parameters` (SI unit by name) and `details`
+///     (by name: `unit`, `kind`, which is "real", "whole" or "choice", `choices`, `min`, `max`, `off`, the
 ///     value at which it does nothing, and `default`; None where there is none).
 ///
 /// Examples
@@ -103,7 +103,7 @@ pub(crate) fn place(spec: &Spec, name: &str) -> PyResult<usize> {
 #[pyo3(text_signature = "()")]
 pub(crate) fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let all = PyDict::new(py);
-    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+    for spec in effects::all() {
         let entry = PyDict::new(py);
         entry.set_item("name", spec.name)?;
         entry.set_item("law", spec.law)?;
@@ -114,6 +114,7 @@ pub(crate) fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         entry.set_item("follows_state", spec.follows_state())?;
         let always = spec.offered.is_always();
         entry.set_item("offered", if always { "always" } else { "on request" })?;
+        entry.set_item("kinds", spec.acts.kinds().collect::<Vec<_>>())?;
         let (parameters, details) = (PyDict::new(py), PyDict::new(py));
         for p in spec.parameters {
             parameters.set_item(p.name, p.unit)?;

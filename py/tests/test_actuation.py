@@ -90,6 +90,27 @@ def test_what_a_kind_does_not_have():
     assert STEPPER.to_dict()["motor"] == {"kind": "acceleration", "unit": "rad/s2"}
 
 
+def test_what_a_stepper_does_is_listed_and_looked_for_on_request():
+    kinds = {id: of["kinds"] for id, of in furuta.catalogue().items()}
+    assert [id for id, of in kinds.items() if of == ["acceleration"]] == [
+        "motor.speed_limit", "motor.resonance", "motor.lost_steps"
+    ]  # fmt: skip
+    assert kinds["arm.coulomb"] == ["voltage", "torque"] and kinds["motor.inductance"] == ["voltage"]
+    assert kinds["pendulum.coulomb"] == ["voltage", "torque", "acceleration"]
+    dt = 0.005
+    u = furuta.signal("multisine", 5, dt, amplitude=20, band=(0.5, 20))
+    rig = furuta.Rig.from_toml(STEPPER.to_toml().replace("= 1600", "= 16000"))
+    x = furuta.simulate(
+        rig.with_effect("motor.resonance", period=0.08, damping=0.1), [0, np.pi, 0, 0], u[:-1], dt, encoders=True
+    )
+    theta, alpha = x[1][:, 0], x[1][:, 1]
+    run = {"t": dt * np.arange(len(u)), "u": u, "theta": theta, "alpha": alpha}
+    found = furuta.diagnose(run, rig, candidates=["motor.resonance"], time_limit=None)
+    assert [effect.id for effect in found.effects] == ["motor.resonance"]
+    with pytest.raises(furuta.RigError, match="motor.lost_steps$"):
+        furuta.diagnose(run, rig, candidates=["motor.resonanse"])
+
+
 def test_plots_and_cards_say_the_unit():
     run = furuta.Trajectory.simulate(STEPPER, [0, 3, 0, 0], np.zeros(10), 0.01)
     assert run.plot().axes[2].get_ylabel() == "command, u [rad/s2]"

@@ -3,7 +3,7 @@
 use crate::common;
 
 use common::{failure, furuta};
-use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Rig};
+use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Rig, effects};
 use serde_json::Value;
 
 fn text(args: &[&str]) -> String {
@@ -27,7 +27,7 @@ fn all_are_listed() {
         .lines()
         .filter_map(|l| l.split_whitespace().next())
         .collect();
-    let known: Vec<_> = CATALOGUE.iter().chain(ON_REQUEST).map(|s| s.id).collect();
+    let known: Vec<_> = effects::all().map(|s| s.id).collect();
     assert_eq!(ids, known);
     assert!(lines.contains("stiffness [N m/rad], rest [rad]"), "{lines}");
     assert!(
@@ -35,12 +35,7 @@ fn all_are_listed() {
         "{lines}"
     );
     let all = json(&["effects", "--json"]);
-    for (entry, spec) in all
-        .as_array()
-        .expect("a list")
-        .iter()
-        .zip(CATALOGUE.iter().chain(ON_REQUEST))
-    {
+    for (entry, spec) in all.as_array().expect("a list").iter().zip(effects::all()) {
         assert_eq!(entry["id"], spec.id);
         assert_eq!(entry["parameters"][0]["unit"], spec.parameters[0].unit);
         let always = spec.offered.is_always();
@@ -53,7 +48,7 @@ fn all_are_listed() {
 
 #[test]
 fn each_is_explained() {
-    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+    for spec in effects::all() {
         let page = text(&["effects", spec.id]);
         for part in [
             spec.name,
@@ -124,7 +119,7 @@ fn sizes_are_those_of_the_rig() {
 /// The command line that a page ends with is one.
 #[test]
 fn what_a_page_proposes_runs() {
-    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+    for spec in effects::all() {
         let page = text(&["effects", spec.id]);
         let line = page.lines().last().expect("a last line");
         let mut words: Vec<_> = line.split_whitespace().collect();

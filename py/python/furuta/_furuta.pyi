@@ -116,6 +116,8 @@ class _CatalogueEntry(TypedDict):
     experiment: str
     look_alikes: list[str]
     follows_state: bool
+    offered: Literal["always", "on request"]
+    kinds: list[str]
     parameters: dict[str, str]
     details: dict[str, _ParameterDetail]
 

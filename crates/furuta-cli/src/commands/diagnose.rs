@@ -7,7 +7,7 @@ use std::time::Duration;
 use furuta_ident::diagnose::{Options, Outcome, Request, diagnose_with};
 use furuta_ident::{Pendulum, Task, report};
 use furuta_model::effects::own;
-use furuta_model::{ON_REQUEST, Rig, Spec, effects};
+use furuta_model::{Rig, Spec, effects};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::recorded::RecordedArgs;
@@ -79,7 +79,7 @@ fn candidate(given: &str) -> Result<Candidate, String> {
     }
     let entry = effects::all().find(|s| s.id == given);
     let entry = entry.ok_or_else(|| {
-        let ids: Vec<&str> = ON_REQUEST.iter().map(|s| s.id).collect();
+        let ids: Vec<&str> = effects::on_request().map(|s| s.id).collect();
         format!(
             "no such effect: give a file with laws of your own (its name ends in .toml), or one of {}",
             ids.join(", ")

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use furuta_model::effects::{self, Kind, ParameterSpec, own};
-use furuta_model::{Rig, Spec};
+use furuta_model::{Actuation, Rig, Spec};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -18,14 +18,9 @@ pub(crate) struct Args {
     /// listed if not given.
     #[arg(value_name = "ID|FILE.toml")]
     id: Option<String>,
-    /// Rig on which the typical sizes are.
-    #[arg(
-        long,
-        value_name = "RIG",
-        default_value = "qube-servo-2",
-        requires = "id"
-    )]
-    rig: String,
+    /// Rig on which the typical sizes are; qube-servo-2 if not given, or stepper-kit for what only stepper motors do.
+    #[arg(long, value_name = "RIG", requires = "id")]
+    rig: Option<String>,
     /// Print JSON in place of text.
     #[arg(long)]
     json: bool,
@@ -37,8 +32,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let Some(id) = &args.id else {
         return list(&mut out, args.json);
     };
-    let rig = Rig::load(&args.rig)?;
     for (n, spec) in entries(id)?.into_iter().enumerate() {
+        let name = args.rig.as_deref().unwrap_or_else(|| usual(spec));
+        let rig = Rig::load(name)?;
         if args.json {
             writeln!(out, "{}", explained_json(spec, &rig))?;
             continue;
@@ -46,9 +42,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         if n > 0 {
             writeln!(out)?;
         }
-        explain(&mut out, spec, &rig, (args.rig.as_str(), id.as_str()))?;
+        explain(&mut out, spec, &rig, (name, id.as_str()))?;
     }
     Ok(())
+}
+
+/// A rig that can have the effect.
+fn usual(spec: &Spec) -> &'static str {
+    match spec.acts.not_on(Actuation::Voltage) {
+        None => "qube-servo-2",
+        Some(_) => "stepper-kit",
+    }
 }
 
 /// The entry of this id, or the laws of this file.
@@ -75,7 +79,8 @@ fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
                     .iter()
                     .map(|p| json!({"name": p.name, "unit": p.unit}))
                     .collect();
-                json!({"id": s.id, "name": s.name, "parameters": parameters, "offered": offered(s)})
+                json!({"id": s.id, "name": s.name, "parameters": parameters, "offered": offered(s),
+                    "kinds": s.acts.kinds().collect::<Vec<_>>()})
             })
             .collect();
         writeln!(out, "{all}")?;
@@ -110,6 +115,8 @@ fn explain(
         writeln!(out, "looks like    {}", spec.look_alikes.join(", "))?;
     }
     writeln!(out, "to tell       {}", spec.experiment)?;
+    let kinds: Vec<_> = spec.acts.kinds().collect();
+    writeln!(out, "rigs          motor.kind = {}", kinds.join(", "))?;
     if !spec.offered.is_always() {
         let (id, why) = (given.1, spec.offered.why());
         writeln!(
@@ -204,7 +211,7 @@ fn explained_json(spec: &Spec, rig: &Rig) -> Value {
     json!({
         "id": spec.id, "name": spec.name, "law": spec.law, "sentence": spec.sentence, "shows": spec.shows,
         "look_alikes": spec.look_alikes,
-        "offered": offered(spec),
+        "offered": offered(spec), "kinds": spec.acts.kinds().collect::<Vec<_>>(),
         "experiment": spec.experiment, "rig": rig.name, "parameters": parameters,
     })
 }

@@ -2,7 +2,7 @@
 
 use furuta_model::effects::own::{self, HypothesisError};
 use furuta_model::effects::{Kind, ParameterSpec};
-use furuta_model::{CATALOGUE, Effect, EffectError, ON_REQUEST, Params, Spec, effects};
+use furuta_model::{Effect, EffectError, Params, Spec, effects};
 
 /// A text does not say which effect to hide.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -164,17 +164,13 @@ fn named(id: &str) -> Result<&'static Spec, HideError> {
 }
 
 fn known() -> String {
-    CATALOGUE
-        .iter()
-        .chain(ON_REQUEST)
-        .map(|s| s.id)
-        .collect::<Vec<_>>()
-        .join(", ")
+    let ids: Vec<_> = effects::all().map(|s| s.id).collect();
+    ids.join(", ")
 }
 
 #[cfg(test)]
 mod tests {
-    use furuta_model::Rig;
+    use furuta_model::{CATALOGUE, ON_REQUEST, Rig};
 
     use super::*;
 

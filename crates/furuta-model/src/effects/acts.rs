@@ -157,6 +157,25 @@ impl Acts {
         }
     }
 
+    /// Each `motor.kind` of rigs on which such an effect can act.
+    ///
+    /// ```
+    /// use furuta_model::effects;
+    /// let kinds = |id| effects::spec(id).expect("in the catalogue").acts.kinds();
+    /// assert!(kinds("motor.delay").eq(["voltage", "torque", "acceleration"]));
+    /// assert!(kinds("motor.resonance").eq(["acceleration"]));
+    /// ```
+    pub fn kinds(self) -> impl Iterator<Item = &'static str> {
+        [
+            Actuation::Voltage,
+            Actuation::Torque,
+            Actuation::Acceleration,
+        ]
+        .into_iter()
+        .filter(move |actuation| self.not_on(*actuation).is_none())
+        .map(Actuation::kind)
+    }
+
     /// Both.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {

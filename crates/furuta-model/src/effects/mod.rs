@@ -409,14 +409,30 @@ pub static CATALOGUE: &[&Spec] = &List::Always.entries::<{ List::Always.len() }>
 /// something, and from the outset on request.
 pub static ON_REQUEST: &[&Spec] = &List::OnRequest.entries::<{ List::OnRequest.len() }>();
 
-/// The entries that a diagnosis looks for, from the outset and later.
+/// All entries, those of one kind of rig at the end ([`Acts::kinds`]).
 ///
 /// ```
 /// use furuta_model::{CATALOGUE, ON_REQUEST, effects};
-/// assert_eq!(effects::all().count(), CATALOGUE.len() + ON_REQUEST.len());
+/// let of_voltage = |s: &&furuta_model::Spec| s.acts.kinds().any(|kind| kind == "voltage");
+/// assert_eq!(effects::all().filter(of_voltage).count(), CATALOGUE.len() + ON_REQUEST.len());
+/// assert!(effects::all().any(|s| s.id == "motor.resonance"));
 /// ```
 pub fn all() -> impl Iterator<Item = &'static Spec> {
-    CATALOGUE.iter().chain(ON_REQUEST).copied()
+    [CATALOGUE, ON_REQUEST, OF_ACCELERATION]
+        .into_iter()
+        .flatten()
+        .copied()
+}
+
+/// The entries that a diagnosis looks for where others leave something, or where they are asked for.
+///
+/// ```
+/// use furuta_model::effects;
+/// assert!(effects::on_request().any(|s| s.id == "arm.stop"));
+/// assert!(effects::on_request().all(|s| s.id != "arm.coulomb"));
+/// ```
+pub fn on_request() -> impl Iterator<Item = &'static Spec> {
+    all().filter(|s| !s.offered.is_always())
 }
 
 /// Effects of rigs alone whose command is an acceleration ([`crate::Actuation::Acceleration`]).
@@ -446,7 +462,7 @@ const NAMED: usize = ALL.len();
 /// assert!(furuta_model::CATALOGUE.iter().all(|s| s.id != "custom.1"));
 /// ```
 pub fn known() -> impl Iterator<Item = &'static Spec> {
-    all().chain(OF_ACCELERATION.iter().chain(EMPIRICAL).copied())
+    all().chain(EMPIRICAL.iter().copied())
 }
 
 impl<S: Scalar> Effect<S> {
