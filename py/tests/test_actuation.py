@@ -106,7 +106,7 @@ def test_what_a_stepper_does_is_listed_and_looked_for_on_request():
     theta, alpha = x[1][:, 0], x[1][:, 1]
     run = {"t": dt * np.arange(len(u)), "u": u, "theta": theta, "alpha": alpha}
     found = furuta.diagnose(run, rig, candidates=["motor.resonance"], time_limit=None)
-    assert [effect.id for effect in found.effects] == ["motor.resonance"]
+    assert [effect["id"] for effect in found.effects] == ["motor.resonance"]
     with pytest.raises(furuta.RigError, match="motor.lost_steps$"):
         furuta.diagnose(run, rig, candidates=["motor.resonanse"])
 
