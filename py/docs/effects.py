@@ -54,6 +54,11 @@ PUSHES = Experiment(
     lambda t: np.select([t < 0.3, t < 0.6], [100.0, -100.0], 0.0),
     2.0,
 )
+TAP = Experiment(
+    "The command is 100 rad/s², then -100 rad/s², for 20 ms each, the pendulum hanging.",
+    lambda t: np.select([t < 0.02, t < 0.04], [100.0, -100.0], 0.0),
+    0.6,
+)
 SHOWN = {
     "arm.spring": STEPS,
     "arm.relaxation": STEPS,
@@ -71,8 +76,8 @@ SHOWN = {
     "motor.asymmetry": sine(2, 0.5, 6),
     "motor.drift": sine(2, 0.5, 20),
     "motor.speed_limit": PUSHES,
-    "motor.resonance": PUSHES,
-    "motor.lost_steps": PUSHES,
+    "motor.resonance": TAP,
+    "motor.lost_steps": REST,
     "drive.backlash": sine(1, 2, 2),
     "drive.compliance": Experiment("The command is 6 V for 20 ms.", lambda t: 6.0 * (t < 0.02), 0.3, dt=0.001),
     "pendulum.inertia_transverse": TURNS,

@@ -87,8 +87,8 @@ pub(crate) fn place(spec: &Spec, name: &str) -> PyResult<usize> {
 ///     data), `experiment` (what shows it apart from its look-alikes), `look_alikes` (ids),
 ///     `follows_state` (whether it is a function of the present state and motor voltage alone), `offered` ("always"
 ///     if `diagnose` looks for it from the outset, else "on request": `candidates=[id]`, or where the others leave
-///     something), `kinds` (each `Rig.motor_kind` of rigs that can have it), `parameters` (SI unit by name) and `details`
-///     (by name: `unit`, `kind`, which is "real", "whole" or "choice", `choices`, `min`, `max`, `off`, the
+///     something), `kinds` (each `Rig.motor_kind` of rigs that can have it), `parameters` (SI unit by name) and
+///     `details` (by name: `unit`, `kind`, which is "real", "whole" or "choice", `choices`, `min`, `max`, `off`, the
 ///     value at which it does nothing, and `default`; None where there is none).
 ///
 /// Examples

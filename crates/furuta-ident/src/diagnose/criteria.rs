@@ -193,8 +193,8 @@ mod tests {
             ),
             (
                 "known",
-                "how far a strength must be from none, in those deviations, squared, where no more than the noise is left; \
-                 whatever it gains",
+                "how far a strength must be from none, in those deviations, squared, where no more than the noise is \
+                 left; whatever it gains",
                 known,
             ),
             (

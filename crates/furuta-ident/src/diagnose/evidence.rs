@@ -93,8 +93,8 @@ impl Problem<'_> {
         let parameters = larger.model.free() as f64 - smaller.model.free() as f64;
         let significant = (smaller.cost - floor) > CRITERIA.floor_uncertainty * floor;
         let strength = farthest(smaller, larger);
-        // A deviation is in units of what is left: beside what is not found yet it says nothing of an effect, which data
-        // kept apart judge then.
+        // A deviation is in units of what is left: beside what is not found yet it says nothing of an effect. Data kept
+        // apart judge it then.
         let known = if self.explains(larger) {
             strength
         } else {
