@@ -11,7 +11,7 @@ use furuta_ident::diagnose::{
 use furuta_ident::recording::Recording;
 use furuta_model::{Effect, Plant, Rig, Spec, State, effects};
 
-const H: f64 = 0.004;
+pub(crate) const H: f64 = 0.004;
 
 /// A recording of a hanging rig under two sweeps and a few steps, by its encoders.
 fn record(rig: &Rig, plant: &Plant<f64>, name: &str, seconds: f64, phase: f64) -> Recording {

@@ -3,7 +3,7 @@
 use furuta_ident::diagnose::Verdict;
 use furuta_model::{Effect, ON_REQUEST, State};
 
-use super::diagnose::{qube, run, run_from, run_with};
+use super::diagnose::{H, qube, run, run_from, run_with};
 
 /// What few rigs have is named unasked where it explains what the usual effects leave, alone and beside Coulomb
 /// friction.
@@ -89,19 +89,51 @@ fn a_friction_that_depends_on_the_angle_is_named_beside_a_cable() {
     assert_eq!(found.verdict, Verdict::MissingEffects);
 }
 
+/// A command that is rounded to levels, beside an offset: the distance of the levels is found to a thousandth of one.
+#[test]
+fn levels_of_the_command_are_named_beside_an_offset() {
+    let levels = Effect::new("motor.resolution", &[0.8]).expect("valid");
+    let bias = Effect::new("motor.bias", &[0.2]).expect("valid");
+    let found = run(&qube(), &[levels, bias]).diagnosis;
+    let mut ids: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+    ids.sort_unstable();
+    assert_eq!(ids, ["motor.bias", "motor.resolution"]);
+    assert_eq!(found.verdict, Verdict::MissingEffects);
+    let found = (found.effects.iter().find(|e| e.id == "motor.resolution")).expect("named");
+    let step = found.parameters["step"].value;
+    assert!((step - 0.8).abs() < 8e-4, "{step}");
+}
+
+/// A pendulum's encoder that loses counts shows it in every later window, by where it comes to rest; the windows that a
+/// search begins with may lack the moment itself.
+#[test]
+fn lost_counts_of_the_pendulum_are_named_unasked() {
+    let time = 4.3015;
+    let lost = Effect::new("sensor.alpha.lost_counts", &[0.05, time, 0.0]).expect("valid");
+    let found = run(&qube(), &[lost]).diagnosis;
+    let ids: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
+    assert_eq!(ids, ["sensor.alpha.lost_counts"]);
+    assert_eq!(found.verdict, Verdict::MissingEffects);
+    let p = &found.effects[0].parameters;
+    // Two samples; a quarter of a count.
+    assert!((p["time"].value - time).abs() < 2.0 * H, "{p:?}");
+    assert!((p["size"].value - 0.05).abs() < 8e-4, "{p:?}");
+}
+
 /// Each effect that few rigs have, hidden where it shows: the table of docs/effects.md.
 /// Apart, since it makes a diagnosis for each of a dozen entries.
 #[test]
 #[ignore = "a minute and more: make test-long"]
 fn the_table_of_what_few_rigs_have() {
     let spins = State::new(0.0, std::f64::consts::PI, 0.0, 40.0);
-    // The other two are taken for what they cannot be told from, or not seen.
+    // The other is taken for what it cannot be told from.
     let named = [
         "arm.load_friction",
         "arm.angle_friction",
         "arm.lugre",
         "arm.relaxation",
         "arm.stop",
+        "motor.resolution",
         "motor.inductance",
         "sensor.theta.eccentricity",
         "sensor.alpha.eccentricity",

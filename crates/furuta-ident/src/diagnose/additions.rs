@@ -173,6 +173,23 @@ impl Problem<'_> {
             .collect()
     }
 
+    /// A fit in which a part of these windows placed what no fit moves, with the places looked for in all of them.
+    pub(super) fn placed_again(&self, mut here: Fit) -> Fit {
+        let effects = here.model.effects.clone();
+        for spec in effects.into_iter().filter(|e| screen::stays_placed(e)) {
+            let without = self.without(&here, spec.id, Effort::QUICK);
+            let screen = Screen::new(self, &without);
+            let h = without.model.with(spec);
+            for z in self.shapes(&without, spec, &screen) {
+                let there = self.fit(&h, z, &without.states, Effort::FULL);
+                if there.cost < here.cost {
+                    here = there;
+                }
+            }
+        }
+        here
+    }
+
     /// The entries looked for that are neither in `from` nor in the rig file, and whose parameters a fit can still
     /// hold.
     pub(super) fn addable(&self, from: &Fit) -> impl Iterator<Item = &'static Spec> {

@@ -104,7 +104,10 @@ impl Work<'_> {
         self.teller.stage(SEARCHING);
         let told = self.teller.candidates(SEARCHING);
         let part = short.thinned(&refitted, savers::of(&self.options).windows);
-        let few = |f: &Fit, explained| explained || f.model.effects.len() <= USUAL;
+        let few = |search: &Search<'_>| {
+            let size = search.closest().model.effects.len();
+            search.explains() || (size <= USUAL && !search.imitates())
+        };
         let begun = self.begun(part.as_ref(), &refitted, &told);
         let search = self.go_on(begun, part.as_ref(), &refitted, &few);
         // What the usual effects leave may be one that few rigs have; what several of them explain may be one such.
@@ -116,7 +119,7 @@ impl Work<'_> {
         };
         let mut search = match &rare {
             Some(_) => search,
-            None => self.go_on(search, part.as_ref(), &refitted, &|_, _| true),
+            None => self.go_on(search, part.as_ref(), &refitted, &|_| true),
         };
         let cut = rare.is_none() && !search.is_through();
         let (mut named, mut rivals) = rare.unwrap_or_else(|| {
@@ -229,26 +232,24 @@ impl Work<'_> {
         Search::new(problem, here, &|_| true, savers::of(&self.options), report)
     }
 
-    /// Goes on with a search from `start` as long as its best fit is `wanted`, which is told whether the fit explains
-    /// the data: on the part where it was begun while that is far from the data, then on all windows.
+    /// Goes on with a search from `start` as long as that is `wanted`: on the part where it was begun while that is far
+    /// from the data, then on all windows.
     fn go_on<'s>(
         &'s self,
         mut search: Search<'s>,
         part: Option<&'s thinned::Part<'s>>,
         start: &Fit,
-        wanted: &dyn Fn(&Fit, bool) -> bool,
+        wanted: &dyn Fn(&Search<'s>) -> bool,
     ) -> Search<'s> {
         if let Some(part) = part.filter(|part| search.is_over(&part.problem)) {
-            let problem = &part.problem;
-            let goes_on = |f: &Fit| problem.is_far(f) && wanted(f, problem.explains(f));
-            search.run_while(goes_on);
-            let best = search.closest();
-            if problem.is_far(&best) && !wanted(&best, problem.explains(&best)) {
+            let is_far = |search: &Search<'s>| part.problem.is_far(&search.closest());
+            search.run_while(|search| is_far(search) && wanted(search));
+            if is_far(&search) && !wanted(&search) {
                 return search;
             }
             search = search.onto(&self.short, start.clone());
         }
-        search.run_while(|f| wanted(f, self.short.explains(f)));
+        search.run_while(wanted);
         search
     }
 
@@ -272,16 +273,23 @@ impl Work<'_> {
         }
         let mut search = self.begun(part.as_ref(), &narrow, &told);
         let most = several.map_or(USUAL + 1, |f| f.model.effects.len() - 1);
-        let may_grow = |f: &Fit, explained: bool| {
-            f.model.effects.len() < most && (several.is_some() || !explained)
+        let may_grow = |search: &Search<'_>| {
+            search.closest().model.effects.len() < most && (several.is_some() || !search.explains())
         };
-        let problem = part.as_ref().map_or(&self.short, |part| &part.problem);
-        search.run_while(|f| may_grow(f, problem.explains(f)));
+        search.run_while(may_grow);
         let is_rare = |e: &&Spec| ON_REQUEST.iter().any(|rare| rare.id == e.id);
-        if !search.explains() || !search.closest().model.effects.iter().any(is_rare) {
+        let found = |search: &Search<'_>| search.closest().model.effects.iter().any(is_rare);
+        // What happens once need not happen in a part: where the usual effects explain that, all is looked at.
+        if several.is_none() && part.is_some() && search.explains() && !found(&search) {
+            search = search.onto(&self.short, start.clone());
+            search.run_while(may_grow);
+        }
+        if !search.explains() || !found(&search) {
             return None;
         }
-        let mut search = search.onto(&self.short, start);
+        if !search.is_over(&self.short) {
+            search = search.onto(&self.short, start);
+        }
         let mut named = search.run();
         let is_worse = |several: &Fit| {
             let unit = (self.short.per_sample(several)).min(self.short.per_sample(&named));

@@ -106,9 +106,9 @@ impl<'a> Search<'a> {
         self.best()
     }
 
-    /// Goes through sets until no neighbour of the best is better, as long as the fit with the best score is `wanted`.
-    pub(super) fn run_while(&mut self, wanted: impl Fn(&Fit) -> bool) {
-        while !self.problem.stop.wanted() && !self.is_through() && wanted(&self.closest()) {
+    /// Goes through sets until no neighbour of the best is better, as long as that is `wanted`.
+    pub(super) fn run_while(&mut self, wanted: impl Fn(&Self) -> bool) {
+        while !self.problem.stop.wanted() && !self.is_through() && wanted(self) {
             let Some(next) = self.next() else { break };
             if self.known[&next].grown {
                 self.exchange(&next);
@@ -129,6 +129,13 @@ impl<'a> Search<'a> {
         self.problem.explains(&self.closest())
     }
 
+    /// Whether a set explains the data that does not convince: what it lacks the data for, or has impossible values of,
+    /// may stand for something else.
+    pub(super) fn imitates(&self) -> bool {
+        let imitates = |n: &Node| !n.eligible && self.problem.explains(&n.fit);
+        self.known.values().any(imitates)
+    }
+
     /// Whether nothing is left to go through.
     pub(super) fn is_through(&self) -> bool {
         self.left == 0 || self.next().is_none()
@@ -136,7 +143,8 @@ impl<'a> Search<'a> {
 
     /// The search over a part of the windows goes on with all of them: the best set, and what came near it with values
     /// that can be in the place of one of its effects, are fitted again from where `start`, without them, has the
-    /// windows begin. Where even the best is still far from the data, the rest of the windows says no more.
+    /// windows begin, and what no fit moves is placed again. Where even the best is still far from the data, the rest
+    /// of the windows says no more.
     pub(super) fn onto(self, problem: &'a Problem<'a>, start: Fit) -> Self {
         let ended = self.is_through();
         let best = self.closest();
@@ -160,6 +168,7 @@ impl<'a> Search<'a> {
             .map(|(s, node)| {
                 let (model, z) = (node.fit.model.on_sheet_of(&start.model), node.fit.z.clone());
                 let fit = problem.fit(&model, z, &start.states, Effort::FULL);
+                let fit = problem.placed_again(fit);
                 (
                     s,
                     Node {
@@ -478,19 +487,17 @@ impl Problem<'_> {
         self.fit(&here.model.without(id), z, &here.states, effort)
     }
 
-    /// Leaves out, one at a time, the effects that the others do without.
+    /// Leaves out, one at a time, the effects that do not convince beside the others, the weakest first.
     pub(super) fn simplified(&self, mut here: Fit) -> Fit {
-        while here.model.effects.len() > 1 {
+        loop {
             let effort = Effort::FULL.above(here.cost);
-            let weakest = here
-                .model
-                .effects
-                .par_iter()
+            let weakest = (here.model.effects.par_iter())
                 .map(|spec| self.without(&here, spec.id, effort))
+                .filter(|smaller| !self.evidence(smaller, &here).convinces())
                 .min_by(|a, b| a.cost.total_cmp(&b.cost));
             match weakest {
-                Some(smaller) if !self.evidence(&smaller, &here).convinces() => here = smaller,
-                _ => break,
+                Some(smaller) => here = smaller,
+                None => break,
             }
         }
         here

@@ -28,7 +28,7 @@ pub(super) const SPEC: Spec = Spec {
         ParameterSpec {
             name: "step",
             unit: "V",
-            kind: Kind::Real,
+            kind: Kind::Spacing,
             default: None,
             min: 0.0,
             max: 1e3,
@@ -42,7 +42,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::VOLTAGE,
     at_rest: AtRest::KINKED,
     own: None,
-    offered: Offered::OnRequest("an amplifier's data sheet tells it, and a fit moves in jumps from step to step"),
+    offered: Offered::OnRequest("a data sheet tells it, and few amplifiers have so few levels that it shows"),
 };
 
 impl<S: Scalar> Law<S> for MotorResolution<S> {

@@ -26,6 +26,9 @@ pub enum Kind {
     Time,
     /// A moment of a run between two samples, s: a search looks through all of them, and no fit improves it.
     Moment,
+    /// From one of equal levels to the next: what it does jumps as it grows, level by level. A search looks through all
+    /// of them, and no fit improves it.
+    Spacing,
     /// The number of a run, from 0.
     Run,
     /// A whole number: a search tries one after the other.
@@ -85,7 +88,7 @@ impl Kind {
     /// Whether it says how much, not where, when or which.
     #[must_use]
     pub const fn is_amount(self) -> bool {
-        matches!(self, Self::Real | Self::Share)
+        matches!(self, Self::Real | Self::Share | Self::Spacing)
     }
 }
 

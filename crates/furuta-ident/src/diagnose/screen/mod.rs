@@ -14,6 +14,7 @@ use furuta_model::params::Coefficients;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector, Vector4};
 
 mod counts;
+mod levels;
 mod scan;
 mod spectrum;
 mod stops;
@@ -87,20 +88,34 @@ pub(super) struct Screen {
     travel: Vec<[f64; 2]>,
 }
 
-/// Whether the grid screen finds a start: torques with a place in time, frequency or angle, end stops, and lost counts.
+/// Whether the grid screen finds a start: torques with a place in time, frequency or angle, end stops, lost counts, and
+/// levels of the command.
 pub(super) fn is_placed(spec: &Spec) -> bool {
     let places = |p: &ParameterSpec| !p.kind.is_amount() && !matches!(p.kind, Kind::Choice(_));
     let torque = spec.acts.includes(Acts::TORQUE)
         && !spec.acts.includes(Acts::MEMORY)
         && (spec.acts.includes(Acts::ANGLE) || spec.parameters.iter().any(places));
-    torque || spec.acts.touches(Acts::COUNTS.and(Acts::CONTACT))
+    torque || has_levels(spec) || spec.acts.touches(Acts::COUNTS.and(Acts::CONTACT))
 }
 
-/// Whether one of many places was looked for: an order, a frequency, a moment.
+/// Whether an effect rounds the command to levels.
+fn has_levels(spec: &Spec) -> bool {
+    (spec.parameters.iter()).any(|p| p.kind == Kind::Spacing)
+}
+
+/// Whether an effect stays where the grid screen places it: no fit improves a moment between samples, or levels.
+pub(super) fn stays_placed(spec: &Spec) -> bool {
+    let stays = |p: &ParameterSpec| matches!(p.kind, Kind::Moment | Kind::Spacing);
+    spec.parameters.iter().any(stays)
+}
+
+/// Whether one of many places was looked for: an order, a frequency, a moment, a distance of levels.
 pub(super) fn is_scanned(spec: &Spec) -> bool {
     let scanned = |p: &ParameterSpec| {
-        let kinds = [Kind::Whole, Kind::Frequency, Kind::Time, Kind::Moment];
-        kinds.contains(&p.kind)
+        matches!(
+            p.kind,
+            Kind::Whole | Kind::Frequency | Kind::Time | Kind::Moment | Kind::Spacing
+        )
     };
     spec.parameters.iter().any(scanned)
 }

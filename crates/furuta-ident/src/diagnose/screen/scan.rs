@@ -10,10 +10,10 @@ use rayon::prelude::*;
 
 use super::super::additions::TOUCH;
 use super::sums::{Second, Sums};
-use super::{SLOPE, Screen, is_scanned};
+use super::{SLOPE, Screen, has_levels, is_scanned};
 
 /// Places that are handed to the fit.
-const PLACES: usize = 2;
+pub(super) const PLACES: usize = 2;
 /// Frequencies up to here are looked at, Hz.
 const HIGHEST: f64 = 25.0;
 /// Moments are looked at in steps of this, s.
@@ -51,6 +51,9 @@ impl Screen {
         }
         if spec.acts.includes(Acts::CONTACT) {
             return self.stops(spec, typical);
+        }
+        if has_levels(spec) {
+            return self.best(spec, self.levels(spec));
         }
         let mut grid: Vec<Vec<f64>> = vec![Vec::new()];
         for (p, typical) in spec.parameters.iter().zip(typical) {
@@ -135,7 +138,7 @@ impl Screen {
                 Kind::Frequency | Kind::Time | Kind::Moment => {
                     (a - b).abs() > NEAR * self.step(p.kind)
                 }
-                Kind::Whole | Kind::Run => a != b,
+                Kind::Whole | Kind::Run | Kind::Spacing => a != b,
                 _ => false,
             })
     }

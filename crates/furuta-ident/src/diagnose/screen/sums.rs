@@ -1,4 +1,5 @@
-//! The normal equations of courses of torque, window by window, and what they gain.
+//! The normal equations of courses of torque, window by window, and what they gain. What changes the command
+//! is a torque of the motor.
 
 use furuta_model::dynamics::Angle;
 use furuta_model::effects::{Acts, Clock, Instant, Law};
@@ -18,8 +19,9 @@ impl Screen {
         sums: &mut Sums,
         with_base: bool,
     ) {
-        let transient = first.spec().acts.includes(Acts::JUMPS);
-        let blocks = if transient {
+        let acts = first.spec().acts;
+        let transient = acts.includes(Acts::JUMPS);
+        let blocks = if acts.touches(Acts::JUMPS.and(Acts::VOLTAGE)) {
             &response.steps
         } else {
             &response.blocks
@@ -120,7 +122,7 @@ impl Screen {
         (t, x): (f64, &State<f64>),
         effect: &Effect<f64>,
     ) -> [f64; 2] {
-        effect.torque(&Instant {
+        let [arm, pendulum] = effect.torque(&Instant {
             clock: Clock {
                 run: response.recording,
                 t,
@@ -131,7 +133,12 @@ impl Screen {
             coefficients: &self.coefficients,
             memory: 0.0,
             volts: block.volts,
-        })
+        });
+        if effect.spec().acts.includes(Acts::VOLTAGE) {
+            let more = effect.voltage(t, block.volts) - block.volts;
+            return [arm + self.coefficients.drive * more, pendulum];
+        }
+        [arm, pendulum]
     }
 
     /// The best strengths of both courses for each place in the turn, and what they gain; the base parameters follow.
