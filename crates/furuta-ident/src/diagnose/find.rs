@@ -105,8 +105,7 @@ impl Work<'_> {
         let told = self.teller.candidates(SEARCHING);
         let part = short.thinned(&refitted, savers::of(&self.options).windows);
         let few = |search: &Search<'_>| {
-            let size = search.closest().model.effects.len();
-            search.explains() || (size <= USUAL && !search.imitates())
+            search.explains() || search.closest().model.effects.len() <= USUAL
         };
         let begun = self.begun(part.as_ref(), &refitted, &told);
         let search = self.go_on(begun, part.as_ref(), &refitted, &few);

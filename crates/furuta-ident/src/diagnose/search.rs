@@ -129,13 +129,6 @@ impl<'a> Search<'a> {
         self.problem.explains(&self.closest())
     }
 
-    /// Whether a set explains the data that does not convince: what it lacks the data for, or has impossible values of,
-    /// may stand for something else.
-    pub(super) fn imitates(&self) -> bool {
-        let imitates = |n: &Node| !n.eligible && self.problem.explains(&n.fit);
-        self.known.values().any(imitates)
-    }
-
     /// Whether nothing is left to go through.
     pub(super) fn is_through(&self) -> bool {
         self.left == 0 || self.next().is_none()
