@@ -10,14 +10,14 @@ use super::{Response, Screen};
 /// From one distance to the next, the levels at the largest command move by this share of a level: with half of one,
 /// what is rounded there is rounded the other way.
 const SHARE: f64 = 0.25;
-/// A distance is found by halving this often: a command is rounded otherwise where it lies nearer to the middle between
-/// two levels than a hundred-thousandth of one.
+/// The share is halved this often about the best distances, to a hundred-thousandth of a level.
 const HALVINGS: usize = 14;
 /// Distances are tried down to this share of the largest command: those of a timer of 8 bits.
 const MOST_LEVELS: f64 = 256.0;
 
 impl Screen {
-    /// The distances at which rounding the command to levels gains more than at the next ones.
+    /// The distances at which rounding the command to levels gains more than at the next ones; the effect has no other
+    /// parameter.
     pub(super) fn levels(&self, spec: &'static Spec) -> Vec<Place> {
         let steps = self.responses.iter().flat_map(|r: &Response| &r.steps);
         let largest = steps.map(|step| step.volts.abs()).fold(0.0, f64::max);
