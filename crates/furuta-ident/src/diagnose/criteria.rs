@@ -22,7 +22,7 @@ pub(super) struct Criteria {
     pub(super) zero: f64,
     /// Further gain where an order or a frequency was looked for.
     pub(super) scanned: f64,
-    /// Further gain where a moment was looked for.
+    /// Further gain where a moment was looked for, or a distance of levels.
     pub(super) moment: f64,
     /// Share of the least gain that must be left without the window that gains most.
     pub(super) elsewhere: f64,
@@ -68,7 +68,7 @@ pub(super) const CRITERIA: Criteria = Criteria {
     // Some 700 orders and frequencies: `2 ln 700 = 13` more for the same rate, of which the first number's 25 holds a
     // part already.
     scanned: 10.0,
-    // Thousands of moments, and any one spoilt window must not pass for a transient.
+    // Thousands of moments, and any one spoilt window must not pass for a transient; a thousand distances and halves.
     moment: 20.0,
     elsewhere: 0.6,
     windows: 2.5,
@@ -93,7 +93,7 @@ pub(super) const CRITERIA: Criteria = Criteria {
 impl Criteria {
     /// The least gain that names an effect.
     pub(super) fn least(&self, spec: &Spec) -> f64 {
-        let place = if spec.acts_once() {
+        let place = if spec.acts_once() || screen::has_levels(spec) {
             self.moment
         } else if screen::is_scanned(spec) {
             self.scanned
@@ -171,7 +171,7 @@ mod tests {
             ),
             (
                 "moment",
-                "further gain where a moment was looked for",
+                "further gain where a moment was looked for, or a distance of levels",
                 moment,
             ),
             (

@@ -92,7 +92,11 @@ impl Problem<'_> {
         let excess = |f: &Fit| (f.cost - floor).max(CRITERIA.floor_uncertainty * floor);
         let parameters = larger.model.free() as f64 - smaller.model.free() as f64;
         let significant = (smaller.cost - floor) > CRITERIA.floor_uncertainty * floor;
-        let strength = farthest(smaller, larger);
+        let strength = match farthest(smaller, larger) {
+            // What no fit moves has no deviation: what it gains stands for it, less where errors are correlated.
+            f64::INFINITY => gain / larger.widened.powi(2),
+            strength => strength,
+        };
         // A deviation is in units of what is left: beside what is not found yet it says nothing of an effect. Data kept
         // apart judge it then.
         let known = if self.explains(larger) {
@@ -228,11 +232,14 @@ fn farthest(smaller: &Fit, larger: &Fit) -> f64 {
         .fold(f64::NAN, f64::max)
 }
 
-/// How far the strength of an effect is from none: its square over its variance.
+/// How far the strength of an effect is from none: its square over its variance. Infinite where no fit moves it.
 fn known(fit: &Fit, effect: usize) -> f64 {
-    let first = fit.model.offset(effect);
-    (first..first + fit.model.effects[effect].strengths)
-        .map(|k| (fit.z[k] / fit.std[k]).powi(2))
+    let (first, spec) = (fit.model.offset(effect), fit.model.effects[effect]);
+    (spec.parameters.iter().take(spec.strengths).enumerate())
+        .map(|(i, p)| match p.kind.is_continuous() {
+            true => (fit.z[first + i] / fit.std[first + i]).powi(2),
+            false => f64::INFINITY,
+        })
         .fold(f64::NAN, f64::max)
 }
 

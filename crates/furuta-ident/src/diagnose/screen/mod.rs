@@ -99,7 +99,7 @@ pub(super) fn is_placed(spec: &Spec) -> bool {
 }
 
 /// Whether an effect rounds the command to levels.
-fn has_levels(spec: &Spec) -> bool {
+pub(super) fn has_levels(spec: &Spec) -> bool {
     (spec.parameters.iter()).any(|p| p.kind == Kind::Spacing)
 }
 
