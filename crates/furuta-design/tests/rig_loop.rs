@@ -77,23 +77,27 @@ fn a_spring_moves_the_poles_as_by_hand() {
 #[test]
 fn the_matrix_is_the_plant_near_rest() {
     let spring: (&str, &[f64]) = ("arm.spring", &[0.004, 0.0]);
-    let delays: [&[(&str, &[f64])]; 5] = [
-        &[spring],
-        &[spring, ("motor.delay", &[0.0052])],
-        &[("motor.delay", &[0.004]), ("motor.lag", &[0.006])],
-        &[
-            ("motor.delay", &[0.0007]),
-            ("drive.compliance", &[0.4, 2e-3, 0.3, 0.0]),
-        ],
-        &[
-            ("motor.lag", &[0.003]),
-            ("drive.compliance", &[0.4, 2e-3, 0.3, 0.0]),
-            ("motor.bias", &[0.2]),
-        ],
+    let compliance: (&str, &[f64]) = ("drive.compliance", &[0.4, 2e-3, 0.3, 0.0]);
+    let ringing: (&str, &[f64]) = ("motor.resonance", &[0.03, 0.15]);
+    let (qube, kit) = ("qube-servo-2", "stepper-kit");
+    let rigs: [(&str, &[(&str, &[f64])]); 7] = [
+        (qube, &[spring]),
+        (qube, &[spring, ("motor.delay", &[0.0052])]),
+        (qube, &[("motor.delay", &[0.004]), ("motor.lag", &[0.006])]),
+        (qube, &[("motor.delay", &[0.0007]), compliance]),
+        (
+            qube,
+            &[("motor.lag", &[0.003]), compliance, ("motor.bias", &[0.2])],
+        ),
+        (kit, &[ringing]),
+        (
+            kit,
+            &[ringing, ("motor.lag", &[0.004]), ("motor.delay", &[0.003])],
+        ),
     ];
     let period = 0.002;
-    for effects in delays {
-        let rig = with("qube-servo-2", effects);
+    for (name, effects) in rigs {
+        let rig = with(name, effects);
         let law = regulator(&rig, period);
         let found = closed(&rig, law, Some(period));
         let plant: Plant<f64> = rig.plant();

@@ -52,7 +52,7 @@ pub(super) const SPEC: Spec = Spec {
     strengths: 1,
     footprint: Footprint::Like("motor.lag", "below its rate it is late as a lag is"),
     acts: Acts::RESONANCE,
-    at_rest: AtRest::LeftOut("the arm is taken to follow at once"),
+    at_rest: AtRest::Slope,
     own: None,
     offered: Offered::OnRequest("it is seen by an encoder on the arm alone, at sample rates that kits seldom have"),
 };

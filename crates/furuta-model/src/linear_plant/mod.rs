@@ -5,6 +5,7 @@
 //! | springs, cables, cogging, tilt, empirical terms, constant torques | their slopes at the [equilibrium](hold), by dual numbers |
 //! | `drive.compliance` | the rotor's angle and speed as states |
 //! | `motor.lag` | the voltage at the motor as a state |
+//! | `motor.resonance` | how far the arm is behind the command, and how fast it falls behind, as states |
 //! | `motor.delay`, `sensor.delay` | as times; whoever samples or approximates makes states of them |
 //! | dry, presliding and quadratic friction | by [describing function](describing) for a given speed, else left out |
 //! | dead zone, saturation, asymmetry | by describing function for a given command, else left out |
@@ -28,7 +29,8 @@ use crate::state::State;
 use arrayvec::ArrayVec;
 use nalgebra::{SMatrix, SVector};
 
-/// The most states a [`LinearPlant`] has: four of arm and pendulum, two of the rotor, one of the voltage.
+/// The most states a [`LinearPlant`] has: four of arm and pendulum, two of the rotor or of what rings about the command
+/// (no rig has both), one of the voltage.
 pub const MAX_STATES: usize = 7;
 
 /// `z' = A z + B (u(t - delay) - command)`, `z` the distance from the equilibrium.
@@ -39,7 +41,8 @@ pub struct LinearPlant {
     /// Arm and pendulum alone, rotor and arm one body, without lag and delay: what a state feedback is designed for.
     pub rigid: Linear,
     /// Names of all states: `theta`, `alpha`, `theta_dot`, `alpha_dot`, then `rotor`, `rotor_dot` (rad, rad/s) where
-    /// the coupling twists, then `volts` (V) where the voltage lags.
+    /// the coupling twists, or `behind`, `behind_dot` where the arm rings about the command, then `volts` (V) where the
+    /// voltage lags.
     pub states: ArrayVec<&'static str, MAX_STATES>,
     /// `A` in its first `states.len()` rows and columns, zero beyond.
     pub a: SMatrix<f64, MAX_STATES, MAX_STATES>,
@@ -119,13 +122,26 @@ pub fn linear_plant(
         drive.fixed_rows_mut::<4>(0).copy_from(&by_motor);
     }
     let gain = described.gain * map_slope(&smooth, at.command);
+    let rings = plant.resonance().is_some();
+    if let Some(r) = plant.resonance() {
+        let k = linear.states.len();
+        linear.states.extend(["behind", "behind_dot"]);
+        let (square, decay) = (r.rate() * r.rate(), r.decay());
+        linear.a.set_column(k, &(drive * square));
+        linear.a.set_column(k + 1, &(drive * decay));
+        linear.a[(k, k + 1)] = 1.0;
+        linear.a[(k + 1, k)] = -square;
+        linear.a[(k + 1, k + 1)] = -decay;
+        drive.fill(0.0);
+        drive[k + 1] = 1.0;
+    }
     if plant.lag() > 0.0 {
         let k = linear.states.len();
         linear.states.push("volts");
         linear.a.set_column(k, &drive);
         linear.a[(k, k)] = -1.0 / plant.lag();
         linear.b[k] = gain / plant.lag();
-    } else if smooth.twists() {
+    } else if smooth.twists() || rings {
         linear.b = drive * gain;
     } else {
         linear.b.fixed_rows_mut::<4>(0).copy_from(&rigid.b);

@@ -341,6 +341,13 @@ impl<S: Scalar> Plant<S> {
         self.lag
     }
 
+    /// How the arm rings about the commanded course; `None`: it follows at once.
+    #[must_use]
+    pub fn resonance(&self) -> Option<&Resonance<S>> {
+        (self.acts.includes(Acts::RESONANCE) && self.resonance.period.real() > S::Real::ZERO)
+            .then_some(&self.resonance)
+    }
+
     /// How late the encoders' readings are, s.
     #[must_use]
     pub fn sensor_delay(&self) -> S {

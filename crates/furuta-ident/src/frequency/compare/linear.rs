@@ -1,7 +1,7 @@
 //! The hanging rig as a linear system with effects: `(M s² + D s + K) q = drive u`, solved line by line.
 
 use furuta_model::dynamics::Angle;
-use furuta_model::effects::{Clock, Drive, Instant, Law};
+use furuta_model::effects::{Clock, Drive, Instant, Law, Resonance};
 use furuta_model::params::Coefficients;
 use furuta_model::{Effect, Jet, State};
 use nalgebra::Complex;
@@ -16,6 +16,7 @@ pub(super) struct Linear {
     /// Torque that pulls back, by angle (columns) and axis (rows).
     stiffness: [[f64; 2]; 2],
     lags: Vec<f64>,
+    rings: Vec<Resonance<f64>>,
     delay: f64,
     drive: Drive<f64>,
 }
@@ -27,6 +28,9 @@ impl Linear {
             c: effects.iter().fold(c, |c, e| e.shape(c)),
             stiffness: [[0.0; 2], [0.0, c.weight]],
             lags: effects.iter().map(Law::lag).filter(|l| *l > 0.0).collect(),
+            rings: (effects.iter().map(Law::resonance))
+                .filter(|r| r.period > 0.0)
+                .collect(),
             delay: effects.iter().map(|e| e.delay() + e.sensor_delay()).sum(),
             drive: Drive::RIGID,
         };
@@ -53,7 +57,12 @@ impl Linear {
         let lower = square * c.coupling + k[1][0];
         let pendulum = square * c.pendulum + s * c.pendulum_damping + k[1][1];
         let late: Complex<f64> = self.lags.iter().map(|lag| s * lag + 1.0).product();
-        let torque = Complex::new(c.drive, 0.0) * (-s * self.delay).exp() / late;
+        let ringing = |r: &Resonance<f64>| {
+            let follows = s * r.decay() + r.rate() * r.rate();
+            follows / (square + follows)
+        };
+        let rings: Complex<f64> = self.rings.iter().map(ringing).product();
+        let torque = rings * c.drive * (-s * self.delay).exp() / late;
         // What the arm's own axis asks for, and what of the motor's torque reaches it.
         let (arm, torque) = if self.drive.stiffness > 0.0 {
             let rotor = self.drive.motor_share * c.hub;
