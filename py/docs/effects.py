@@ -149,6 +149,8 @@ def asked_for(id: str, entry: dict) -> str:
     """How to have it looked for, where it is not always."""
     if entry["offered"] == "always":
         return ""
+    if entry["offered"] == "never":
+        return " No diagnosis looks for it: no fit can follow it."
     return f" A diagnosis looks for it on request: `furuta diagnose --candidate {id}`."
 
 

@@ -86,10 +86,10 @@ pub(crate) fn place(spec: &Spec, name: &str) -> PyResult<usize> {
 ///     By id, in the catalogue's order: `name`, `law` (formula), `sentence` (what it is), `shows` (how it looks in
 ///     data), `experiment` (what shows it apart from its look-alikes), `look_alikes` (ids),
 ///     `follows_state` (whether it is a function of the present state and motor voltage alone), `offered` ("always"
-///     if `diagnose` looks for it from the outset, else "on request": `candidates=[id]`, or where the others leave
-///     something), `kinds` (each `Rig.motor_kind` of rigs that can have it), `parameters` (SI unit by name) and
-///     `details` (by name: `unit`, `kind`, which is "real", "whole" or "choice", `choices`, `min`, `max`, `off`, the
-///     value at which it does nothing, and `default`; None where there is none).
+///     if `diagnose` looks for it from the outset, "on request" with `candidates=[id]` or where the others leave
+///     something, "never" where no fit can follow it), `kinds` (each `Rig.motor_kind` of rigs that can have it),
+///     `parameters` (SI unit by name) and `details` (by name: `unit`, `kind`, which is "real", "whole" or "choice",
+///     `choices`, `min`, `max`, `off`, the value at which it does nothing, and `default`; None where there is none).
 ///
 /// Examples
 /// --------
@@ -112,8 +112,7 @@ pub(crate) fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         entry.set_item("experiment", spec.experiment)?;
         entry.set_item("look_alikes", spec.look_alikes.to_vec())?;
         entry.set_item("follows_state", spec.follows_state())?;
-        let always = spec.offered.is_always();
-        entry.set_item("offered", if always { "always" } else { "on request" })?;
+        entry.set_item("offered", spec.offered.word())?;
         entry.set_item("kinds", spec.acts.kinds().collect::<Vec<_>>())?;
         let (parameters, details) = (PyDict::new(py), PyDict::new(py));
         for p in spec.parameters {

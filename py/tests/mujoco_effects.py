@@ -40,7 +40,7 @@ EFFECTS = (
 )  # fmt: skip
 
 # In no draw of the benchmark: those that a diagnosis looks for on request alone, and lost counts, which came later.
-ON_REQUEST = (
+RARE = (
     "arm.load_friction", "arm.angle_friction", "arm.lugre", "arm.relaxation", "arm.stop",
     "motor.resolution", "motor.inductance", "motor.current_limit",
     "sensor.theta.eccentricity", "sensor.alpha.eccentricity",
@@ -61,7 +61,7 @@ SECONDS = 12.0  # usual length of a recording: kicks fall into its middle half
 
 def check(effects: Effects) -> None:
     """Raises where the plant does not have an effect, or not all of them together."""
-    known = EFFECTS + ON_REQUEST + FOREIGN
+    known = EFFECTS + RARE + FOREIGN
     unknown = set(effects) - set(known)
     if unknown:
         raise ValueError(f"the MuJoCo plant has no {', '.join(sorted(unknown))}; it has {', '.join(known)}")
@@ -221,4 +221,4 @@ def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float
             return {"run": float(rng.integers(2)), "time": SECONDS * plain(0.25, 0.75), "size": sign * between(0.04, 0.08)}
     if (drawn := draw_foreign(effect, rig, rng, between, plain, SECONDS)) is not None:
         return drawn
-    raise ValueError(f"no effect called {effect!r} in the MuJoCo plant; it has {', '.join(EFFECTS + ON_REQUEST + FOREIGN)}")
+    raise ValueError(f"no effect called {effect!r} in the MuJoCo plant; it has {', '.join(EFFECTS + RARE + FOREIGN)}")

@@ -13,7 +13,7 @@ pytest.importorskip("mujoco")
 
 from lagrange_effects import Motion  # noqa: E402
 from mujoco_case import multisine, write_case  # noqa: E402
-from mujoco_effects import EFFECTS, FOREIGN, ON_REQUEST, draw_effect, hide  # noqa: E402
+from mujoco_effects import EFFECTS, FOREIGN, RARE, draw_effect, hide  # noqa: E402
 from mujoco_plant import Plant, untimely  # noqa: E402
 from mujoco_rig import FAMILIES, data_sheet, rig_toml  # noqa: E402
 
@@ -65,7 +65,7 @@ DIFFERENCES = {
 }
 
 
-@pytest.mark.parametrize("effect", ["nothing", *(id for id in EFFECTS + ON_REQUEST if not id.startswith("sensor"))])
+@pytest.mark.parametrize("effect", ["nothing", *(id for id in EFFECTS + RARE if not id.startswith("sensor"))])
 @pytest.mark.parametrize("start", ([0.1, np.pi - 0.4, 1.0, -2.0], [0.0, 0.05, 0.0, 0.0]), ids=("hanging", "falling"))
 def test_motion_follows_the_energies(effect, start):
     rig, effects = hidden(effect)
@@ -115,7 +115,7 @@ def test_what_cannot_be_hidden_is_named():
         Plant(RIG, {"arm.magic": {}}, alpha=0.0)
 
 
-@pytest.mark.parametrize("effect", [id for id in EFFECTS + ON_REQUEST if id.startswith("sensor")])
+@pytest.mark.parametrize("effect", [id for id in EFFECTS + RARE if id.startswith("sensor")])
 def test_what_the_encoders_read(effect):
     rig, effects = hidden(effect)
     u, start = commands(200), [0.1, np.pi - 0.4, 0.0, 0.0]
@@ -357,6 +357,6 @@ def test_an_encoder_that_slips_once():
 
 def test_every_effect_has_a_size():
     for rig in FAMILIES.values():
-        for effect in EFFECTS + ON_REQUEST + FOREIGN:
+        for effect in EFFECTS + RARE + FOREIGN:
             values = [v for name, v in draw_effect(effect, rig, np.random.default_rng(0)).items() if name != "encoder"]
             assert values and np.isfinite(values).all()

@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("mujoco")
 
 import lagrange_effects  # noqa: E402
-from mujoco_effects import EFFECTS, ON_REQUEST, Effects, hide  # noqa: E402
+from mujoco_effects import EFFECTS, RARE, Effects, hide  # noqa: E402
 from mujoco_plant import STEP, Plant  # noqa: E402
 from mujoco_rig import FAMILIES, TrueRig, rig_toml  # noqa: E402
 
@@ -143,7 +143,7 @@ def compare(name: str, effect: str, start: str) -> None:
 
 
 @pytest.mark.parametrize("name", RIGS)
-@pytest.mark.parametrize("effect", ["nothing", *EFFECTS, *ON_REQUEST])
+@pytest.mark.parametrize("effect", ["nothing", *EFFECTS, *RARE])
 def test_hanging(effect, name):
     compare(name, effect, "hanging")
 
@@ -197,4 +197,4 @@ def test_what_belongs_to_the_motor_acts_on_the_rotor(effect, drive):
 
 def test_the_catalogue_holds_nothing_that_is_not_compared():
     of_voltage = {id for id, of in furuta.catalogue().items() if "voltage" in of["kinds"]}
-    assert of_voltage <= set(EFFECTS + ON_REQUEST)
+    assert of_voltage <= set(EFFECTS + RARE)

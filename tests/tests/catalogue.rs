@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use furuta_hw::emulate::hidden_effect;
 use furuta_ident::diagnose::candidates;
 use furuta_model::simulate::trajectory;
-use furuta_model::{CATALOGUE, ON_REQUEST, Plant, Rig, Spec, State, effects};
+use furuta_model::{CATALOGUE, Plant, RARE, Rig, Spec, State, effects};
 
 /// The public names: rig files, recordings' metadata and reports out there hold them.
 const IDS: [&str; 43] = [
@@ -64,9 +64,9 @@ fn no_name_is_lost_and_none_is_double() {
     for id in IDS {
         spec(id);
     }
-    let all = CATALOGUE.iter().chain(ON_REQUEST);
+    let all = CATALOGUE.iter().chain(RARE);
     let ids: BTreeSet<_> = all.map(|s| s.id).collect();
-    assert_eq!(ids.len(), CATALOGUE.len() + ON_REQUEST.len());
+    assert_eq!(ids.len(), CATALOGUE.len() + RARE.len());
 }
 
 /// Readings of two seconds under a command that swings to either side, as the encoders' angles before they are rounded.
@@ -100,7 +100,7 @@ fn each_is_simulated() {
         let rig = Rig::builtin(name).expect("built in");
         let plain = readings(&rig);
         let counts = rig.sensors.resolution();
-        for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+        for spec in CATALOGUE.iter().chain(RARE) {
             let gap = readings(&with(&rig, spec))
                 .iter()
                 .zip(&plain)
@@ -115,7 +115,7 @@ fn each_is_simulated() {
 #[test]
 fn each_has_trajectories() {
     let rig = Rig::builtin("qube-servo-2").expect("built in");
-    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+    for spec in CATALOGUE.iter().chain(RARE) {
         let plant = with(&rig, spec).plant();
         let start = plant.rest(State::hanging());
         let states = trajectory(&plant, start, &[1.0; 100], 2e-3, 1, |_| true).expect(spec.id);
@@ -127,7 +127,7 @@ fn each_has_trajectories() {
 fn each_is_serialised() {
     for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
-        for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+        for spec in CATALOGUE.iter().chain(RARE) {
             let rig = with(&rig, spec);
             let text = rig.to_toml();
             assert!(text.contains(&format!("[effects.\"{}\"]", spec.id)));
@@ -139,7 +139,7 @@ fn each_is_serialised() {
 /// `furuta effects` and Python's `catalogue` show these texts as they are; their own tests see to that.
 #[test]
 fn each_is_documented() {
-    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+    for spec in CATALOGUE.iter().chain(RARE) {
         for text in [
             spec.name,
             spec.law,
@@ -184,7 +184,7 @@ fn each_is_documented() {
 #[test]
 fn each_is_offered_to_diagnose() {
     let offered: BTreeSet<_> = candidates().map(|s| s.id).collect();
-    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+    for spec in CATALOGUE.iter().chain(RARE) {
         let id = match spec.id {
             "sensor.delay" => "motor.delay",
             id => id,

@@ -3,7 +3,7 @@
 use crate::common;
 
 use common::{failure, furuta};
-use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Rig, effects};
+use furuta_model::{CATALOGUE, Effect, RARE, Rig, effects};
 use serde_json::Value;
 
 fn text(args: &[&str]) -> String {
@@ -38,11 +38,7 @@ fn all_are_listed() {
     for (entry, spec) in all.as_array().expect("a list").iter().zip(effects::all()) {
         assert_eq!(entry["id"], spec.id);
         assert_eq!(entry["parameters"][0]["unit"], spec.parameters[0].unit);
-        let always = spec.offered.is_always();
-        assert_eq!(
-            entry["offered"],
-            if always { "always" } else { "on request" }
-        );
+        assert_eq!(entry["offered"], spec.offered.word());
     }
 }
 
@@ -89,7 +85,7 @@ fn parameters_that_are_no_quantities() {
 #[test]
 fn sizes_are_those_of_the_rig() {
     for name in Rig::VOLTAGE {
-        for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+        for spec in CATALOGUE.iter().chain(RARE) {
             let page = json(&["effects", spec.id, "--rig", name, "--json"]);
             assert_eq!(page["rig"], *name);
             let values: Vec<f64> = spec

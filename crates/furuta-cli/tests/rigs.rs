@@ -230,6 +230,18 @@ fn every_test_signal_drives_a_simulation() {
         let moves = u.iter().any(|u| u.as_f64() != Some(0.0));
         assert_eq!(moves, input != "zero", "{input}");
     }
+    // In the unit of the rig's command.
+    let run = json(&[
+        "simulate",
+        "--rig",
+        "stepper-kit",
+        "--input",
+        "step",
+        "--json",
+    ]);
+    let said = run["input"].as_str().expect("a sentence");
+    assert!(said.contains("step of 1 rad/s2"), "{said}");
+    assert!(said.contains("clipped at 150 rad/s2"), "{said}");
     // The same seed is the same signal; another one is not.
     let noise = |seed| {
         let args = [

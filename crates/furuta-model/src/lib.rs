@@ -61,7 +61,7 @@ pub mod trig;
 pub mod zero_dynamics;
 
 pub use actuation::Actuation;
-pub use effects::{CATALOGUE, Effect, EffectError, ON_REQUEST, Spec};
+pub use effects::{CATALOGUE, Effect, EffectError, RARE, Spec};
 pub use jet::Jet;
 pub use lanes::Lanes;
 pub use linear_plant::{LinearPlant, linear_plant};

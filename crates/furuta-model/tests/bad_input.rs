@@ -5,7 +5,7 @@ use furuta_model::effects::{Kind, ParameterSpec};
 use furuta_model::params::RANGES;
 use furuta_model::simulate::{SimulationError, trajectory};
 use furuta_model::{
-    CATALOGUE, Effect, EffectError, ON_REQUEST, Params, Plant, PlantError, Rig, Spec, State,
+    CATALOGUE, Effect, EffectError, Params, Plant, PlantError, RARE, Rig, Spec, State,
 };
 use proptest::prelude::*;
 
@@ -27,7 +27,7 @@ fn valid_values(spec: &Spec) -> Vec<f64> {
 
 #[test]
 fn every_parameter_of_every_effect_refuses_what_is_outside_its_range() {
-    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+    for spec in CATALOGUE.iter().chain(RARE) {
         let good = valid_values(spec);
         Effect::new(spec.id, &good).expect("typical values are valid");
         for (i, p) in spec.parameters.iter().enumerate() {
@@ -279,7 +279,7 @@ proptest! {
         x in prop::array::uniform4(any_bits()), commands in prop::array::uniform4(any_bits()),
         periods in prop::array::uniform4(any_length()), edge in 0..3_usize,
     ) {
-        for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+        for spec in CATALOGUE.iter().chain(RARE) {
             let typical = valid_values(spec);
             let values: Vec<f64> = spec
                 .parameters
@@ -298,7 +298,7 @@ proptest! {
         x in prop::array::uniform4(any_bits()), commands in prop::array::uniform4(any_bits()),
         periods in prop::array::uniform4(any_length()), values in prop::array::uniform4(any_bits()),
     ) {
-        for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+        for spec in CATALOGUE.iter().chain(RARE) {
             let e = Effect::unchecked(spec.id, &values[..spec.parameters.len()]).expect("known");
             let plant = Plant::from_coefficients(qube().coefficients(), &[e]).expect("one");
             step_around(&plant, x, &commands, &periods);

@@ -4,7 +4,7 @@ use furuta_model::simulate::{
     Feedback, Keep, OpenLoop, Policy, Rollout, Run, SimulationError, Stepper, batch, follow,
     trajectory,
 };
-use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Plant, Rig, State};
+use furuta_model::{CATALOGUE, Effect, Plant, RARE, Rig, State};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn rollouts(effects: &[Effect<f64>], count: usize) -> Vec<Rollout> {
@@ -28,7 +28,7 @@ fn rollouts(effects: &[Effect<f64>], count: usize) -> Vec<Rollout> {
 fn effects_one_by_one() -> Vec<Vec<Effect<f64>>> {
     let params = Rig::builtin("shahzad2022-srv02").expect("built in").params;
     let mut sets = vec![vec![]];
-    sets.extend(CATALOGUE.iter().chain(ON_REQUEST).map(|spec| {
+    sets.extend(CATALOGUE.iter().chain(RARE).map(|spec| {
         let values: Vec<f64> = spec
             .parameters
             .iter()

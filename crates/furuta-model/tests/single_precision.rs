@@ -4,9 +4,7 @@
 //! `cargo test -p furuta-model --test model single_precision -- --nocapture` prints the distances as tables,
 //! docs/target.md quotes them.
 
-use furuta_model::{
-    CATALOGUE, Effect, ON_REQUEST, Params, Plant, Rig, Scalar, Spec, State, linearize,
-};
+use furuta_model::{CATALOGUE, Effect, Params, Plant, RARE, Rig, Scalar, Spec, State, linearize};
 use nalgebra::{Matrix4, RowVector4};
 
 /// Sample period, s.
@@ -246,7 +244,7 @@ fn each_effect_without_feedback() {
     let mut far = Vec::new();
     for rig in rigs() {
         for motion in motions(&rig.params).iter().take(2) {
-            for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+            for spec in CATALOGUE.iter().chain(RARE) {
                 let bound = match spec.id {
                     "drive.backlash" => WITH_PLAY,
                     "disturbance.vibration" => WITH_TIME,

@@ -116,7 +116,7 @@ class _CatalogueEntry(TypedDict):
     experiment: str
     look_alikes: list[str]
     follows_state: bool
-    offered: Literal["always", "on request"]
+    offered: Literal["always", "on request", "never"]
     kinds: list[str]
     parameters: dict[str, str]
     details: dict[str, _ParameterDetail]

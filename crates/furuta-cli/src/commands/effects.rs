@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use furuta_model::effects::{self, Kind, ParameterSpec, own};
+use furuta_model::effects::{self, Kind, Offered, ParameterSpec, own};
 use furuta_model::{Actuation, Rig, Spec};
 use serde_json::{Value, json};
 
@@ -79,7 +79,7 @@ fn list(out: &mut impl Write, as_json: bool) -> Result<(), Failure> {
                     .iter()
                     .map(|p| json!({"name": p.name, "unit": p.unit}))
                     .collect();
-                json!({"id": s.id, "name": s.name, "parameters": parameters, "offered": offered(s),
+                json!({"id": s.id, "name": s.name, "parameters": parameters, "offered": s.offered.word(),
                     "kinds": s.acts.kinds().collect::<Vec<_>>()})
             })
             .collect();
@@ -117,12 +117,14 @@ fn explain(
     writeln!(out, "to tell       {}", spec.experiment)?;
     let kinds: Vec<_> = spec.acts.kinds().collect();
     writeln!(out, "rigs          motor.kind = {}", kinds.join(", "))?;
-    if !spec.offered.is_always() {
-        let (id, why) = (given.1, spec.offered.why());
-        writeln!(
+    let (id, why) = (given.1, spec.offered.why());
+    match spec.offered {
+        Offered::Always => {}
+        Offered::OnRequest(_) => writeln!(
             out,
             "looked for    where others leave something, or with furuta diagnose --candidate {id}: {why}"
-        )?;
+        )?,
+        Offered::Never(_) => writeln!(out, "looked for    never: {why}")?,
     }
     writeln!(out)?;
     for p in spec.parameters {
@@ -146,15 +148,6 @@ fn explain(
         hide.join(",")
     )?;
     Ok(())
-}
-
-/// Whether a diagnosis looks for it from the outset, in a word.
-fn offered(spec: &Spec) -> &'static str {
-    if spec.offered.is_always() {
-        "always"
-    } else {
-        "on request"
-    }
 }
 
 /// Unit, range, default and typical size in a line.
@@ -211,7 +204,7 @@ fn explained_json(spec: &Spec, rig: &Rig) -> Value {
     json!({
         "id": spec.id, "name": spec.name, "law": spec.law, "sentence": spec.sentence, "shows": spec.shows,
         "look_alikes": spec.look_alikes,
-        "offered": offered(spec), "kinds": spec.acts.kinds().collect::<Vec<_>>(),
+        "offered": spec.offered.word(), "kinds": spec.acts.kinds().collect::<Vec<_>>(),
         "experiment": spec.experiment, "rig": rig.name, "parameters": parameters,
     })
 }

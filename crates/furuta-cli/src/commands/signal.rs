@@ -175,8 +175,7 @@ impl SignalArgs {
                         (start, CrestFactors { before, after })
                     }
                 };
-                // Signals are written in V.
-                let words = signal.to_string().replace(" V ", &format!(" {unit} "));
+                let words = in_unit(&signal, unit);
                 notes.push(format!(
                     "{words}, repeating after {:.6} s: crest factor {after:.2} (with Schroeder's phases {before:.2})",
                     signal.period()
@@ -219,4 +218,14 @@ pub(crate) fn band(text: &str) -> Result<[f64; 2], String> {
             "must be two frequencies, the lower one first, with a comma between them".to_owned(),
         ),
     }
+}
+
+/// A signal in words, with the unit of the rig's command: signals by themselves are of V.
+pub(crate) fn in_unit(signal: &impl std::fmt::Display, unit: &str) -> String {
+    let words = signal.to_string();
+    let in_unit = |word: &str| match word.strip_prefix('V') {
+        Some(rest) if !rest.starts_with(char::is_alphabetic) => format!("{unit}{rest}"),
+        _ => word.to_owned(),
+    };
+    words.split(' ').map(in_unit).collect::<Vec<_>>().join(" ")
 }

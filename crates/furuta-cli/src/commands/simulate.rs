@@ -22,7 +22,7 @@ use serde_json::json;
 use super::design::{four, regulator};
 use super::emulate::positive;
 use super::run::{angle, arm_reference, load_controller, warn_of_another};
-use super::signal::{Built, Kind, SignalArgs};
+use super::signal::{Built, Kind, SignalArgs, in_unit};
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::streams::{self, note};
@@ -435,7 +435,8 @@ fn simulate(rig: &Rig, args: &Args) -> Result<Course, Failure> {
             )));
         }
     }
-    Ok(Course::new(source.to_string(), rows))
+    let unit = rig.params.motor.actuation.unit();
+    Ok(Course::new(in_unit(&source, unit), rows))
 }
 
 fn write_csv(out: impl Write, rig: &Rig, input: &str, rows: &[Row]) -> std::io::Result<()> {

@@ -170,7 +170,7 @@ fn known() -> String {
 
 #[cfg(test)]
 mod tests {
-    use furuta_model::{CATALOGUE, ON_REQUEST, Rig};
+    use furuta_model::{CATALOGUE, RARE, Rig};
 
     use super::*;
 
@@ -265,7 +265,7 @@ mod tests {
     fn every_effect_can_be_hidden_at_its_typical_size() {
         for name in Rig::VOLTAGE {
             let params = Rig::builtin(name).expect("built in").params;
-            for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+            for spec in CATALOGUE.iter().chain(RARE) {
                 let effect = hidden_effect(spec.id, &params).expect(spec.id);
                 assert!(!effect.is_off(), "{name}: {}", spec.id);
             }

@@ -387,10 +387,7 @@ mod tests {
         let params = Rig::builtin("qube-servo-2").expect("built in").params;
         for period_us in [100, 2000, 10_000, 100_000] {
             let plain = counts(vec![], period_us);
-            for spec in furuta_model::CATALOGUE
-                .iter()
-                .chain(furuta_model::ON_REQUEST)
-            {
+            for spec in furuta_model::CATALOGUE.iter().chain(furuta_model::RARE) {
                 let effect = super::super::hidden_effect(spec.id, &params).expect(spec.id);
                 assert!(
                     counts(vec![effect], period_us) != plain,

@@ -5,7 +5,7 @@ use furuta_model::params::{Coefficients, RANGES};
 use furuta_model::{Effect, Jet, Params, Plant, Rig};
 
 use crate::pendulum::Pendulum;
-use crate::shooting::{MAX_FREE, ZEROS};
+use crate::shooting::{Late, MAX_FREE, ZEROS, is_late};
 
 /// The most that are fitted at once, beside a recording's zeros.
 const MOST: usize = MAX_FREE - ZEROS;
@@ -71,11 +71,6 @@ pub(super) struct Space {
     body: Option<f64>,
     /// Whether the pendulum is a rod: its transverse inertia is that about the hinge's direction, and stays so.
     rod: bool,
-}
-
-/// Whether an effect is a delay: then it is not simulated but read off the time axis.
-fn is_late(e: &Effect<f64>) -> bool {
-    e.spec().acts.touches(Acts::DELAY.and(Acts::SENSOR_DELAY))
 }
 
 impl Space {
@@ -245,16 +240,16 @@ impl Space {
         Params::from_array(self.rig.params.motor.actuation, all).coefficients()
     }
 
-    /// The plant of a rig in this state, and by how much everything is late (s).
+    /// The plant of a rig in this state, and by how much it is late.
     pub(super) fn plant<const N: usize>(
         &self,
         values: &[f64],
         free: &[usize],
         offset: usize,
         state: Pendulum,
-    ) -> (Plant<Jet<f64, N>>, Jet<f64, N>) {
+    ) -> (Plant<Jet<f64, N>>, Late<Jet<f64, N>>) {
         let coefficients = state.coefficients(self.coefficients::<N>(values, free, offset));
-        let mut late = Jet::constant(0.0);
+        let mut late = Late::by(Jet::constant(0.0));
         let mut effects = Vec::new();
         for (i, e) in (self.rig.effects.iter().enumerate()).filter(|(_, e)| state.has(e.spec())) {
             let mut v: arrayvec::ArrayVec<Jet<f64, N>, MAX_PARAMETERS> =
@@ -273,11 +268,7 @@ impl Space {
                     v[k].d[offset + at] = p.scale;
                 }
             }
-            if is_late(e) {
-                late += v[0];
-            } else {
-                effects.extend(Effect::of(e.spec(), &v));
-            }
+            effects.extend(Effect::of(e.spec(), &v).filter(|e| !late.add(e)));
         }
         let plant = Plant::from_coefficients(coefficients, &effects);
         (plant.unwrap_or_else(|_| Plant::unknown()), late)
@@ -326,7 +317,7 @@ impl Space {
 
     /// By how much the rig file's delays make everything late, s.
     pub(super) fn late(&self) -> f64 {
-        let late = self.rig.effects.iter().filter(|e| is_late(e));
+        let late = self.rig.effects.iter().filter(|e| is_late(e.spec()));
         late.map(|e| e.values()[0]).sum()
     }
 

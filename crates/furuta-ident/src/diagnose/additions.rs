@@ -1,16 +1,16 @@
 //! One more effect: where each candidate of the catalogue may start, which are fitted, and what the fits say.
 
-use furuta_model::effects::{Acts, Kind, OF_ACCELERATION};
+use furuta_model::effects::{Acts, Kind, OF_ACCELERATION, Offered};
 use furuta_model::{CATALOGUE, MAX_OWN_STATES, Spec};
 use rayon::prelude::*;
 
 use super::Fit;
 use super::criteria::CRITERIA;
 use super::evidence::Evidence;
-use super::hypothesis::{FIRST_EFFECT, Hypothesis, is_late};
+use super::hypothesis::{FIRST_EFFECT, Hypothesis};
 use super::savers::Savers;
 use super::screen::{self, Screen};
-use crate::shooting::{Effort, MAX_FREE, Model, Problem};
+use crate::shooting::{Effort, MAX_FREE, Model, Problem, is_late};
 
 /// Strength (in units of the typical one) of an effect that changes nothing and still has a slope.
 const NEXT_TO_NOTHING: f64 = 1e-3;
@@ -60,18 +60,13 @@ pub(super) fn lacks_room(h: &Hypothesis, spec: &Spec) -> bool {
     full(Acts::STATE, MAX_OWN_STATES) || full(Acts::MEMORY, 1)
 }
 
-/// Whether a fit can follow an effect: not random moments, nor a slip that is over within a few samples.
-pub(super) fn is_followed(spec: &Spec) -> bool {
-    !spec.acts.touches(Acts::UNTIMELY.and(Acts::STEPS))
-}
-
 /// Whether an effect can act on the rig and show in its recordings, is neither in the hypothesis nor in the rig file,
 /// and plant and fit can still hold it.
 pub(super) fn can_hold(h: &Hypothesis, spec: &Spec) -> bool {
     let numbers = h.layout().local() + spec.parameters.len();
     let present = h.sheet.present.iter().map(|e| e.spec());
     !h.has(spec.id)
-        && is_followed(spec)
+        && !matches!(spec.offered, Offered::Never(_))
         && numbers <= MAX_FREE
         && !lacks_room(h, spec)
         && spec.acts.not_on(h.sheet.params.motor.actuation).is_none()
@@ -130,7 +125,7 @@ impl Problem<'_> {
             .map(|p| p.typical(&from.model.sheet.params))
             .collect();
         // In units of the vector, with where the zeros of theta go.
-        let places: Vec<(Vec<f64>, Option<Vec<f64>>)> = if screen::is_placed(spec) {
+        let places: Vec<(Vec<f64>, Option<Vec<f64>>)> = if screen::looks(spec).is_some() {
             let in_units = |values: &[f64]| {
                 let values = values.iter().zip(spec.parameters).zip(&typical);
                 values.map(|((v, p), scale)| (v - p.off) / scale).collect()
@@ -384,7 +379,7 @@ impl Problem<'_> {
         let one_way = spec.parameters[0].min >= spec.parameters[0].off;
         let score = screen.score(self, from, &h, &here);
         let statistic = score.map_or(f64::INFINITY, |s| s.statistic(one_way));
-        if self.chi(from) < SMALL && !screen::is_placed(spec) && statistic > 0.0 {
+        if self.chi(from) < SMALL && screen::looks(spec).is_none() && statistic > 0.0 {
             let factor = score.map_or(1.0, |s| s.product / s.square);
             for i in strengths {
                 z[i] = if spec.acts.includes(Acts::BACKWARDS) {

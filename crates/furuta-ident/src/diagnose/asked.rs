@@ -1,8 +1,9 @@
 //! Entries that a diagnosis was asked to look for beside those that it always does.
 
 use furuta_model::Spec;
+use furuta_model::effects::Offered;
 
-use super::additions::{can_hold, is_followed, lacks_room};
+use super::additions::{can_hold, lacks_room};
 use super::hypothesis::Hypothesis;
 
 /// Those of the entries that can be looked for beside what the rig file has, each id once; and a notice about each of
@@ -30,10 +31,8 @@ pub(super) fn asked(
             notices.push(format!(
                 "candidate {id} is not looked for: recordings of this part of the rig do not show it"
             ));
-        } else if !is_followed(spec) {
-            notices.push(format!(
-                "candidate {id} is not looked for: it is simulated alone, no fit follows it"
-            ));
+        } else if let Offered::Never(why) = spec.offered {
+            notices.push(format!("candidate {id} is not looked for: {why}"));
         } else if lacks_room(base, spec) {
             notices.push(format!(
                 "candidate {id} is not looked for: the rig file has as many laws with a state or a memory \

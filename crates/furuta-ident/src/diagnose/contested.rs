@@ -1,12 +1,12 @@
 //! A name must stand up to what is looked for on request alone, where something is left unexplained.
 //!
-//! Entries that no diagnosis looks for unasked ([`furuta_model::ON_REQUEST`]) look like others: a limit of the current
+//! Entries that no diagnosis looks for unasked ([`effects::on_request`]) look like others: a limit of the current
 //! like one of the voltage. Where the named effects leave more than the noise, each is compared with those entries that
 //! list it among their look-alikes. An effect in whose place such an entry explains more is not named, nor is one that
 //! is not needed beside that entry: both are suspected, and the reason says what to look for. What is left is judged
 //! with the entry in place.
 
-use furuta_model::{ON_REQUEST, Spec};
+use furuta_model::{Spec, effects};
 use rayon::prelude::*;
 
 use super::Fit;
@@ -123,7 +123,7 @@ impl StandIns {
 
 /// The entries on request that look like this effect.
 fn others(spec: &'static Spec) -> impl Iterator<Item = &'static Spec> {
-    (ON_REQUEST.iter().copied()).filter(|other| other.look_alikes.contains(&spec.id))
+    effects::on_request().filter(|other| other.look_alikes.contains(&spec.id))
 }
 
 /// The best fit with one more effect, as long as it can come down to `goal`.

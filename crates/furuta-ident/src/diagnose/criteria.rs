@@ -93,7 +93,7 @@ pub(super) const CRITERIA: Criteria = Criteria {
 impl Criteria {
     /// The least gain that names an effect.
     pub(super) fn least(&self, spec: &Spec) -> f64 {
-        let place = if spec.acts_once() || screen::has_levels(spec) {
+        let place = if spec.acts_once() || screen::looks(spec) == Some(screen::Looks::Levels) {
             self.moment
         } else if screen::is_scanned(spec) {
             self.scanned

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use furuta_model::{ON_REQUEST, Spec};
+use furuta_model::{Spec, effects};
 
 use super::additions::Trial;
 use super::custom::{self, Custom};
@@ -262,13 +262,15 @@ impl Work<'_> {
         let told = self.teller.candidates(STAGE);
         let mut start = refitted.clone();
         let usual = &refitted.model.sheet.looked_for;
-        start.model = start.model.looking_for(usual.iter().chain(ON_REQUEST));
+        start.model = start
+            .model
+            .looking_for(usual.iter().copied().chain(effects::on_request()));
         let part = (self.short).part(&start, savers::of(&self.options).windows);
         // In the place of several stand entries on request, alone or beside some of the several.
         let mut narrow = start.clone();
         if let Some(several) = several {
-            narrow.model =
-                (narrow.model).looking_for(ON_REQUEST.iter().chain(&several.model.effects));
+            narrow.model = (narrow.model)
+                .looking_for(effects::on_request().chain(several.model.effects.iter().copied()));
         }
         let mut search = self.begun(part.as_ref(), &narrow, &told);
         let most = several.map_or(USUAL + 1, |f| f.model.effects.len() - 1);
@@ -276,7 +278,7 @@ impl Work<'_> {
             search.closest().model.effects.len() < most && (several.is_some() || !search.explains())
         };
         search.run_while(may_grow);
-        let is_rare = |e: &&Spec| ON_REQUEST.iter().any(|rare| rare.id == e.id);
+        let is_rare = |e: &&Spec| effects::on_request().any(|rare| rare.id == e.id);
         let found = |search: &Search<'_>| search.closest().model.effects.iter().any(is_rare);
         // What happens once need not happen in a part: where the usual effects explain that, all is looked at.
         if several.is_none() && part.is_some() && search.explains() && !found(&search) {

@@ -8,7 +8,8 @@ use furuta_model::{Actuation, Effect, Jet, Params, Plant, Rig, Scalar, Spec};
 
 use crate::pendulum::Pendulum;
 use crate::shooting::{
-    Data, Layout, Model, Observed, Prior, ZEROS, zero_bounds, zero_priors, zero_units,
+    Data, Late, Layout, Model, Observed, Prior, ZEROS, is_late, zero_bounds, zero_priors,
+    zero_units,
 };
 
 /// The identifiable base parameters, in the order of the vector; the scale of torque is fixed by `mass * com`.
@@ -169,11 +170,6 @@ fn known(rig: &Rig, base: &[f64; BASE], scale: &[f64; BASE]) -> [Option<f64>; BA
     })
 }
 
-/// Whether the effect is a delay, of the command or of the encoders: the same on recorded input and output.
-pub(super) fn is_late(spec: &Spec) -> bool {
-    spec.acts.touches(Acts::DELAY.and(Acts::SENSOR_DELAY))
-}
-
 /// A set of effects to be fitted beside the base parameters.
 ///
 /// The vector: base parameters, timing, the parameters of the effects, and for each recording the zeros of its
@@ -193,7 +189,7 @@ impl Hypothesis {
     }
 
     /// The same, with these entries looked for, each once.
-    pub(super) fn looking_for<'e>(&self, entries: impl Iterator<Item = &'e &'static Spec>) -> Self {
+    pub(super) fn looking_for(&self, entries: impl Iterator<Item = &'static Spec>) -> Self {
         let mut sheet = Sheet::clone(&self.sheet);
         sheet.looked_for = Vec::new();
         for spec in entries {
@@ -527,17 +523,15 @@ impl Model for Hypothesis {
             weight: Jet::constant(c.weight),
             lever: longer * Jet::constant(c.lever),
         };
-        let mut late = if self.delays() {
+        let mut late = Late::by(if self.delays() {
             Jet::constant(0.0)
         } else {
             variable(TIMING)
-        };
+        });
         let mut effects = Vec::new();
         for e in &sheet.present {
             let e: Effect<Jet<f64, N>> = e.cast();
-            if is_late(e.spec()) {
-                late += e.values()[0];
-            } else {
+            if !late.add(&e) {
                 effects.push(e);
             }
         }
@@ -548,11 +542,7 @@ impl Model for Hypothesis {
                     .map(|k| variable(i + k))
                     .collect();
             i += spec.parameters.len();
-            if is_late(spec) {
-                late += values[0];
-            } else if let Some(e) = Effect::of(spec, &values) {
-                effects.push(e);
-            }
+            effects.extend(Effect::of(spec, &values).filter(|e| !late.add(e)));
         }
         let plant =
             Plant::from_coefficients(coefficients, &effects).unwrap_or_else(|_| Plant::unknown());

@@ -11,14 +11,14 @@ use furuta_model::Rig;
 use furuta_model::signals::Excitation;
 use rayon::prelude::*;
 
-use super::hypothesis::{Hypothesis, Sheet, TIMING, is_late};
+use super::hypothesis::{Hypothesis, Sheet, TIMING};
 use super::repair;
 use super::result::PlannedExperiment;
 use super::search::Rival;
 use super::{Fit, SEARCH};
 use crate::experiment::{FAMILY, HALVED, LEVELS, SECONDS, Shape, record, rms, two_digits};
 use crate::pendulum::Pendulum;
-use crate::shooting::{Data, Effort, Problem};
+use crate::shooting::{Data, Effort, Problem, is_late};
 use crate::stop::Stop;
 
 /// This many rivals of each named effect are looked at, the nearest first.

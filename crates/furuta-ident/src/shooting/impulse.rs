@@ -28,7 +28,8 @@ pub(crate) struct ImpulseResponse<const B: usize> {
     pub(crate) left: Vec<[f64; 2]>,
     pub(crate) normal: Cholesky<f64, Const<4>>,
     pub(crate) gradient: Vector4<f64>,
-    /// The two angles after each step.
+    /// When the angles are read after each step, s, and what they are.
+    pub(crate) read: Vec<f64>,
     pub(crate) y: Vec<[f64; 2]>,
     /// Their weights.
     pub(crate) weight: Vec<[f64; 2]>,
@@ -48,6 +49,8 @@ pub(crate) struct ImpulseResponse<const B: usize> {
 pub(crate) struct Block<const B: usize> {
     /// Time (s) and state in the middle.
     pub(crate) t: f64,
+    /// How long it lasts, s.
+    pub(crate) length: f64,
     pub(crate) x: State<f64>,
     /// Voltage at the motor then.
     pub(crate) volts: f64,
@@ -102,6 +105,7 @@ fn response<const N: usize, const B: usize>(
         left: Vec::with_capacity(count),
         normal: Matrix4::identity().cholesky()?,
         gradient: Vector4::zeros(),
+        read: Vec::with_capacity(count),
         y: Vec::with_capacity(count),
         weight: Vec::with_capacity(count),
         base: Vec::with_capacity(count),
@@ -134,6 +138,7 @@ fn response<const N: usize, const B: usize>(
         });
         let mut block = Block {
             t: step.t + 0.5 * h,
+            length: h,
             x: step.x,
             volts: step.volts,
             impulse: impulse.map(|i| back * i),
@@ -156,6 +161,7 @@ fn response<const N: usize, const B: usize>(
         out.slopes.push(slopes);
         out.left.push(left);
         out.base.push(base);
+        out.read.push(step.read);
         out.y.push(step.y.map(|y| y.v));
         out.weight.push(step.weight);
     }
@@ -181,6 +187,7 @@ impl<const B: usize> Block<B> {
         let n = steps.len() as f64;
         let mut sum = Self {
             t: 0.5 * (first.t + last.t),
+            length: 0.0,
             x: steps[steps.len() / 2].x,
             volts: steps[steps.len() / 2].volts,
             impulse: [Vector4::zeros(); 2],
@@ -190,6 +197,7 @@ impl<const B: usize> Block<B> {
             base: SMatrix::zeros(),
         };
         for step in steps {
+            sum.length += step.length;
             for axis in 0..2 {
                 sum.impulse[axis] += step.impulse[axis];
             }

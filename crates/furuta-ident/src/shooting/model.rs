@@ -2,22 +2,24 @@
 
 use furuta_model::{Jet, Plant, Scalar};
 
+use super::late::Late;
+
 /// A plant as the recordings see it.
 #[derive(Clone, Debug)]
 pub(crate) struct Observed<S> {
     pub(crate) plant: Plant<S>,
-    /// By how much commands or samples are late, s.
-    late: S,
+    /// By how much commands or readings are late.
+    late: Late<S>,
     /// For each recording, the true `[theta, alpha]` at which its encoders read zero, rad; those left out are zero.
     pub(crate) zeros: Vec<[S; 2]>,
     /// For each recording of the rig in another state (its pendulum off, its arm held) the plant that it is then, and
-    /// by how much it is late, s; those left out are of `plant`.
-    pub(crate) otherwise: Vec<Option<(Plant<S>, S)>>,
+    /// by how much it is late; those left out are of `plant`.
+    pub(crate) otherwise: Vec<Option<(Plant<S>, Late<S>)>>,
 }
 
 impl<S: Scalar<Real = f64>> Observed<S> {
     /// A plant whose encoders count from the true zeros.
-    pub(crate) fn from_true_zeros(plant: Plant<S>, late: S) -> Self {
+    pub(crate) fn from_true_zeros(plant: Plant<S>, late: Late<S>) -> Self {
         Self {
             plant,
             late,
@@ -39,11 +41,11 @@ impl<S: Scalar<Real = f64>> Observed<S> {
         otherwise.map_or(&self.plant, |(plant, _)| plant)
     }
 
-    /// By how much commands or samples of a recording are late, s.
+    /// By how much commands or readings of a recording are late.
     #[inline(always)]
-    pub(crate) fn late_in(&self, recording: usize) -> S {
+    pub(crate) fn late_in(&self, recording: usize) -> &Late<S> {
         let otherwise = self.otherwise.get(recording).and_then(Option::as_ref);
-        otherwise.map_or(self.late, |(_, late)| *late)
+        otherwise.map_or(&self.late, |(_, late)| late)
     }
 
     /// The same in another scalar, all a constant.
@@ -51,13 +53,10 @@ impl<S: Scalar<Real = f64>> Observed<S> {
         let number = |x: S| T::from_f64(x.value());
         Observed {
             plant: self.plant.cast(),
-            late: number(self.late),
+            late: self.late.cast(),
             zeros: self.zeros.iter().map(|z| z.map(number)).collect(),
             otherwise: (self.otherwise.iter())
-                .map(|o| {
-                    o.as_ref()
-                        .map(|(plant, late)| (plant.cast(), number(*late)))
-                })
+                .map(|o| o.as_ref().map(|(plant, late)| (plant.cast(), late.cast())))
                 .collect(),
         }
     }

@@ -1,7 +1,8 @@
 //! Predicting the samples of a window from the state at its start.
 //!
 //! A delay is not simulated: with a free initial state, a command that is late by `d` moves the whole response by `d`,
-//! so whole samples are taken from the command's index and the rest from a cubic between two predicted samples.
+//! so whole samples are taken from the command's index and the rest from a cubic between two predicted samples. The
+//! plant's clock goes as the rig's, so that a moment is the same beside a delay.
 //!
 //! States are counted from the zeros of the recording's encoders; the plant sees the true angles.
 
@@ -75,7 +76,7 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
     }
     let (plant, late, h) = (
         seen.plant_in(run.recording),
-        seen.late_in(run.recording),
+        seen.late_in(run.recording).total(),
         run.h,
     );
     let zero = seen.zero(run.recording);
@@ -131,7 +132,10 @@ fn predict_uneven<S: Scalar<Real = f64>>(
     (x0, before): (State<S>, Option<&Before>),
     each: &mut impl Each<S>,
 ) {
-    let (plant, late) = (seen.plant_in(run.recording), seen.late_in(run.recording));
+    let (plant, late) = (
+        seen.plant_in(run.recording),
+        seen.late_in(run.recording).total(),
+    );
     let zero = seen.zero(run.recording);
     let (mut next, last) = (w.start + 1, w.start + w.len);
     let mut k = first_sample(run, w.start, late.value());
@@ -190,7 +194,7 @@ fn run_to(
     let plant = seen.plant_in(run.recording);
     let mut s = some(plant);
     if run.is_uneven() {
-        let late = seen.late_in(run.recording);
+        let late = seen.late_in(run.recording).total();
         let [first, end] = [w.start, at].map(|k| first_sample(run, k, late));
         enter(seen, &mut s, run, first, 0, (x0, before));
         for k in first..end {
@@ -198,7 +202,9 @@ fn run_to(
         }
         return s;
     }
-    let late = (seen.late_in(run.recording) / run.h + 0.1).floor().max(0.0) as usize;
+    let late = (seen.late_in(run.recording).total() / run.h + 0.1)
+        .floor()
+        .max(0.0) as usize;
     enter(seen, &mut s, run, w.start, late, (x0, before));
     for k in w.start..at {
         plant.step(&mut s, run.command(k, late), run.h);
@@ -268,6 +274,7 @@ fn enter<S: Scalar<Real = f64>>(
         shifted(x.map(S::from_f64), zero)
     };
     plant.enter(s, at, run.time(first), &past, run.h);
+    s.t += seen.late_in(run.recording).clock(late as f64 * run.h);
     remember(plant, s, run, first, late, zero);
     s.run = run.recording;
     if let Some(before) = before {

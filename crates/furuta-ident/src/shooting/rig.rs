@@ -3,6 +3,7 @@
 use furuta_model::effects::Acts;
 use furuta_model::{Effect, Jet, Plant, Rig};
 
+use super::late::Late;
 use super::model::{Layout, Model, Observed, Prior};
 use super::zeros::{ZEROS, zero_bounds, zero_priors};
 use crate::pendulum::Pendulum;
@@ -27,15 +28,12 @@ impl Model for AsGiven<'_> {
     }
 
     fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>> {
-        let mut late = Jet::constant(0.0);
+        let mut late = Late::by(Jet::constant(0.0));
         let mut effects: Vec<Effect<Jet<f64, N>>> = Vec::new();
         let present = self.rig.effects.iter().filter(|e| self.state.has(e.spec()));
         for e in present {
             let e: Effect<Jet<f64, N>> = e.cast();
-            // A delay is not simulated but read off the time axis.
-            if e.spec().acts.touches(Acts::DELAY.and(Acts::SENSOR_DELAY)) {
-                late += e.values()[0];
-            } else {
+            if !late.add(&e) {
                 effects.push(e);
             }
         }

@@ -228,6 +228,7 @@ impl<const N: usize> Windows<N> {
             let weight: [f64; 2] = std::array::from_fn(|c| run.weight[p.sample][c] / data.noise[c]);
             steps.push(Traced {
                 t: p.t,
+                read: run.time(p.sample),
                 h: run.interval(p.sample - 1),
                 x: p.before.map(|v| v.v),
                 transition: Matrix4::from_fn(|r, c| rows[r][c]),
@@ -275,14 +276,16 @@ pub(crate) struct Trace<const N: usize> {
 
 /// One step of it.
 pub(crate) struct Traced<const N: usize> {
-    /// Time at its start, and how long it is, s.
+    /// Time at its start by the rig's clock, and how long it is, s.
     pub(crate) t: f64,
     pub(crate) h: f64,
     /// True state at its start.
     pub(crate) x: State<f64>,
     /// That state's slope with respect to the window's initial state.
     pub(crate) transition: Matrix4<f64>,
-    /// The two angles after the step, with all slopes.
+    /// When it is read after the step, s.
+    pub(crate) read: f64,
+    /// The two angles then, with all slopes.
     pub(crate) y: [Jet<f64, N>; 2],
     /// Roots of their weights over the noise.
     pub(crate) weight: [f64; 2],

@@ -363,7 +363,7 @@ catalogue! {
 #[derive(Copy, Clone)]
 enum List {
     Always,
-    OnRequest,
+    Rare,
     OfAcceleration,
 }
 
@@ -374,7 +374,7 @@ impl List {
         } else if spec.offered.is_always() {
             Self::Always
         } else {
-            Self::OnRequest
+            Self::Rare
         }
     }
 
@@ -405,26 +405,27 @@ impl List {
 pub static CATALOGUE: &[&Spec] = &List::Always.entries::<{ List::Always.len() }>();
 
 /// Effects that few rigs have, or that recordings seldom tell from others ([`Spec::offered`] says why). They are
-/// simulated, hidden and written in rig files as all others. A diagnosis looks for them where the others leave
-/// something, and from the outset on request.
-pub static ON_REQUEST: &[&Spec] = &List::OnRequest.entries::<{ List::OnRequest.len() }>();
+/// simulated, hidden and written in rig files as all others. A diagnosis looks for those of them that a fit can follow
+/// where the others leave something, and from the outset on request ([`on_request`]).
+pub static RARE: &[&Spec] = &List::Rare.entries::<{ List::Rare.len() }>();
 
 /// All entries, those of one kind of rig at the end ([`Acts::kinds`]).
 ///
 /// ```
-/// use furuta_model::{CATALOGUE, ON_REQUEST, effects};
+/// use furuta_model::{CATALOGUE, RARE, effects};
 /// let of_voltage = |s: &&furuta_model::Spec| s.acts.kinds().any(|kind| kind == "voltage");
-/// assert_eq!(effects::all().filter(of_voltage).count(), CATALOGUE.len() + ON_REQUEST.len());
+/// assert_eq!(effects::all().filter(of_voltage).count(), CATALOGUE.len() + RARE.len());
 /// assert!(effects::all().any(|s| s.id == "motor.resonance"));
 /// ```
 pub fn all() -> impl Iterator<Item = &'static Spec> {
-    [CATALOGUE, ON_REQUEST, OF_ACCELERATION]
+    [CATALOGUE, RARE, OF_ACCELERATION]
         .into_iter()
         .flatten()
         .copied()
 }
 
-/// The entries that a diagnosis looks for where others leave something, or where they are asked for.
+/// The entries that a diagnosis looks for where others leave something, or where they are asked for, those of one kind
+/// of rig included.
 ///
 /// ```
 /// use furuta_model::effects;
@@ -432,7 +433,7 @@ pub fn all() -> impl Iterator<Item = &'static Spec> {
 /// assert!(effects::on_request().all(|s| s.id != "arm.coulomb"));
 /// ```
 pub fn on_request() -> impl Iterator<Item = &'static Spec> {
-    all().filter(|s| !s.offered.is_always())
+    all().filter(|s| s.offered.is_on_request())
 }
 
 /// Effects of rigs alone whose command is an acceleration ([`crate::Actuation::Acceleration`]).

@@ -65,7 +65,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::TORQUE.and(Acts::JUMPS).and(Acts::COUNTS).and(Acts::STEPS),
     at_rest: AtRest::UNCOMMANDED,
     own: None,
-    offered: Offered::OnRequest("it is simulated alone: a slip is over within a few samples, and is called a kick"),
+    offered: Offered::OnRequest("few stepper motors lose steps in a recording that is kept, and none but they can"),
 };
 
 impl<S: Scalar> MotorLostSteps<S> {

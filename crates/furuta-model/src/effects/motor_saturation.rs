@@ -29,7 +29,8 @@ pub(super) const SPEC: Spec = Spec {
             max: 1e3,
             off: 0.0,
             typical: Typical::Of(|p| 0.5 * p.motor.command_limit),
-            starts: &[0.5, 0.9, 1.4],
+            // A limit above what was commanded does nothing: halves, down to commands of a twentieth of the largest.
+            starts: &[0.5, 0.9, 1.4, 0.25, 0.125],
         },
     ],
     strengths: 1,

@@ -54,7 +54,7 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::UNTIMELY,
     at_rest: AtRest::UNCOMMANDED,
     own: None,
-    offered: Offered::OnRequest(
+    offered: Offered::Never(
         "no fit can follow random moments: a diagnosis measures its spread whatever is asked for",
     ),
 };

@@ -1,7 +1,7 @@
 //! With which order of the step length trajectories converge: the fourth, also through events within a step.
 
 use crate::exactness::plants::{effect, frictionless, rigs, row};
-use furuta_model::{CATALOGUE, ON_REQUEST, Plant, Rig, State};
+use furuta_model::{CATALOGUE, Plant, RARE, Rig, State};
 
 /// Seconds for which each command is held: every step length here divides it.
 const HOLD: f64 = 8e-3;
@@ -83,7 +83,7 @@ fn events_within_a_step_leave_the_order() {
         let rig = Rig::builtin(name).expect("built in");
         let u = |t: f64| 0.2 * rig.params.motor.command_limit * (7.5 * t).sin();
         let start = State::new(0.2, 2.5, 0.0, 0.0);
-        for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+        for spec in CATALOGUE.iter().chain(RARE) {
             let plant =
                 Plant::new(&rig.params, &[effect(spec, &rig.params, 1.0)]).expect("one effect");
             let exact = end(&plant, start, 128, u);

@@ -4,7 +4,7 @@
 //! arithmetic has nothing in common with that of [`Jet`].
 
 use crate::exactness::plants::{any_state, effect, rigs};
-use furuta_model::{CATALOGUE, Effect, Jet, ON_REQUEST, Plant, Rig, Scalar, State, linearize};
+use furuta_model::{CATALOGUE, Effect, Jet, Plant, RARE, Rig, Scalar, State, linearize};
 use nalgebra::Complex;
 use proptest::prelude::*;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -136,7 +136,7 @@ proptest! {
         for rig in rigs() {
             for spec in [None]
                 .into_iter()
-                .chain(CATALOGUE.iter().chain(ON_REQUEST).copied().map(Some)) {
+                .chain(CATALOGUE.iter().chain(RARE).copied().map(Some)) {
                 let effects: Vec<_> = spec.iter().map(|s| effect(s, &rig.params, size)).collect();
                 let plant = Plant::new(&rig.params, &effects).expect("valid");
                 let id = spec.map_or("none", |s| s.id);
@@ -172,7 +172,7 @@ fn sensitivities_of_trajectories_are_exact() {
     let rig = Rig::builtin("qube-servo-2").expect("built in");
     let start = [0.1, 2.4, 0.3, -0.2];
     let volts = 1.5;
-    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+    for spec in CATALOGUE.iter().chain(RARE) {
         let e = effect(spec, &rig.params, 1.0);
         let values = e.values();
         let reals = 5 + values.len();

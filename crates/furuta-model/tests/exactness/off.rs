@@ -1,7 +1,7 @@
 //! What is off is off: an effect of zero strength changes no bit of any trajectory, whatever its other parameters.
 
 use crate::exactness::plants::{any_state, effect, typical};
-use furuta_model::{CATALOGUE, Effect, ON_REQUEST, Params, Plant, Rig, State};
+use furuta_model::{CATALOGUE, Effect, Params, Plant, RARE, Rig, State};
 use proptest::prelude::*;
 
 /// States, readings and rates along a run, bit by bit.
@@ -47,7 +47,7 @@ proptest! {
         let rig = Rig::builtin(Rig::VOLTAGE[rig]).expect("built in");
         let without = bits(&rig.nominal_plant(), start, u, h);
         let mut all_off = Vec::new();
-        for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+        for spec in CATALOGUE.iter().chain(RARE) {
             let off = ways_to_be_off(spec, &rig.params);
             prop_assert!(off.len() >= 2, "{}: all zero is off, and so are strengths of {:?}", spec.id,
                 spec.parameters[0].off);
@@ -70,7 +70,7 @@ fn an_effect_that_is_on_changes_something() {
     let rig = Rig::builtin("qube-servo-2").expect("built in");
     let (start, u, h) = (State::new(0.3, 2.0, 1.0, -1.0), 8.0, 2e-2);
     let without = bits(&rig.nominal_plant(), start, u, h);
-    for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+    for spec in CATALOGUE.iter().chain(RARE) {
         let e = effect(spec, &rig.params, 1.0);
         let with = bits(&Plant::new(&rig.params, &[e]).expect("one"), start, u, h);
         assert!(!e.is_off() && with != without, "{}", spec.id);

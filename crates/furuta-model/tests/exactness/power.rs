@@ -3,7 +3,7 @@
 use crate::exactness::plants::{any_state, effect, rigs};
 use furuta_model::dynamics::Angle;
 use furuta_model::effects::{self, Clock, Instant, Law};
-use furuta_model::{CATALOGUE, Effect, Jet, ON_REQUEST, Params, Plant, State, energy};
+use furuta_model::{CATALOGUE, Effect, Jet, Params, Plant, RARE, State, energy};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 
@@ -139,7 +139,7 @@ proptest! {
         // Axes that slide, rather than are about to stop.
         prop_assume!(x.theta_dot.abs() > 1e-3 && x.alpha_dot.abs() > 1e-3);
         for rig in rigs() {
-            for spec in CATALOGUE.iter().chain(ON_REQUEST) {
+            for spec in CATALOGUE.iter().chain(RARE) {
                 let e = effect(spec, &rig.params, size);
                 let plant = Plant::new(&rig.params, &[e]).expect("one");
                 let c = plant.coefficients;

@@ -8,9 +8,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Vector4};
 use rayon::prelude::*;
 
 use super::super::Fit;
-use super::super::hypothesis::{Hypothesis, TIMING, is_late};
+use super::super::hypothesis::{Hypothesis, TIMING};
 use super::library::{Column, instant};
-use crate::shooting::{Layout, MAX_FREE, Model, Problem, Traced, Window, Windows};
+use crate::shooting::{Layout, MAX_FREE, Model, Problem, Traced, Window, Windows, is_late};
 
 /// Normal equations over the fitted parameters and, behind them, the columns of the library; initial states eliminated.
 #[derive(Clone)]

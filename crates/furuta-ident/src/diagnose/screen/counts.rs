@@ -34,7 +34,7 @@ impl Screen {
         let mut windows: Vec<&Response> = (self.responses.iter())
             .filter(|r| r.recording == recording && !r.steps.is_empty())
             .collect();
-        windows.sort_by(|a, b| a.steps[0].t.total_cmp(&b.steps[0].t));
+        windows.sort_by(|a, b| a.read[0].total_cmp(&b.read[0]));
         let mut places = Vec::new();
         let mut later = Step::default();
         for window in windows.into_iter().rev() {
@@ -115,6 +115,6 @@ fn steps_of(response: &Response, encoder: [f64; 2]) -> impl Iterator<Item = (f64
                 product: sum.product - absorbed.dot(&response.gradient),
                 base: sum.base - response.absorbed.tr_mul(&shared),
             };
-            (step.t, here)
+            (response.read[k] - 0.5 * step.length, here)
         })
 }

@@ -51,7 +51,9 @@ impl Screen {
             }
         };
         tops.truncate(PLACES);
-        tops.into_par_iter().map(sharpened).collect()
+        let mut places: Vec<Place> = tops.into_par_iter().map(sharpened).collect();
+        places.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        places
     }
 
     /// By how much the cost falls with this distance of the levels; what follows follows.

@@ -88,25 +88,40 @@ pub(super) struct Screen {
     travel: Vec<[f64; 2]>,
 }
 
-/// Whether the grid screen finds a start: torques with a place in time, frequency or angle, end stops, lost counts, and
-/// levels of the command.
-pub(super) fn is_placed(spec: &Spec) -> bool {
-    let places = |p: &ParameterSpec| !p.kind.is_amount() && !matches!(p.kind, Kind::Choice(_));
-    let torque = spec.acts.includes(Acts::TORQUE)
-        && !spec.acts.includes(Acts::MEMORY)
-        && (spec.acts.includes(Acts::ANGLE) || spec.parameters.iter().any(places));
-    torque || has_levels(spec) || spec.acts.touches(Acts::COUNTS.and(Acts::CONTACT))
+/// How the grid screen looks for an effect's place.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) enum Looks {
+    /// A torque with a place in time, frequency or angle: a grid of places.
+    Grid,
+    /// A step of an encoder's zero: every moment between two samples.
+    Moments,
+    /// Levels of the command: every distance.
+    Levels,
+    /// End stops: where the arm turned back.
+    Stops,
 }
 
-/// Whether an effect rounds the command to levels.
-pub(super) fn has_levels(spec: &Spec) -> bool {
-    (spec.parameters.iter()).any(|p| p.kind == Kind::Spacing)
+/// How the grid screen finds a start; `None` where it does not.
+pub(super) fn looks(spec: &Spec) -> Option<Looks> {
+    let has = |kind: Kind| spec.parameters.iter().any(|p| p.kind == kind);
+    let places = |p: &ParameterSpec| !p.kind.is_amount() && !matches!(p.kind, Kind::Choice(_));
+    let acts = spec.acts;
+    if has(Kind::Moment) {
+        Some(Looks::Moments)
+    } else if has(Kind::Spacing) {
+        Some(Looks::Levels)
+    } else if acts.includes(Acts::CONTACT) {
+        Some(Looks::Stops)
+    } else {
+        let placed = acts.includes(Acts::ANGLE) || spec.parameters.iter().any(places);
+        (acts.includes(Acts::TORQUE) && !acts.includes(Acts::MEMORY) && placed)
+            .then_some(Looks::Grid)
+    }
 }
 
 /// Whether an effect stays where the grid screen places it: no fit improves a moment between samples, or levels.
 pub(super) fn stays_placed(spec: &Spec) -> bool {
-    let stays = |p: &ParameterSpec| matches!(p.kind, Kind::Moment | Kind::Spacing);
-    spec.parameters.iter().any(stays)
+    matches!(looks(spec), Some(Looks::Moments | Looks::Levels))
 }
 
 /// Whether one of many places was looked for: an order, a frequency, a moment, a distance of levels.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::super::additions::TOUCH;
 use super::sums::{Second, Sums};
-use super::{SLOPE, Screen, has_levels, is_scanned};
+use super::{Looks, SLOPE, Screen, is_scanned, looks};
 
 /// Places that are handed to the fit.
 pub(super) const PLACES: usize = 2;
@@ -46,15 +46,22 @@ impl Screen {
         typical: &[f64],
         asked: impl Fn(&[f64]) -> bool + Sync,
     ) -> Vec<Place> {
-        if spec.acts.includes(Acts::COUNTS) {
-            return self.best(spec, self.steps_of_zero(spec, asked));
+        match looks(spec) {
+            Some(Looks::Grid) => self.best(spec, self.on_grid(spec, typical, asked)),
+            Some(Looks::Moments) => self.best(spec, self.steps_of_zero(spec, asked)),
+            Some(Looks::Levels) => self.levels(spec),
+            Some(Looks::Stops) => self.stops(spec, typical),
+            None => Vec::new(),
         }
-        if spec.acts.includes(Acts::CONTACT) {
-            return self.stops(spec, typical);
-        }
-        if has_levels(spec) {
-            return self.best(spec, self.levels(spec));
-        }
+    }
+
+    /// What the effect gains at each place of a grid that is asked for.
+    fn on_grid(
+        &self,
+        spec: &'static Spec,
+        typical: &[f64],
+        asked: impl Fn(&[f64]) -> bool + Sync,
+    ) -> Vec<Place> {
         let mut grid: Vec<Vec<f64>> = vec![Vec::new()];
         for (p, typical) in spec.parameters.iter().zip(typical) {
             let values = self.grid(p, *typical);
@@ -73,12 +80,10 @@ impl Screen {
             touch(spec, values, typical);
         }
         grid.retain(|values| asked(values));
-        let tried = self
-            .promising(spec, grid, self.step(Kind::Frequency))
+        self.promising(spec, grid, self.step(Kind::Frequency))
             .into_par_iter()
             .filter_map(|values| self.gain(spec, values))
-            .collect();
-        self.best(spec, tried)
+            .collect()
     }
 
     /// The best of the places tried that are apart.
@@ -138,7 +143,7 @@ impl Screen {
                 Kind::Frequency | Kind::Time | Kind::Moment => {
                     (a - b).abs() > NEAR * self.step(p.kind)
                 }
-                Kind::Whole | Kind::Run | Kind::Spacing => a != b,
+                Kind::Whole | Kind::Run => a != b,
                 _ => false,
             })
     }

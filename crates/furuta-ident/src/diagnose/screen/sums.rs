@@ -26,24 +26,20 @@ impl Screen {
         } else {
             &response.blocks
         };
-        let (Some(begin), Some(end)) = (blocks.first(), blocks.last()) else {
-            return;
-        };
-        if transient {
+        let pulses = match transient.then(|| self.pulses(response, first)) {
             // Elsewhere it does nothing.
-            let Some(edge) = first.jump_after(response.recording, f64::NEG_INFINITY) else {
-                return;
-            };
-            let over = first.jump_after(response.recording, edge).unwrap_or(edge);
-            if edge > end.t || over < begin.t {
-                return;
-            }
-        }
+            Some(pulses) if pulses.is_empty() => return,
+            pulses => pulses,
+        };
+        let counts = acts.includes(Acts::COUNTS);
         let count = if matches!(second, Second::None) { 1 } else { 2 };
         let mut moved = [Vector4::zeros(); 2];
         let mut cross = [Vector4::zeros(); 2];
-        for block in blocks {
-            let torques = self.torques(response, block, first, second);
+        for (k, block) in blocks.iter().enumerate() {
+            let torques = match &pulses {
+                Some(pulses) => [pulses[k], [0.0; 2]],
+                None => self.torques(response, block, first, second),
+            };
             if torques[..count] == [[0.0; 2]; 2][..count] && moved == [Vector4::zeros(); 2] {
                 continue;
             }
@@ -55,6 +51,9 @@ impl Screen {
                 moved[i] += pushed;
                 follows[i] = block.square * here;
                 sums.product[i] += block.product.dot(&here);
+                if counts && i == 0 {
+                    cross[i] += self.misread(response, k, first, &here, sums, with_base);
+                }
                 cross[i] += follows[i];
                 sums.square[(i, i)] += follows[i].dot(&here);
                 if i == 1 {
@@ -77,6 +76,79 @@ impl Screen {
                 sums.follow(response.recording, i, &absorbed, -1.0);
             }
         }
+    }
+
+    /// The torques of a transient, step by step; none where a window knows nothing of it. Between two of its edges a
+    /// torque is constant, and what lies before or behind the middle of a step counts in part for its neighbour: the
+    /// answer to an impulse is taken as linear from one middle to the next, so that two opposite pulses within a few
+    /// steps move what they do.
+    fn pulses(&self, response: &Response, effect: &Effect<f64>) -> Vec<[f64; 2]> {
+        let steps = &response.steps;
+        let next = |t: f64| effect.jump_after(response.recording, t);
+        let edges: Vec<f64> =
+            std::iter::successors(next(f64::NEG_INFINITY), |edge| next(*edge)).collect();
+        let (Some(begin), Some(end)) = (steps.first(), steps.last()) else {
+            return Vec::new();
+        };
+        let (Some(from), Some(to)) = (edges.first(), edges.last()) else {
+            return Vec::new();
+        };
+        if *from > end.t + 0.5 * end.length || *to < begin.t - 0.5 * begin.length {
+            return Vec::new();
+        }
+        let mut pulses = vec![[0.0; 2]; steps.len()];
+        for edge in edges.windows(2) {
+            let middle = 0.5 * (edge[0] + edge[1]);
+            for (k, step) in steps.iter().enumerate() {
+                let half = 0.5 * step.length;
+                let (a, b) = (edge[0].max(step.t - half), edge[1].min(step.t + half));
+                if a >= b {
+                    continue;
+                }
+                let torque = self.torques_at(response, step, middle, effect);
+                let off = 0.5 * (a + b) - step.t;
+                let other = if off < 0.0 {
+                    k.checked_sub(1)
+                } else {
+                    Some(k + 1)
+                };
+                let other = other.filter(|j| *j < steps.len());
+                let passed = other.map_or(0.0, |j| off / (steps[j].t - step.t));
+                for axis in 0..2 {
+                    let impulse = torque[axis] * (b - a);
+                    pulses[k][axis] += (1.0 - passed) * impulse / step.length;
+                    if let Some(j) = other {
+                        pulses[j][axis] += passed * impulse / steps[j].length;
+                    }
+                }
+            }
+        }
+        pulses
+    }
+
+    /// Adds what a step's readings are beside the true angles, which the effect has moved as a change of the initial
+    /// state by `here` does; returns its product with the slopes of the initial state.
+    fn misread(
+        &self,
+        response: &Response,
+        k: usize,
+        effect: &Effect<f64>,
+        here: &Vector4<f64>,
+        sums: &mut Sums,
+        with_base: bool,
+    ) -> Vector4<f64> {
+        let lost = effect.lost(response.recording, response.read[k]);
+        let mut cross = Vector4::zeros();
+        for (c, lost) in lost.iter().enumerate() {
+            let y = lost * response.weight[k][c];
+            sums.product[0] += y * response.left[k][c];
+            sums.square[(0, 0)] += y * (y + 2.0 * response.slopes[k][c].dot(here));
+            cross += response.slopes[k][c] * y;
+            if with_base {
+                sums.follow(response.recording, 0, &(response.base[k][c] * y), 1.0);
+            }
+        }
+        cross
     }
 
     /// The torques of the effect, and of what turning it adds, over a block.
