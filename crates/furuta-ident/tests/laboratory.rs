@@ -177,3 +177,35 @@ fn smoothed_angles_name_no_kick() {
         assert_eq!(kicks.count(), 0, "{seed}: {:?}", found.effects);
     }
 }
+
+/// Angles averaged over the last five samples are late, as behind a flexible drive, which explained them and was named.
+/// Counts do not show that, and a delay of theirs is named.
+#[test]
+fn averaged_angles_accuse_no_drive() {
+    let mean = |angle: &[f64]| -> Vec<f64> {
+        let of = |k: usize| {
+            let last = &angle[k.saturating_sub(4)..=k];
+            last.iter().sum::<f64>() / last.len() as f64
+        };
+        (0..angle.len()).map(of).collect()
+    };
+    let averaged = sweeps(&qube(), 0.7).map(|r| Recording {
+        theta: mean(&r.theta),
+        alpha: mean(&r.alpha),
+        ..r
+    });
+    let found = diagnosis(&averaged, &qube());
+    println!("{:?} {:?}", names(&found), found.suspected);
+    assert!(names(&found).is_empty(), "{:?}", names(&found));
+    assert_eq!(found.verdict, Verdict::Unexplained);
+    assert!(
+        (found.notices.iter()).any(|n| n.contains("theta and alpha do not step by the counts")),
+        "{:?}",
+        found.notices
+    );
+    let mut late = qube();
+    late.effects = vec![Effect::new("motor.delay", &[0.004]).expect("valid")];
+    let found = diagnosis(&sweeps(&late, 0.7), &qube());
+    assert_eq!(names(&found), ["motor.delay"]);
+    assert!(found.notices.is_empty(), "{:?}", found.notices);
+}

@@ -93,8 +93,8 @@ impl Work<'_> {
 
     fn verdict(&self, found: &Found) -> Verdict {
         let explains = |fit: &Fit| self.short.explains(fit);
-        let contradictions = || found.named.model.contradictions(&found.named.z);
-        if !explains(&found.named) || contradictions().next().is_some() {
+        let contradicted = || self.contradicted(&found.named).next().is_some();
+        if !explains(&found.named) || contradicted() {
             Verdict::Unexplained
         } else if !found.named.model.effects.is_empty() {
             Verdict::MissingEffects

@@ -7,6 +7,7 @@ use furuta_model::{Spec, effects};
 use super::additions::Trial;
 use super::custom::{self, Custom};
 use super::deadlines::Deadlines;
+use super::filtered::makes_late;
 use super::held_out::{self, Folds, Unseen};
 use super::hypothesis::{Hypothesis, Sheet};
 use super::judge::{Judge, Judged};
@@ -28,6 +29,8 @@ pub(super) struct Work<'a> {
     pub(super) short: Problem<'a>,
     pub(super) calm: Problem<'a>,
     pub(super) folds: Folds,
+    /// Whether the readings were filtered.
+    pub(super) filtered: bool,
     pub(super) options: Options<'a>,
     pub(super) deadlines: Deadlines<'a>,
     pub(super) teller: Teller<'a>,
@@ -76,6 +79,17 @@ impl Found {
 }
 
 impl Work<'_> {
+    /// Effects that explain the data and are not named: their values contradict the name, or the readings were filtered
+    /// and they make the rig late, as a filter does.
+    pub(super) fn contradicted(&self, named: &Fit) -> impl Iterator<Item = Suspected> {
+        let by_values = named.model.contradictions(&named.z);
+        let late = named.model.effects.iter();
+        let late = late.filter(|e| self.filtered && makes_late(e));
+        by_values
+            .map(|(spec, why)| Suspected::contradicted(spec, why))
+            .chain(late.map(|spec| Suspected::filtered(spec)))
+    }
+
     /// What a fit leaves on data kept apart.
     pub(super) fn apart(&self, fit: &Fit, refit: bool, horizons: bool) -> Unseen {
         let asked = held_out::Asked { refit, horizons };
@@ -185,9 +199,9 @@ impl Work<'_> {
             suspected.extend(constancy::scattered(calm, &named));
         }
         // What has one strength everywhere is of another law all the same if it contradicts its name.
-        for (spec, why) in named.model.contradictions(&named.z) {
-            suspected.retain(|s: &Suspected| s.id != spec.id);
-            suspected.push(Suspected::contradicted(spec, why));
+        for reason in self.contradicted(&named) {
+            suspected.retain(|s: &Suspected| s.id != reason.id);
+            suspected.push(reason);
         }
         let mut custom = None;
         if !explains(&named) && stop.wanted() {

@@ -23,6 +23,7 @@ mod custom;
 mod deadlines;
 mod evidence;
 mod expression;
+mod filtered;
 mod find;
 mod gap;
 mod held_out;
@@ -155,19 +156,24 @@ fn search(
     let (asked, notices) = asked::asked(&base, options.candidates);
     sheet.looked_for = candidates().chain(asked).collect();
 
+    let filtered = filtered::filtered(&data, request.rig.sensors.resolution());
     let windows = data.windows(SEARCH, |_| true);
     let work = Work {
         data: &data,
         short: Problem::new(&data, windows.clone()).until(deadlines.hurry),
         calm: Problem::new(&data, windows).until(deadlines.end),
         folds: held_out::folds(&data),
+        filtered: filtered.is_some(),
         options,
         deadlines,
         teller: Teller::new(progress),
     };
     let found = work.find(&Arc::new(sheet));
     let mut outcome = work.answer(request, found);
-    outcome.diagnosis.notices.splice(0..0, notices);
+    outcome
+        .diagnosis
+        .notices
+        .splice(0..0, notices.into_iter().chain(filtered));
     outcome.diagnosis.seconds = begin.elapsed().as_secs_f64();
     Ok(outcome)
 }

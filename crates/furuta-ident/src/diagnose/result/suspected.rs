@@ -91,6 +91,18 @@ impl Suspected {
         }
     }
 
+    /// One that makes the rig late, of readings that were filtered.
+    pub(crate) fn filtered(spec: &Spec) -> Self {
+        Self {
+            kept: true,
+            ..Self::because(
+                spec,
+                "the angles look filtered, and a filter makes them late as this does; the repaired model keeps it as an \
+                 imitation",
+            )
+        }
+    }
+
     /// One in whose place an entry on request explains more.
     pub(crate) fn explained_better(spec: &Spec, other: &Spec) -> Self {
         let name = other.name.to_lowercase();
