@@ -19,7 +19,7 @@ fn signal(child: &Child, name: &str) {
     assert!(sent.expect("kill is there").success());
 }
 
-/// Whether programs that are started here ignore SIGHUP, as below `nohup make test`: they keep to that, and would not end.
+/// Whether programs that are started here ignore SIGHUP, as below `nohup make test`: they keep to that and do not end.
 fn hangups_are_ignored() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = (status.lines()).find_map(|line| line.strip_prefix("SigIgn:"));

@@ -178,7 +178,8 @@ fn smoothed_angles_name_no_kick() {
     }
 }
 
-/// Angles averaged over the last five samples are late: a delay explains them and was named (at 500 Hz a flexible drive).
+/// Angles averaged over the last five samples are late: a delay explains them and was named, at 500 Hz a flexible
+/// drive.
 /// From counts a delay is named.
 #[test]
 fn averaged_angles_accuse_no_drive() {

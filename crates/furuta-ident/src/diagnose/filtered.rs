@@ -1,10 +1,10 @@
 //! Angles that are not as the encoders read them: filtered, averaged or interpolated before they were written.
 //!
-//! A filter makes both angles late, as a delay, a lag or a flexible drive does, and no recording tells which it was. But
-//! what an encoder reads steps by counts, and rounding to counts is white: of its eighth difference, which motion hardly
-//! reaches, the variance is `C(16, 8)` times that of rounding. What was filtered has other steps and is smoother: of a
-//! mean of `n` samples it is `2 C(14, 7)/n²` times that of rounding. What was simulated without encoders is smoother by
-//! orders of magnitude, unless the file rounds it.
+//! A filter makes both angles late, as a delay, a lag or a flexible drive does, and no recording tells which it was.
+//! But what an encoder reads steps by counts, and rounding to counts is white: of its eighth difference, which motion
+//! hardly reaches, the variance is `C(16, 8)` times that of rounding. What was filtered has other steps and is
+//! smoother: of a mean of `n` samples, five or more, it is `2 C(14, 7)/n²` times that of rounding. What was simulated
+//! without encoders is smoother by orders of magnitude, unless the file rounds it.
 
 use furuta_model::Spec;
 use furuta_model::effects::Acts;
@@ -20,8 +20,8 @@ const MEDIAN: f64 = 0.6745;
 const OFF: f64 = 0.05;
 /// Of the steps, so many are no whole number of counts.
 const MOST: f64 = 0.5;
-/// What is filtered has this share of the variance of rounding: a mean of two samples has an eighth (0.11 measured), one
-/// of 70 samples a ten thousandth.
+/// What is filtered has this share of the variance of rounding: a mean of two samples has an eighteenth,
+/// one of 70 samples a ten thousandth.
 const SHARE: (f64, f64) = (1e-4, 0.25);
 /// And this many times what rounding in the file leaves.
 const ROUNDED: f64 = 4.0;
@@ -62,9 +62,9 @@ pub(super) fn filtered(data: &Data, resolution: [f64; 2]) -> Option<String> {
         [true, true] => ("theta and alpha", "do"),
     };
     Some(format!(
-        "{}: {columns} {step} not step by the counts of the rig file's encoders: filtered, averaged or interpolated, or \
-         read by finer sensors. A filter makes angles late, as a delay, a lag or a flexible drive does, so none of these \
-         is named: record the counts as they are, or write the sensors' own counts into the rig file",
+        "{}: {columns} {step} not step by the counts of the rig file's encoders: filtered, averaged or interpolated, \
+         or read by finer sensors. A filter makes angles late, as a delay, a lag or a flexible drive does, so none of \
+         these is named: record the counts as they are, or write the sensors' own counts into the rig file",
         files.join(", ")
     ))
 }

@@ -97,8 +97,8 @@ impl Suspected {
             kept: true,
             ..Self::because(
                 spec,
-                "the angles look filtered, and a filter makes them late as this does; the repaired model keeps it as an \
-                 imitation",
+                "the angles look filtered, and a filter makes them late as this does; the repaired model keeps it as \
+                 an imitation",
             )
         }
     }
