@@ -240,7 +240,7 @@ fn every_test_signal_drives_a_simulation() {
         "--json",
     ]);
     let said = run["input"].as_str().expect("a sentence");
-    assert!(said.contains("step of 1 rad/s2"), "{said}");
+    assert!(said.contains("step of 15 rad/s2"), "{said}");
     assert!(said.contains("clipped at 150 rad/s2"), "{said}");
     // The same seed is the same signal; another one is not.
     let noise = |seed| {

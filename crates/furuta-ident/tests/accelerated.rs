@@ -1,6 +1,7 @@
 //! Arms that follow a commanded acceleration: the pendulum on a base that moves as commanded, integrated here without
 //! the library's plant, read by encoders, and diagnosed by a sheet that is off.
 
+use crate::common::patient;
 use furuta_ident::diagnose::{
     Channel, Diagnosis, Options, Outcome, Request, Verdict, diagnose, diagnose_with,
 };
@@ -237,7 +238,7 @@ fn found_of(effects: &[(&str, &[f64])], asked: &[&str]) -> Diagnosis {
         .collect();
     let options = Options {
         candidates: &asked,
-        ..Options::default()
+        ..patient()
     };
     let d = diagnose_with(&request, options, &|_| ())
         .expect("good recordings")

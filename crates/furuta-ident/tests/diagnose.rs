@@ -3,6 +3,7 @@
 
 use std::fmt::Write as _;
 
+use crate::common::patient;
 use furuta_ident::Insufficient;
 use furuta_ident::diagnose::result::{Shape, TorqueInTime};
 use furuta_ident::diagnose::{
@@ -92,7 +93,7 @@ pub(crate) fn run_from(
     };
     let options = Options {
         candidates,
-        ..Options::default()
+        ..patient()
     };
     diagnose_with(&request, options, &|_| ()).expect("good recordings")
 }

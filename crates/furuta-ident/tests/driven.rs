@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use crate::common::patient;
 use furuta_ident::diagnose::{Diagnosis, Options, Outcome, Request, Verdict, diagnose_with};
 use furuta_ident::recording::Recording;
 use furuta_ident::selection::select;
@@ -95,7 +96,7 @@ fn sheet() -> Rig {
 fn diagnosed(request: &Request<'_>) -> Outcome {
     let options = Options {
         pendulum: Pendulum::Driven,
-        ..Options::default()
+        ..patient()
     };
     let outcome = diagnose_with(request, options, &|_| ()).expect("good recordings");
     println!("{:#?}", outcome.diagnosis.effects);

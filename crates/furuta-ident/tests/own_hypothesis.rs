@@ -6,6 +6,7 @@
 
 use std::f64::consts::PI;
 
+use crate::common::patient;
 use furuta_ident::diagnose::{Options, Outcome, Request, Verdict, diagnose_with};
 use furuta_ident::recording::Recording;
 use furuta_ident::report;
@@ -120,7 +121,7 @@ fn found(hidden: &Hidden, candidates: &[&'static Spec]) -> Outcome {
     };
     let options = Options {
         candidates,
-        ..Options::default()
+        ..patient()
     };
     diagnose_with(&request, options, &|_| ()).expect("sufficient")
 }
@@ -188,7 +189,7 @@ fn a_brake_is_found_alone_and_carried() {
     };
     let options = Options {
         candidates: &offered(BRAKE),
-        ..Options::default()
+        ..patient()
     };
     let outcome = diagnose_with(&request, options, &|_| ()).expect("sufficient");
     assert!(outcome.diagnosis.effects.is_empty());

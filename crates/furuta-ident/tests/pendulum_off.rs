@@ -5,6 +5,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::common::patient;
 use furuta_ident::diagnose::{Options, Outcome, Request, Verdict, diagnose_with};
 use furuta_ident::recording::Recording;
 use furuta_ident::{Insufficient, Pendulum, calibrate, validate};
@@ -55,7 +56,7 @@ fn diagnosed(rig: &Rig, recordings: &[Recording], pendulum: Pendulum) -> Outcome
     };
     let options = Options {
         pendulum,
-        ..Options::default()
+        ..patient()
     };
     diagnose_with(&request, options, &|_| ()).expect("enough data")
 }
@@ -162,7 +163,7 @@ fn a_cable_that_was_taken_off_differs() {
     let options = Options {
         pendulum: Pendulum::Removed,
         compare: &states[1],
-        ..Options::default()
+        ..patient()
     };
     let found = diagnose_with(&request, options, &|_| ()).expect("enough data");
     let comparison = found.diagnosis.comparison.expect("recordings to compare");
@@ -220,7 +221,7 @@ fn an_arm_at_rest_is_refused() {
     };
     let options = Options {
         pendulum: Pendulum::Locked,
-        ..Options::default()
+        ..patient()
     };
     let refused = diagnose_with(&request, options, &|_| ()).unwrap_err();
     assert!(

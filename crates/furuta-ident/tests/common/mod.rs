@@ -2,7 +2,9 @@
 
 #![allow(dead_code)] // each test file uses some of it
 
-use furuta_ident::diagnose::{Diagnosis, Request, diagnose};
+use std::time::Duration;
+
+use furuta_ident::diagnose::{Diagnosis, Options, Request, diagnose_with};
 use furuta_ident::recording::Recording;
 use furuta_model::signals::random::normal;
 use furuta_model::{Rig, State};
@@ -77,6 +79,14 @@ pub(crate) fn sweep(amplitude: f64, phase: f64) -> impl Fn(f64, &State<f64>) -> 
     }
 }
 
+/// Options that let a diagnosis end by itself, however busy the machine is.
+pub(crate) fn patient<'a>() -> Options<'a> {
+    Options {
+        time_limit: Some(Duration::from_secs(900)),
+        ..Options::default()
+    }
+}
+
 /// What is found in recordings of a rig with this data sheet.
 pub(crate) fn diagnosis(recordings: &[Recording], sheet: &Rig) -> Diagnosis {
     let request = Request {
@@ -84,7 +94,7 @@ pub(crate) fn diagnosis(recordings: &[Recording], sheet: &Rig) -> Diagnosis {
         rig: sheet,
         verify: &[],
     };
-    diagnose(&request, &|_| ())
+    diagnose_with(&request, patient(), &|_| ())
         .expect("good recordings")
         .diagnosis
 }
