@@ -18,10 +18,10 @@ const WEIGHTS: f64 = 12_870.0;
 const MEDIAN: f64 = 0.6745;
 /// A step is no whole number of counts where it is farther from one than this.
 const OFF: f64 = 0.05;
-/// Of the steps, so many are no whole number of counts.
+/// At least this share of the steps of filtered angles is no whole number of counts.
 const MOST: f64 = 0.5;
-/// What is filtered has this share of the variance of rounding: a mean of two samples has an eighteenth,
-/// one of 70 samples a ten thousandth.
+/// What is filtered has this share of the variance of rounding: a mean of two samples has an eighteenth, one of 70
+/// samples a ten thousandth.
 const SHARE: (f64, f64) = (1e-4, 0.25);
 /// And this many times what rounding in the file leaves.
 const ROUNDED: f64 = 4.0;

@@ -33,7 +33,7 @@ pub(super) const SPEC: Spec = Spec {
             max: 1e6,
             off: 0.0,
             typical: Typical::Of(|p| 0.4 * super::stall_torque(p)),
-            // A limit above what was reached does nothing: halves, down to a twentieth of the stall torque.
+            // A limit above what was reached does nothing: halves, down to a thirtieth of the stall torque.
             starts: &[0.7, 1.2, 1.8, 0.35, 0.175, 0.0875],
         },
         ParameterSpec {

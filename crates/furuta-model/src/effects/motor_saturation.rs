@@ -29,7 +29,7 @@ pub(super) const SPEC: Spec = Spec {
             max: 1e3,
             off: 0.0,
             typical: Typical::Of(|p| 0.5 * p.motor.command_limit),
-            // A limit above what was commanded does nothing: halves, down to commands of a twentieth of the largest.
+            // A limit above what was commanded does nothing: halves, down to a sixteenth of the largest command.
             starts: &[0.5, 0.9, 1.4, 0.25, 0.125],
         },
     ],
