@@ -8,7 +8,10 @@ use furuta_model::linear_plant::{Amplitudes, Hold, linear_plant, rigid};
 use furuta_model::{Effect, Plant, Rig, State};
 use nalgebra::{Complex, DVector, Matrix2, Vector4};
 
-fn with(name: &str, effects: &[(&str, &[f64])]) -> Rig {
+/// An effect's id and its values.
+type Named<'a> = (&'a str, &'a [f64]);
+
+fn with(name: &str, effects: &[Named]) -> Rig {
     let mut rig = Rig::builtin(name).expect("built in");
     rig.effects = effects
         .iter()
@@ -76,11 +79,11 @@ fn a_spring_moves_the_poles_as_by_hand() {
 /// The loop's matrix predicts what the nonlinear plant does from near rest, its delays, lag and coupling included.
 #[test]
 fn the_matrix_is_the_plant_near_rest() {
-    let spring: (&str, &[f64]) = ("arm.spring", &[0.004, 0.0]);
-    let compliance: (&str, &[f64]) = ("drive.compliance", &[0.4, 2e-3, 0.3, 0.0]);
-    let ringing: (&str, &[f64]) = ("motor.resonance", &[0.03, 0.15]);
+    let spring: Named = ("arm.spring", &[0.004, 0.0]);
+    let compliance: Named = ("drive.compliance", &[0.4, 2e-3, 0.3, 0.0]);
+    let ringing: Named = ("motor.resonance", &[0.03, 0.15]);
     let (qube, kit) = ("qube-servo-2", "stepper-kit");
-    let rigs: [(&str, &[(&str, &[f64])]); 7] = [
+    let rigs: [(&str, &[Named]); 7] = [
         (qube, &[spring]),
         (qube, &[spring, ("motor.delay", &[0.0052])]),
         (qube, &[("motor.delay", &[0.004]), ("motor.lag", &[0.006])]),
