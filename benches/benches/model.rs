@@ -117,6 +117,22 @@ fn model(c: &mut Criterion) {
         "f64, backlash",
         &[effect("drive.backlash", &[0.03, 0.4, 0.0])],
     );
+    // A kick that never comes has the plant look for events in each step.
+    let coupling = effect("drive.compliance", &[0.05, 1e-4, 0.3, 0.0]);
+    let never = effect("disturbance.kick", &[1e-3, 1e6, 0.0]);
+    let looks = [coupling, never];
+    step::<f64>(&mut g, "f64, flexible coupling", &looks[..1]);
+    step::<f64>(&mut g, "f64, flexible coupling, events looked for", &looks);
+    step::<Jet<f64, 12>>(
+        &mut g,
+        "dual, 12 derivatives, flexible coupling",
+        &looks[..1],
+    );
+    step::<Jet<f64, 12>>(
+        &mut g,
+        "dual, 12 derivatives, flexible coupling, events looked for",
+        &looks,
+    );
     g.finish();
 
     let mut g = c.benchmark_group("10 s at 1 kHz");

@@ -216,6 +216,58 @@ fn a_flexible_coupling_rings_at_its_frequency() {
     );
 }
 
+/// A rotor behind a spring takes a way of its own through a step, where nothing that rubs rests or turns. A kick that
+/// never comes has the same plant look for events in each: both come to the same digits, derivatives included.
+#[test]
+fn a_step_behind_a_spring_has_the_digits_of_one_that_looks_for_events() {
+    type Dual = Jet<f64, 4>;
+    let never: (&str, &[f64]) = ("disturbance.kick", &[1e-3, 1e6, 0.0]);
+    let spring: (&str, &[f64]) = ("drive.compliance", &[0.05, 1e-4, 0.3, 0.0]);
+    let beside: [&[(&str, &[f64])]; 5] = [
+        &[],
+        &[("arm.coulomb", &[3e-4]), ("pendulum.coulomb", &[2e-5])],
+        &[("arm.cogging", &[1e-3, 4.0, 0.3])],
+        &[("motor.lag", &[0.004]), ("pendulum.coulomb", &[2e-5])],
+        &[
+            ("arm.stribeck", &[2e-4, 2.0, 0.5]),
+            ("arm.spring", &[2e-3, 0.1]),
+        ],
+    ];
+    for others in beside {
+        let with = |extra: &[(&str, &[f64])]| {
+            plant(&qube(), &[&[spring], others, extra].concat()).cast::<Dual>()
+        };
+        let plants = [with(&[]), with(&[never])];
+        let start = State::from(std::array::from_fn(|i| {
+            Dual::variable([0.1, 2.0, 0.3, -0.2][i], i)
+        }));
+        let mut states = plants.each_ref().map(|plant| plant.rest(start));
+        let mut rested = false;
+        for k in 0..2000 {
+            let u = Dual::from_f64(if k < 1500 {
+                (0.02 * f64::from(k)).sin()
+            } else {
+                0.0
+            });
+            for (plant, s) in plants.iter().zip(&mut states) {
+                plant.step(s, u, 2e-3);
+            }
+            let [a, b] = states.each_ref().map(|s| s.x.to_array());
+            for (a, b) in a.iter().zip(&b) {
+                assert_eq!(
+                    a.v.to_bits(),
+                    b.v.to_bits(),
+                    "{others:?} at step {k}: {a:?} {b:?}"
+                );
+                assert_eq!(a.d, b.d, "{others:?} at step {k}");
+            }
+            rested |= a[3].v == 0.0;
+        }
+        let rubs = others.iter().any(|(id, _)| *id == "pendulum.coulomb");
+        assert!(!rubs || rested, "the pendulum never stuck: {others:?}");
+    }
+}
+
 #[test]
 fn stiff_and_rigid_couplings_move_alike() {
     let p = qube();

@@ -85,6 +85,26 @@ pub(super) struct Instead<'a> {
     pub(super) goal: f64,
 }
 
+/// What an earlier search says of an effect added to a fit over the same windows.
+pub(super) enum Earlier {
+    /// It did not look for it.
+    New,
+    /// It did not follow it.
+    Left,
+    Fitted(Fit),
+}
+
+/// What is asked of additions.
+pub(super) struct Asked<'a> {
+    /// An effect that is known to bring the cost down to somewhat less than a goal: others that cannot are given up.
+    pub(super) instead: Option<&'a Instead<'a>>,
+    /// What an earlier search says of each effect.
+    pub(super) earlier: &'a dyn Fn(&'static Spec) -> Earlier,
+    pub(super) savers: &'a Savers,
+    /// Told of each candidate.
+    pub(super) report: &'a (dyn Fn(&str) + Sync),
+}
+
 /// A start, and its score statistic.
 struct FitStart {
     /// By how much the score test says that the cost will fall.
@@ -192,25 +212,28 @@ impl Problem<'_> {
         entries.filter(|s| can_hold(&from.model, s))
     }
 
-    /// Fits every candidate added to `from`, the best first; `report` is told of each. `instead` is an effect that is
-    /// known to bring the cost down to somewhat less than a goal: others that cannot are given up. Where `from` is far
-    /// from the data, a part of the windows says which cannot.
-    pub(super) fn additions(
-        &self,
-        from: &Fit,
-        instead: Option<&Instead<'_>>,
-        savers: &Savers,
-        report: &(dyn Fn(&str) + Sync),
-    ) -> Vec<Trial> {
+    /// Fits every candidate added to `from`, the best first. Where `from` is far from the data, a part of the windows
+    /// says which cannot stand in the place of another.
+    pub(super) fn additions(&self, from: &Fit, asked: &Asked<'_>) -> Vec<Trial> {
+        let (instead, savers) = (asked.instead, asked.savers);
+        let mut known = Vec::new();
+        let mut new = Vec::new();
+        for spec in self.addable(from) {
+            match (asked.earlier)(spec) {
+                _ if instead.is_some_and(|i| i.spec.id == spec.id) => {}
+                Earlier::New => new.push(spec),
+                Earlier::Left => {}
+                Earlier::Fitted(fit) => known.push((spec, fit)),
+            }
+        }
         let part = instead.and_then(|i| Some((i, self.thinned(from, savers.windows)?)));
         let mut fits = match part {
             Some((instead, part)) => {
                 let goal = part.cost(instead.known) + (instead.goal - instead.known.cost);
-                let there =
-                    part.problem
-                        .quickly(&part.start, Some((instead.spec, goal)), savers, report);
+                let candidates = (&new[..], Vec::new());
+                let there = (part.problem).quickly(&part.start, candidates, Some(goal), asked);
                 let least = part.start.cost - savers.close * (part.start.cost - goal);
-                there
+                let here = there
                     .into_par_iter()
                     .filter(|(_, fit)| fit.cost <= least)
                     .map(|(spec, fit)| {
@@ -219,10 +242,14 @@ impl Problem<'_> {
                             spec,
                             self.fit(&fit.model, fit.z.clone(), &from.states, effort),
                         )
-                    })
-                    .collect()
+                    });
+                known.par_extend(here);
+                known
             }
-            None => self.quickly(from, instead.map(|i| (i.spec, i.goal)), savers, report),
+            None => {
+                let goal = instead.map(|i| i.goal);
+                self.quickly(from, (&new, known), goal, asked)
+            }
         };
         fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let gain = from.cost - lowest(&fits, from.cost);
@@ -282,22 +309,24 @@ impl Problem<'_> {
         if found.cost < lost.cost { found } else { lost }
     }
 
-    /// Quick fits of the candidates that the screen leaves; none of those that cannot reach the goal of `instead`.
+    /// Quick fits of the new candidates that the screen leaves, beside those known already; none of those that cannot
+    /// reach a cost, if one is given.
     fn quickly(
         &self,
         from: &Fit,
-        instead: Option<(&'static Spec, f64)>,
-        savers: &Savers,
-        report: &(dyn Fn(&str) + Sync),
+        (new, mut fits): (&[&'static Spec], Vec<(&'static Spec, Fit)>),
+        reaches: Option<f64>,
+        asked: &Asked<'_>,
     ) -> Vec<(&'static Spec, Fit)> {
+        let (savers, report) = (asked.savers, asked.report);
+        if new.is_empty() {
+            return fits;
+        }
         let screen = Screen::new(self, from);
-        let mut starts = self.scored(from, &screen, report);
+        let mut starts = self.scored(from, new, &screen, report);
         let per_sample = self.per_sample(from);
         let mut goal = from.cost - savers.least_share_scanned * CRITERIA.effect * per_sample;
-        if let Some((known, reaches)) = instead {
-            starts.retain(|s| s.spec.id != known.id);
-            goal = goal.min(reaches);
-        }
+        goal = goal.min(reaches.unwrap_or(f64::INFINITY));
         keep_scored(self.per_sample(from), from.cost - goal, savers, &mut starts);
         let best_statistic = starts.first().map_or(0.0, |s| s.statistic);
         let mut favourites: Vec<&str> = Vec::new();
@@ -309,12 +338,13 @@ impl Problem<'_> {
         let (first, mut others): (Vec<FitStart>, Vec<FitStart>) = starts
             .into_iter()
             .partition(|s| favourites.contains(&s.spec.id));
-        let mut fits = self.quick(from, first, goal, savers, report);
+        goal = goal.min(close(from, &fits, savers));
+        fits.extend(self.quick(from, first, goal, savers, report));
         let goal = goal.min(close(from, &fits, savers));
         if self.is_answered(from, &fits) {
             // The answer is there: what is left is to see which others come near. Beside other effects that is asked
             // once more, of each of them.
-            let asked_again = instead.is_none() && !from.model.effects.is_empty();
+            let asked_again = reaches.is_none() && !from.model.effects.is_empty();
             let blows = fits.iter().any(|(_, f)| f.model.has_blows());
             let mut is_new = news();
             others.retain(|s| {
@@ -328,9 +358,16 @@ impl Problem<'_> {
     }
 
     /// A score test for each start of each candidate, with one simulation; the largest statistic first.
-    fn scored(&self, from: &Fit, screen: &Screen, report: &(dyn Fn(&str) + Sync)) -> Vec<FitStart> {
-        let jobs: Vec<(&'static Spec, Vec<f64>)> = self
-            .addable(from)
+    fn scored(
+        &self,
+        from: &Fit,
+        specs: &[&'static Spec],
+        screen: &Screen,
+        report: &(dyn Fn(&str) + Sync),
+    ) -> Vec<FitStart> {
+        let jobs: Vec<(&'static Spec, Vec<f64>)> = specs
+            .iter()
+            .copied()
             .flat_map(|s| {
                 self.shapes(from, s, screen)
                     .into_iter()

@@ -14,7 +14,7 @@ use super::judge::{Judge, Judged};
 use super::progress::Teller;
 use super::request::Options;
 use super::result::{Part, Suspected};
-use super::search::{Rival, Search};
+use super::search::{Rival, Search, Searched};
 use super::{Fit, constancy, horizons, savers, thinned};
 use crate::shooting::{Data, Effort, Problem};
 
@@ -128,7 +128,10 @@ impl Work<'_> {
         let rare = match &several {
             _ if hurry.wanted() => None,
             Some(several) if several.model.effects.len() < 2 => None,
-            _ => self.among_all(&refitted, several.as_ref()),
+            _ => {
+                let found = (part.as_ref(), search.at_first());
+                self.among_all(&refitted, several.as_ref(), found)
+            }
         };
         let mut search = match &rare {
             Some(_) => search,
@@ -255,7 +258,9 @@ impl Work<'_> {
         wanted: &dyn Fn(&Search<'s>) -> bool,
     ) -> Search<'s> {
         if let Some(part) = part.filter(|part| search.is_over(&part.problem)) {
-            let is_far = |search: &Search<'s>| part.problem.is_far(&search.closest());
+            let is_far = |search: &Search<'s>| {
+                !search.is_settled() || part.problem.is_far(&search.closest())
+            };
             search.run_while(|search| is_far(search) && wanted(search));
             if is_far(&search) && !wanted(&search) {
                 return search;
@@ -269,8 +274,13 @@ impl Work<'_> {
     /// The names that explain the data, and their rivals, where what few rigs have is looked for as well; `None` where
     /// something is left. All windows are looked at only where nothing is left in a part of them. One such effect
     /// beside the usual ones must do: larger sets imitate. Where `several` effects explain the data, fewer must do it
-    /// better.
-    fn among_all(&self, refitted: &Fit, several: Option<&Fit>) -> Option<(Fit, Vec<Rival>)> {
+    /// better. What the search for the usual ones has found in the `part` where it began need not be found again.
+    fn among_all<'s>(
+        &'s self,
+        refitted: &Fit,
+        several: Option<&Fit>,
+        (part, found): (Option<&'s thinned::Part<'s>>, Searched),
+    ) -> Option<(Fit, Vec<Rival>)> {
         const STAGE: &str = "searching among rare effects";
         self.teller.stage(STAGE);
         let told = self.teller.candidates(STAGE);
@@ -279,17 +289,26 @@ impl Work<'_> {
         start.model = start
             .model
             .looking_for(usual.iter().copied().chain(effects::on_request()));
-        let part = (self.short).part(&start, savers::of(&self.options).windows);
+        let smaller = match part {
+            Some(_) => None,
+            None => (self.short).part(&start, savers::of(&self.options).windows),
+        };
         // In the place of several stand entries on request, alone or beside some of the several.
         let mut narrow = start.clone();
         if let Some(several) = several {
             narrow.model = (narrow.model)
                 .looking_for(effects::on_request().chain(several.model.effects.iter().copied()));
         }
-        let mut search = self.begun(part.as_ref(), &narrow, &told);
+        let part = part.or(smaller.as_ref());
+        let mut search = self.begun(part, &narrow, &told);
+        if smaller.is_none() {
+            search = search.knowing(found);
+        }
         let most = several.map_or(USUAL + 1, |f| f.model.effects.len() - 1);
         let may_grow = |search: &Search<'_>| {
-            search.closest().model.effects.len() < most && (several.is_some() || !search.explains())
+            let explains = search.explains();
+            let has_room = search.closest().model.effects.len() < most;
+            (explains && !search.is_settled()) || (has_room && (several.is_some() || !explains))
         };
         search.run_while(may_grow);
         let is_rare = |e: &&Spec| effects::on_request().any(|rare| rare.id == e.id);

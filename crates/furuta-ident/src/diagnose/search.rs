@@ -6,13 +6,13 @@
 //! when no neighbour of the best set is better; what came near the best is a rival. It may begin with a part of the
 //! windows (`thinned`) and go on with all.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use furuta_model::Spec;
 use rayon::prelude::*;
 
 use super::Fit;
-use super::additions::{Instead, Trial};
+use super::additions::{Asked, Earlier, Instead, Trial};
 use super::criteria::CRITERIA;
 use super::evidence::possible;
 use super::hypothesis::Hypothesis;
@@ -31,10 +31,43 @@ const MOST_SETS: usize = 16;
 /// A set of effects by their ids, sorted.
 type Set = Vec<&'static str>;
 
+fn ids(h: &Hypothesis) -> impl Iterator<Item = &'static str> {
+    h.effects.iter().map(|e| e.id)
+}
+
 fn set(h: &Hypothesis) -> Set {
-    let mut ids: Set = h.effects.iter().map(|e| e.id).collect();
+    let mut ids: Set = ids(h).collect();
     ids.sort_unstable();
     ids
+}
+
+/// What a search has found over the windows of one problem.
+#[derive(Clone, Default)]
+pub(super) struct Searched {
+    fits: BTreeMap<Set, Fit>,
+    /// The sets to which one more effect was tried, of which entries.
+    grown: BTreeSet<Set>,
+    looked_for: Vec<&'static Spec>,
+}
+
+impl Searched {
+    /// What it says of an effect added to a fit.
+    fn of(&self, from: &Fit, spec: &'static Spec) -> Earlier {
+        if !self.looked_for.iter().any(|e| e.id == spec.id) {
+            return Earlier::New;
+        }
+        let model = from.model.with(spec);
+        match self.fits.get(&set(&model)) {
+            // Of the same effects in another order the numbers stand in another one.
+            Some(fit) if ids(&fit.model).eq(ids(&model)) => {
+                let mut fit = fit.clone();
+                fit.model = model;
+                Earlier::Fitted(fit)
+            }
+            None if self.grown.contains(&set(&from.model)) => Earlier::Left,
+            _ => Earlier::New,
+        }
+    }
 }
 
 /// What is known of a set.
@@ -73,6 +106,10 @@ pub(super) struct Search<'a> {
     report: &'a (dyn Fn(&str) + Sync),
     /// How often a set may still be gone through.
     left: usize,
+    /// What an earlier search has fitted to these windows.
+    earlier: Searched,
+    /// Where it began with a part of the windows, what was found there.
+    over_part: Option<Searched>,
     /// What was added to the start.
     pub(super) first: Vec<Trial>,
 }
@@ -94,10 +131,37 @@ impl<'a> Search<'a> {
             savers,
             report,
             left: 2 * MOST_SETS,
+            earlier: Searched::default(),
+            over_part: None,
             first: Vec::new(),
         };
         search.keep(start, true);
         search
+    }
+
+    /// The same search, which need not fit again what an earlier one has fitted to these windows.
+    pub(super) fn knowing(self, earlier: Searched) -> Self {
+        Self { earlier, ..self }
+    }
+
+    /// What was found over the windows with which it began.
+    pub(super) fn at_first(&self) -> Searched {
+        self.over_part.clone().unwrap_or_else(|| self.so_far())
+    }
+
+    fn so_far(&self) -> Searched {
+        let known = self.known.iter();
+        Searched {
+            fits: known
+                .clone()
+                .map(|(s, n)| (s.clone(), n.fit.clone()))
+                .collect(),
+            grown: known
+                .filter(|(_, n)| n.grown)
+                .map(|(s, _)| s.clone())
+                .collect(),
+            looked_for: self.fixed.sheet.looked_for.clone(),
+        }
     }
 
     /// Goes through sets until no neighbour of the best is better; the best fit.
@@ -110,13 +174,22 @@ impl<'a> Search<'a> {
     pub(super) fn run_while(&mut self, wanted: impl Fn(&Self) -> bool) {
         while !self.problem.stop.wanted() && !self.is_through() && wanted(self) {
             let Some(next) = self.next() else { break };
-            if self.known[&next].grown {
-                self.exchange(&next);
-            } else {
-                self.grow(&next);
+            match self.known[&next] {
+                Node { grown: true, .. } => self.exchange(&next),
+                Node { reduced: true, .. } => self.grow(&next),
+                _ => {
+                    self.reduce(&next);
+                    continue;
+                }
             }
             self.left -= 1;
         }
+    }
+
+    /// Whether each effect of the best set is known to convince beside the others.
+    pub(super) fn is_settled(&self) -> bool {
+        let is_known = |best: &&Set| self.known[*best].reduced || self.known[*best].grown;
+        self.ranked().first().is_none_or(is_known)
     }
 
     /// Whether this is the problem it works on.
@@ -153,6 +226,7 @@ impl<'a> Search<'a> {
             };
             *s == here || (s.len() == here.len() && limits.iter().any(near))
         };
+        let over_part = Some(self.so_far());
         let again: Vec<(Set, Node)> = (self.known.into_iter())
             .filter(|(s, node)| is_near(s, &node.fit))
             .collect();
@@ -174,6 +248,7 @@ impl<'a> Search<'a> {
             .collect();
         let mut search = Self::new(problem, start, self.acceptable, self.savers, self.report);
         search.first = self.first;
+        search.over_part = over_part;
         search.known.extend(again);
         if problem.is_far(&search.closest()) || problem.stop.wanted() {
             search.left = if ended { 0 } else { search.left };
@@ -268,8 +343,8 @@ impl<'a> Search<'a> {
         ranked.iter().take(beam).find(open).map(|s| (*s).clone())
     }
 
-    /// Tries the set without each of its effects, and with one more.
-    fn grow(&mut self, here: &Set) {
+    /// Tries the set without each of its effects: one in which some do not convince is no answer.
+    fn reduce(&mut self, here: &Set) {
         let fit = self.known[here].fit.clone();
         let mut convinces = true;
         for (_, smaller) in self.without_each(&fit) {
@@ -280,11 +355,16 @@ impl<'a> Search<'a> {
             node.eligible &= convinces;
             node.reduced = true;
         }
+    }
+
+    /// Tries the set with one more effect.
+    fn grow(&mut self, here: &Set) {
         let Some(node) = self.known.get_mut(here) else {
             return;
         };
         node.grown = true;
-        if node.eligible && fit.model.effects.len() < MOST_EFFECTS {
+        let fit = node.fit.clone();
+        if fit.model.effects.len() < MOST_EFFECTS {
             self.add(&fit, None);
         }
     }
@@ -292,9 +372,14 @@ impl<'a> Search<'a> {
     /// Adds one effect to a fit. `instead` is an effect that is known to bring the cost down to somewhat less than the
     /// number beside it: others that cannot are abandoned, and none is taken up that does not convince beside the rest.
     fn add(&mut self, from: &Fit, instead: Option<&Instead<'_>>) {
-        let trials = self
-            .problem
-            .additions(from, instead, self.savers, self.report);
+        let earlier = |spec| self.earlier.of(from, spec);
+        let asked = Asked {
+            instead,
+            earlier: &earlier,
+            savers: self.savers,
+            report: self.report,
+        };
+        let trials = self.problem.additions(from, &asked);
         // Of a round that was broken off, the best may not have been looked at: no effect is named by it.
         if self.problem.stop.wanted() {
             return;

@@ -84,10 +84,17 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
     let samples = (late.value() / h + 0.1).floor().max(0.0);
     let rest = (late - S::from_f64(samples * h)).scale(1.0 / h);
     let samples = samples as usize;
-    enter(seen, s, run, w.start, samples, (x0, before));
-    for k in w.start..w.start + w.len {
+    // One loop for what leads in and the window: the step is compiled into it.
+    let first = begin(seen, s, run, w.start, samples, (x0, before));
+    for k in first..w.start + w.len {
+        if k == w.start {
+            arrive(seen, s, run, (first, k), x0);
+        }
         let (t, start, before) = (s.t.value(), s.x, plant.seen(s));
         plant.step(s, S::from_f64(run.command(k, samples)), h);
+        if k < w.start {
+            continue;
+        }
         let now = plant.seen(s);
         let theta = earlier(
             before.theta,
@@ -260,6 +267,24 @@ fn enter<S: Scalar<Real = f64>>(
     late: usize,
     (x0, before): (State<S>, Option<&Before>),
 ) {
+    let first = begin(seen, s, run, start, late, (x0, before));
+    let plant = seen.plant_in(run.recording);
+    for k in first..start {
+        plant.step(s, S::from_f64(run.command(k, late)), run.h);
+    }
+    arrive(seen, s, run, (first, start), x0);
+}
+
+/// Sets the plant to the sample from which the entry at `start` is led in, which is returned; it may be `start` itself.
+#[inline(never)]
+fn begin<S: Scalar<Real = f64>>(
+    seen: &Observed<S>,
+    s: &mut PlantState<S>,
+    run: &Run,
+    start: usize,
+    late: usize,
+    (x0, before): (State<S>, Option<&Before>),
+) -> usize {
     let plant = seen.plant_in(run.recording);
     let zero = seen.zero(run.recording);
     let x0 = shifted(x0, zero);
@@ -281,12 +306,22 @@ fn enter<S: Scalar<Real = f64>>(
         plant.set_twist(s, before.twist);
         plant.place(s, at);
     }
-    for k in first..start {
-        plant.step(s, S::from_f64(run.command(k, late)), run.h);
-    }
+    first
+}
+
+/// Sets a plant that was led in from `first` to the mechanical state `x0` at `start`.
+#[inline(never)]
+fn arrive<S: Scalar<Real = f64>>(
+    seen: &Observed<S>,
+    s: &mut PlantState<S>,
+    run: &Run,
+    (first, start): (usize, usize),
+    x0: State<S>,
+) {
+    let plant = seen.plant_in(run.recording);
     if first < start {
         // How the two bodies stand and turn against each other stays.
-        plant.place(s, x0);
+        plant.place(s, shifted(x0, seen.zero(run.recording)));
     }
     plant.recall(s, run.reversals.to(start));
 }

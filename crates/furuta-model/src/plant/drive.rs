@@ -168,6 +168,7 @@ impl<S: Scalar> Plant<S> {
     }
 
     /// What acts on the rotor at an angle and speed of its own: motor, damping, and the effects on this side.
+    #[inline(always)]
     pub(super) fn shaft(&self, m: &TwoBody<S>, at: Moment<S>) -> Shaft<S> {
         let c = &self.coefficients;
         let effects = self.on_shaft(m, at);
@@ -178,28 +179,34 @@ impl<S: Scalar> Plant<S> {
     }
 
     /// What the effects on the motor's side do at the rotor's angle and speed.
+    #[inline(always)]
     pub(super) fn on_shaft(&self, m: &TwoBody<S>, at: Moment<S>) -> Shaft<S> {
-        let mut shaft = Shaft {
+        if self.acts.includes(Acts::SHAFT) {
+            return self.of_shaft_effects(m, at);
+        }
+        Shaft {
             free: S::ZERO,
             limit: S::ZERO,
-        };
-        if self.acts.includes(Acts::SHAFT) {
-            let x = State::new(m.rotor[0], m.x.alpha, m.rotor[1], m.x.alpha_dot);
-            let at = Instant {
-                clock: at.clock,
-                x: &x,
-                angle: Angle::of(x.alpha),
-                coefficients: &self.coefficients,
-                memory: at.memory,
-                volts: self.acting(m, at.volts),
-            };
-            [shaft.free, _] = self.add_torques_outside([S::ZERO; 2], &at, Bodies::Rotor);
-            if self.acts.includes(Acts::STATE) {
-                shaft.free += self.own_torque(&at, Bodies::Rotor, &m.inner)[0];
-            }
-            [shaft.limit, _] = self.dry_limit(&at, Bodies::Rotor);
         }
-        shaft
+    }
+
+    #[inline(never)]
+    fn of_shaft_effects(&self, m: &TwoBody<S>, at: Moment<S>) -> Shaft<S> {
+        let x = State::new(m.rotor[0], m.x.alpha, m.rotor[1], m.x.alpha_dot);
+        let at = Instant {
+            clock: at.clock,
+            x: &x,
+            angle: Angle::of(x.alpha),
+            coefficients: &self.coefficients,
+            memory: at.memory,
+            volts: self.acting(m, at.volts),
+        };
+        let [mut free, _] = self.add_torques_outside([S::ZERO; 2], &at, Bodies::Rotor);
+        if self.acts.includes(Acts::STATE) {
+            free += self.own_torque(&at, Bodies::Rotor, &m.inner)[0];
+        }
+        let [limit, _] = self.dry_limit(&at, Bodies::Rotor);
+        Shaft { free, limit }
     }
 
     /// Torque that a spring passes from rotor to arm, N m; none while they are free.
@@ -210,7 +217,13 @@ impl<S: Scalar> Plant<S> {
             return S::ZERO;
         }
         let twist = m.rotor[0] - m.x.theta - contact.side::<S>() * d.half_gap();
-        d.stiffness * twist + d.damping * (m.rotor[1] - m.x.theta_dot)
+        self.spring(twist, m.rotor[1] - m.x.theta_dot)
+    }
+
+    /// The same of a spring that is twisted by this angle (rad), and ever more at this speed (rad/s).
+    #[inline(always)]
+    pub(super) fn spring(&self, twist: S, speed: S) -> S {
+        self.drive.stiffness * twist + self.drive.damping * speed
     }
 
     /// Torque that rigid flanks pass from rotor to arm while both turn together, N m. The arm's dry `friction` (N m)

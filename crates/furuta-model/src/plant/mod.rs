@@ -14,6 +14,7 @@ mod speed;
 mod start;
 mod state;
 mod step;
+mod twisting;
 
 pub use error::PlantError;
 pub use own::MAX_OWN_STATES;

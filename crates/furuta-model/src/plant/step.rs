@@ -51,9 +51,10 @@ impl<S: Scalar> Plant<S> {
     pub fn step(&self, s: &mut PlantState<S>, u: S, h: S::Real) {
         // In lanes there are none: `Plant::new` sees to it.
         if S::LANES == 1 && self.acts.touches(EVENTS) {
-            let slides =
-                !self.acts.touches(UNLIKE_SLIDING) && self.slide::<_, INLINED>(s, u, Fixed(h));
-            if !slides {
+            if self.only_twists() {
+                self.twist_on(s, u, h);
+            } else if self.acts.touches(UNLIKE_SLIDING) || !self.slide::<_, INLINED>(s, u, Fixed(h))
+            {
                 self.step_through_events(s, u, h);
             }
         } else {
