@@ -119,7 +119,7 @@ fn model(c: &mut Criterion) {
     );
     // A kick that never comes has the plant look for events in each step.
     let coupling = effect("drive.compliance", &[0.05, 1e-4, 0.3, 0.0]);
-    let never = effect("disturbance.kick", &[1e-3, 1e6, 0.0]);
+    let never = effect("disturbance.kick", &[1e-3, 1e6, 0.1, 0.0]);
     let looks = [coupling, never];
     step::<f64>(&mut g, "f64, flexible coupling", &looks[..1]);
     step::<f64>(&mut g, "f64, flexible coupling, events looked for", &looks);

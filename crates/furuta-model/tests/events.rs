@@ -221,7 +221,7 @@ fn a_flexible_coupling_rings_at_its_frequency() {
 #[test]
 fn a_step_behind_a_spring_has_the_digits_of_one_that_looks_for_events() {
     type Dual = Jet<f64, 4>;
-    let never: (&str, &[f64]) = ("disturbance.kick", &[1e-3, 1e6, 0.0]);
+    let never: (&str, &[f64]) = ("disturbance.kick", &[1e-3, 1e6, 0.1, 0.0]);
     let spring: (&str, &[f64]) = ("drive.compliance", &[0.05, 1e-4, 0.3, 0.0]);
     let beside: [&[(&str, &[f64])]; 5] = [
         &[],
