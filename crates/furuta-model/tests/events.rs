@@ -225,9 +225,9 @@ fn a_step_behind_a_spring_has_the_digits_of_one_that_looks_for_events() {
     let spring: (&str, &[f64]) = ("drive.compliance", &[0.05, 1e-4, 0.3, 0.0]);
     let beside: [&[(&str, &[f64])]; 5] = [
         &[],
-        &[("arm.coulomb", &[3e-4]), ("pendulum.coulomb", &[2e-5])],
+        &[("arm.coulomb", &[3e-4]), ("pendulum.coulomb", &[4e-4])],
         &[("arm.cogging", &[1e-3, 4.0, 0.3])],
-        &[("motor.lag", &[0.004]), ("pendulum.coulomb", &[2e-5])],
+        &[("motor.lag", &[0.004]), ("pendulum.coulomb", &[4e-4])],
         &[
             ("arm.stribeck", &[2e-4, 2.0, 0.5]),
             ("arm.spring", &[2e-3, 0.1]),

@@ -213,7 +213,7 @@ pub(super) fn possible(smaller: &Hypothesis, larger: &Fit) -> bool {
     (h.effects.iter().enumerate())
         .filter(|(_, e)| !smaller.has(e.id))
         .flat_map(|(i, e)| e.parameters.iter().zip(&values[h.offset(i)..]))
-        .filter(|(p, _)| matches!(p.kind, Kind::Real | Kind::Rest))
+        .filter(|(p, _)| p.kind == Kind::Real)
         .all(|(p, value)| {
             let scale = p.typical(&h.sheet.params).abs();
             let at = |bound: f64| bound != p.off && (value - bound).abs() <= ROUNDING * scale;
