@@ -206,7 +206,8 @@ impl Problem<'_> {
 }
 
 /// Whether no number of what `larger` has and `smaller` has not ended at a bound of its range. A bound that means no
-/// effect does not count, nor does all of a share.
+/// effect does not count, nor does all of a share. Nor does an angle of rest: a spring that rests far away is a push,
+/// and a search finds an offset by way of it.
 pub(super) fn possible(smaller: &Hypothesis, larger: &Fit) -> bool {
     let h: &Hypothesis = &larger.model;
     let values = h.physical(&larger.z);

@@ -14,7 +14,8 @@ use super::judge::{Judge, Judged};
 use super::progress::Teller;
 use super::request::Options;
 use super::result::{Part, Suspected};
-use super::search::{Rival, Search, Searched};
+use super::search::{Rival, Search};
+use super::searched::Searched;
 use super::{Fit, constancy, horizons, savers, thinned};
 use crate::shooting::{Data, Effort, Problem};
 
@@ -129,8 +130,8 @@ impl Work<'_> {
             _ if hurry.wanted() => None,
             Some(several) if several.model.effects.len() < 2 => None,
             _ => {
-                let found = (part.as_ref(), search.at_first());
-                self.among_all(&refitted, several.as_ref(), found)
+                let known = (part.as_ref(), search.at_first());
+                self.among_all(&refitted, several.as_ref(), known)
             }
         };
         let mut search = match &rare {
@@ -279,7 +280,7 @@ impl Work<'_> {
         &'s self,
         refitted: &Fit,
         several: Option<&Fit>,
-        (part, found): (Option<&'s thinned::Part<'s>>, Searched),
+        (part, known): (Option<&'s thinned::Part<'s>>, Searched),
     ) -> Option<(Fit, Vec<Rival>)> {
         const STAGE: &str = "searching among rare effects";
         self.teller.stage(STAGE);
@@ -302,7 +303,7 @@ impl Work<'_> {
         let part = part.or(smaller.as_ref());
         let mut search = self.begun(part, &narrow, &told);
         if smaller.is_none() {
-            search = search.knowing(found);
+            search = search.knowing(known);
         }
         let most = several.map_or(USUAL + 1, |f| f.model.effects.len() - 1);
         let may_grow = |search: &Search<'_>| {

@@ -44,6 +44,7 @@ pub mod result;
 mod savers;
 mod screen;
 mod search;
+mod searched;
 mod thinned;
 mod torque;
 mod transients;

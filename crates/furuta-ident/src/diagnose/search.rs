@@ -6,17 +6,18 @@
 //! when no neighbour of the best set is better; what came near the best is a rival. It may begin with a part of the
 //! windows (`thinned`) and go on with all.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use furuta_model::Spec;
 use rayon::prelude::*;
 
 use super::Fit;
-use super::additions::{Asked, Earlier, Instead, Trial};
+use super::additions::{Asked, Instead, Trial};
 use super::criteria::CRITERIA;
 use super::evidence::possible;
 use super::hypothesis::Hypothesis;
 use super::savers::Savers;
+use super::searched::{Searched, Set, set};
 use super::thinned::FAR;
 use crate::shooting::{Effort, Problem};
 
@@ -27,48 +28,6 @@ pub(super) const MOST_EFFECTS: usize = 4;
 const BEAM: usize = 3;
 /// Sets that are gone through at most.
 const MOST_SETS: usize = 16;
-
-/// A set of effects by their ids, sorted.
-type Set = Vec<&'static str>;
-
-fn ids(h: &Hypothesis) -> impl Iterator<Item = &'static str> {
-    h.effects.iter().map(|e| e.id)
-}
-
-fn set(h: &Hypothesis) -> Set {
-    let mut ids: Set = ids(h).collect();
-    ids.sort_unstable();
-    ids
-}
-
-/// What a search has found over the windows of one problem.
-#[derive(Clone, Default)]
-pub(super) struct Searched {
-    fits: BTreeMap<Set, Fit>,
-    /// The sets to which one more effect was tried, of which entries.
-    grown: BTreeSet<Set>,
-    looked_for: Vec<&'static Spec>,
-}
-
-impl Searched {
-    /// What it says of an effect added to a fit.
-    fn of(&self, from: &Fit, spec: &'static Spec) -> Earlier {
-        if !self.looked_for.iter().any(|e| e.id == spec.id) {
-            return Earlier::New;
-        }
-        let model = from.model.with(spec);
-        match self.fits.get(&set(&model)) {
-            // Of the same effects in another order the numbers stand in another one.
-            Some(fit) if ids(&fit.model).eq(ids(&model)) => {
-                let mut fit = fit.clone();
-                fit.model = model;
-                Earlier::Fitted(fit)
-            }
-            None if self.grown.contains(&set(&from.model)) => Earlier::Left,
-            _ => Earlier::New,
-        }
-    }
-}
 
 /// What is known of a set.
 struct Node {

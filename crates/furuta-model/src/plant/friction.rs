@@ -31,6 +31,17 @@ impl Dry {
     }
 }
 
+/// Whether a body that has moved with the speed `before` moves the other way `after`; what is not a number turns.
+#[inline(always)]
+pub(super) fn turns<R: Scalar<Real = R> + PartialOrd>(before: R, after: R) -> bool {
+    let goes_on = if before < R::ZERO {
+        after <= R::ZERO
+    } else {
+        after >= R::ZERO
+    };
+    !goes_on
+}
+
 /// Torques without dry friction, inverse inertia, and the largest torques of dry friction, all at one moment.
 #[derive(Copy, Clone, Debug)]
 pub(super) struct Balance<S> {

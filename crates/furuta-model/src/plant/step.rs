@@ -1,7 +1,7 @@
 //! One sample period: the stretches between times at which something is known to jump, and RK4 over a smooth one.
 
 use super::drive::{Bodies, Moment};
-use super::friction::Balance;
+use super::friction::{Balance, turns};
 use super::{EVENTS, MAX_DELAY_SAMPLES, Plant, PlantState};
 use crate::effects::{Acts, Clock, Law};
 use crate::integrate::{Field, Fixed, Length, Stage, Variable, rk4};
@@ -186,15 +186,7 @@ impl<S: Scalar> Plant<S> {
         };
         let x = rk4(s.x, h, &field);
         let after = [x.theta_dot.real(), x.alpha_dot.real()];
-        // Written so that what is not a number turns.
-        let turns = |i: usize| {
-            let goes_on = if field.backward[i] {
-                after[i] <= zero
-            } else {
-                after[i] >= zero
-            };
-            !goes_on
-        };
+        let turns = |i: usize| turns(before[i], after[i]);
         if turns(0) || turns(1) {
             // An axis without friction may turn.
             let limit = self.limit_now(s, field.clocks[0], volts[0]);

@@ -2,7 +2,7 @@
 //! little more than the cost of a smooth step. What [`super::events`] does there comes to the same digits.
 
 use super::drive::{Bodies, Moment, TwoBody};
-use super::friction::Dry;
+use super::friction::{Dry, turns};
 use super::own::STATES;
 use super::state::Contact;
 use super::step::{Driven, clocks};
@@ -69,7 +69,6 @@ struct Twisting<'a, S> {
     load: Coefficients<S>,
     driven: &'a Driven<S>,
     clocks: [Clock<S>; 3],
-    memory: S,
     /// Of rotor and pendulum.
     dry: [Dry; 2],
 }
@@ -81,7 +80,7 @@ impl<S: Scalar> Field<Three<S>> for Twisting<'_, S> {
         let at = Moment {
             clock: self.clocks[i],
             volts: self.driven.volts[i],
-            memory: self.memory,
+            memory: S::ZERO,
             pressed: Contact::Free,
         };
         let passed = p.spring(m.rotor[0] - m.x.theta, m.rotor[1] - m.x.theta_dot);
@@ -161,20 +160,11 @@ impl<S: Scalar> Plant<S> {
             load: self.load(),
             driven: &driven,
             clocks: clocks(s, h),
-            memory: s.memory,
             dry,
         };
         let end = rk4(start, h, &field);
-        // Written so that what is not a number turns.
-        let goes_on = |before: S::Real, after: S::Real| {
-            if before < zero {
-                after <= zero
-            } else {
-                after >= zero
-            }
-        };
         let after = speeds(&end);
-        if rubs && !(goes_on(before[0], after[0]) && goes_on(before[1], after[1])) {
+        if rubs && [0, 1].iter().any(|&i| turns(before[i], after[i])) {
             return false;
         }
         (s.x, s.rotor) = (end.x, end.rotor);
