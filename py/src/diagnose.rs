@@ -55,7 +55,7 @@ fn seconds(limit: f64) -> PyResult<Duration> {
 /// thorough : bool, optional
 ///     Follow every candidate from every start to the end, however little it promises: several times as slow, and to
 ///     the same names where what saves time is sound.
-/// candidates : list of str, Hypothesis or path, optional
+/// candidates : str, Hypothesis or path, or a list of them, optional
 ///     Effects to be looked for from the outset beside those that always are: ids of the catalogue
 ///     (`catalogue()[id]["offered"]`), laws of your own, or files with some (`.toml`).
 /// pendulum : {"swings", "removed", "locked", "alone", "driven"}, optional
@@ -123,7 +123,7 @@ pub(crate) fn diagnose(
     same_zero: bool,
     time_limit: Option<f64>,
     thorough: bool,
-    candidates: Option<Vec<Bound<'_, PyAny>>>,
+    candidates: Option<Bound<'_, PyAny>>,
     pendulum: &str,
     every: usize,
     span: Option<(f64, f64)>,
@@ -138,7 +138,7 @@ pub(crate) fn diagnose(
             "plan: an experiment is planned for a rig whose pendulum swings",
         ));
     }
-    let candidates = crate::hypothesis::candidates(&candidates.unwrap_or_default())?;
+    let candidates = crate::hypothesis::candidates(candidates.as_ref())?;
     let rig = rig.rig.clone();
     let Chosen {
         recordings,

@@ -329,26 +329,39 @@ impl EffectLike<'_> {
     }
 }
 
-/// What is to be looked for beside what always is: ids of the catalogue, laws of the user's own, files with some.
-pub(crate) fn candidates(given: &[Bound<'_, PyAny>]) -> PyResult<Vec<&'static Spec>> {
-    let mut all: Vec<&'static Spec> = Vec::new();
-    for one in given {
-        let found = if let Ok(own) = one.cast::<PyHypothesis>() {
-            vec![own.get().spec]
-        } else if let Ok(id) = one.extract::<String>() {
-            if id.ends_with(".toml") {
-                own::load(id).map_err(error::rig)?
-            } else {
-                vec![crate::catalogue::entry(&id)?]
-            }
-        } else if let Ok(path) = one.extract::<std::path::PathBuf>() {
-            own::load(path).map_err(error::rig)?
+/// One thing that is to be looked for, which may be a file with several; `None` if it is none.
+fn candidate(given: &Bound<'_, PyAny>) -> PyResult<Option<Vec<&'static Spec>>> {
+    let found = if let Ok(own) = given.cast::<PyHypothesis>() {
+        vec![own.get().spec]
+    } else if let Ok(id) = given.extract::<String>() {
+        if id.ends_with(".toml") {
+            own::load(id).map_err(error::rig)?
         } else {
-            return Err(PyTypeError::new_err(
-                "candidates: give ids, furuta.Hypothesis, or paths of files with laws",
-            ));
-        };
-        for spec in found {
+            vec![crate::catalogue::entry(&id)?]
+        }
+    } else if let Ok(path) = given.extract::<std::path::PathBuf>() {
+        own::load(path).map_err(error::rig)?
+    } else {
+        return Ok(None);
+    };
+    Ok(Some(found))
+}
+
+/// What is to be looked for beside what always is: ids of the catalogue, laws of the user's own, files with some; a list
+/// or one alone.
+pub(crate) fn candidates(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<&'static Spec>> {
+    let Some(given) = given else {
+        return Ok(Vec::new());
+    };
+    if let Some(alone) = candidate(given)? {
+        return Ok(alone);
+    }
+    let wrong = || {
+        PyTypeError::new_err("candidates: give ids, furuta.Hypothesis, or paths of files with laws")
+    };
+    let mut all: Vec<&'static Spec> = Vec::new();
+    for one in given.try_iter().map_err(|_| wrong())? {
+        for spec in candidate(&one?)?.ok_or_else(wrong)? {
             if all
                 .iter()
                 .any(|other| other.id == spec.id && !other.is_same(spec))

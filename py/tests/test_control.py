@@ -68,6 +68,20 @@ def test_responses_there_and_back():
         furuta.Frf.from_control(RIG.to_ss(), f)
 
 
+def test_a_measured_response_there_and_back():
+    """A recording is sampled: python-control refuses to evaluate such data on the unit circle."""
+    u = furuta.signal("prbs", 20.0, 0.002, amplitude=0.5)
+    x = furuta.simulate(RIG, [0, np.pi, 0, 0], u[:-1], 0.002)
+    data = {"t": 0.002 * np.arange(len(u)), "u": u, "theta": x[:, 0], "alpha": x[:, 1]}
+    measured = furuta.frf(data)
+    assert len(measured.frequency) > 10
+    again = furuta.Frf.from_control(measured.to_control())
+    assert again.sample_period == measured.sample_period == pytest.approx(0.002)
+    assert np.allclose(again.frequency, measured.frequency) and np.allclose(again.response, measured.response)
+    few = measured.frequency[:2]
+    assert np.allclose(furuta.Frf.from_control(measured.to_control(), few).response, measured.response[:2])
+
+
 def test_comparisons_take_functions():
     rig = furuta.Rig.load("fong2014-emecs")
     function = rig.with_effect("arm.spring", stiffness=0.01, rest=0.0)

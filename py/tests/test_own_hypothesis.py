@@ -128,6 +128,14 @@ def test_mistakes_are_shown(brake):
         furuta.Rig.load("qube-servo-2").with_effect(brake, q=1)
     with pytest.raises(TypeError, match="candidates"):
         furuta.diagnose({"t": [0]}, "qube-servo-2", candidates=[3])
+    with pytest.raises(TypeError, match="candidates"):
+        furuta.diagnose({"t": [0]}, "qube-servo-2", candidates=3)
+    # One alone, without a list around it: the id is looked up, the recording is what is refused.
+    with pytest.raises(furuta.RigError, match="arm.lugr` is not in the catalogue"):
+        furuta.diagnose({"t": [0]}, "qube-servo-2", candidates="arm.lugr")
+    for alone in ("arm.lugre", brake):
+        with pytest.raises(furuta.RecordingError):
+            furuta.diagnose({"t": [0]}, "qube-servo-2", candidates=alone)
     other = furuta.Hypothesis("user.brake", parameters=BRAKE["parameters"], arm="-2*k*theta_dot/v*v")
     with pytest.raises(furuta.RigError, match="two different laws are called user.brake"):
         furuta.diagnose({"t": [0]}, "qube-servo-2", candidates=[brake, other])

@@ -52,18 +52,22 @@ def response_data(frf: Frf) -> Any:
 def response(system: Any, frequency: Any = None) -> Frf:
     """The response of a python-control system; see `furuta.Frf.from_control`."""
     _control()
+    measured = getattr(system, "omega", None)
     if frequency is None:
-        # FrequencyResponseData has its own.
-        omega = getattr(system, "omega", None)
-        if omega is None:
+        if measured is None:
             raise IdentificationError(
                 "frequency must be given for a system that is no frequency response data: Hz, ascending"
             )
-        frequency = np.asarray(omega) / (2 * np.pi)
+        frequency = np.asarray(measured) / (2 * np.pi)
     frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
-    answer = system.frequency_response(2 * np.pi * frequency, squeeze=False)
-    # Its name before python-control 0.10.1.
-    values = np.asarray(answer.frdata if hasattr(answer, "frdata") else answer.fresp)
+    omega = 2 * np.pi * frequency
+    if measured is None:
+        answer = system.frequency_response(omega, squeeze=False)
+        # Its name before python-control 0.10.1.
+        values = np.asarray(answer.frdata if hasattr(answer, "frdata") else answer.fresp)
+    else:
+        # Sampled data refuse `frequency_response`, which asks for points of the unit circle.
+        values = np.asarray(system.eval(omega, squeeze=False))
     values = values.reshape(-1, len(frequency))
     if len(values) != 1:
         raise IdentificationError(

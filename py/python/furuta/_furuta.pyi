@@ -835,7 +835,7 @@ def diagnose(
     same_zero: bool = False,
     time_limit: float | None = 60.0,
     thorough: bool = False,
-    candidates: Sequence[str | os.PathLike[str] | Hypothesis] | None = None,
+    candidates: str | os.PathLike[str] | Hypothesis | Sequence[str | os.PathLike[str] | Hypothesis] | None = None,
     pendulum: Literal["swings", "removed", "locked", "alone", "driven"] = "swings",
     every: int = 1,
     span: tuple[float, float] | None = None,

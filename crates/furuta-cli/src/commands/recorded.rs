@@ -40,7 +40,7 @@ pub(crate) struct RecordedArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     every: u32,
     /// Use this span of each recording, seconds from its first sample (2.5..60).
-    #[arg(long, value_name = "A..B", value_parser = span)]
+    #[arg(long, value_name = "A..B", value_parser = span, allow_hyphen_values = true)]
     span: Option<Range<f64>>,
 }
 

@@ -29,7 +29,7 @@ pub(crate) enum Kind {
     Noise,
 }
 
-/// What shapes a test signal. What a signal has no use for is ignored.
+/// What shapes a test signal. What a signal has no use for is refused.
 #[derive(clap::Args, Debug)]
 pub(crate) struct SignalArgs {
     /// Size of a test signal: height of a step, largest of the steps, end of the ramp, amplitude of chirp and PRBS, RMS
@@ -37,23 +37,23 @@ pub(crate) struct SignalArgs {
     #[arg(long, value_name = "VOLTS", allow_hyphen_values = true)]
     amplitude: Option<f64>,
     /// Frequencies of chirp (which falls; 0,8 if not given), multisine and noise (0.2,6), Hz.
-    #[arg(long, value_name = "LOW,HIGH", value_parser = band)]
+    #[arg(long, value_name = "LOW,HIGH", value_parser = band, allow_hyphen_values = true)]
     band: Option<[f64; 2]>,
     /// How long `steps` (0.7) and `prbs` (0.05) hold a voltage.
     #[arg(long, value_name = "SECONDS")]
     hold: Option<f64>,
-    /// How the chirp's frequency falls.
-    #[arg(long, value_enum, default_value_t = By::Linear)]
-    sweep: By,
-    /// Number of sines in the multisine, spaced evenly in their logarithm.
-    #[arg(long, value_name = "N", default_value_t = 12)]
-    lines: usize,
-    /// Which harmonics the multisine has.
-    #[arg(long, value_enum, default_value_t = Grid::Logarithmic)]
-    harmonics: Grid,
-    /// The PRBS repeats after 2^N - 1 holds, N from 2 to 20.
-    #[arg(long, value_name = "N", default_value_t = 7)]
-    order: u32,
+    /// How the chirp's frequency falls; `linear` if not given.
+    #[arg(long, value_enum)]
+    sweep: Option<By>,
+    /// Number of sines in the multisine, spaced evenly in their logarithm; 12 if not given.
+    #[arg(long, value_name = "N")]
+    lines: Option<usize>,
+    /// Which harmonics the multisine has; `logarithmic` if not given.
+    #[arg(long, value_enum)]
+    harmonics: Option<Grid>,
+    /// The PRBS repeats after 2^N - 1 holds, N from 2 to 20; 7 if not given.
+    #[arg(long, value_name = "N")]
+    order: Option<u32>,
     /// Another noise, another place in the PRBS, other detection lines and phases.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
@@ -101,17 +101,47 @@ pub(crate) struct Built {
 impl SignalArgs {
     /// Refuses what shapes a test signal where there is none.
     pub(crate) fn not_without_signal(&self) -> Result<(), Failure> {
-        let given = [
-            ("--amplitude", self.amplitude.is_some()),
-            ("--hold", self.hold.is_some()),
-        ];
-        match given.iter().find(|(_, given)| *given) {
+        match self.given().next() {
             None => Ok(()),
             Some((name, _)) => Err(Failure::new(format!(
                 "{name} shapes a test signal, and none is asked for: give one (--input chirp, steps, multisine, ...), \
                  or leave {name} out"
             ))),
         }
+    }
+
+    /// What was given of what only some signals have, and which ones.
+    fn given(&self) -> impl Iterator<Item = (&'static str, &'static [Kind])> {
+        use Kind::{Chirp, Multisine, Noise, Prbs, Ramp, Step, Steps};
+        let all: [(_, _, &[Kind]); 7] = [
+            (
+                "--amplitude",
+                self.amplitude.is_some(),
+                &[Step, Steps, Ramp, Chirp, Multisine, Prbs, Noise],
+            ),
+            ("--band", self.band.is_some(), &[Chirp, Multisine, Noise]),
+            ("--hold", self.hold.is_some(), &[Steps, Prbs]),
+            ("--sweep", self.sweep.is_some(), &[Chirp]),
+            ("--lines", self.lines.is_some(), &[Multisine]),
+            ("--harmonics", self.harmonics.is_some(), &[Multisine]),
+            ("--order", self.order.is_some(), &[Prbs]),
+        ];
+        let given = all.into_iter().filter(|(_, given, _)| *given);
+        given.map(|(name, _, kinds)| (name, kinds))
+    }
+
+    /// Refuses what shapes another signal than this one.
+    fn not_of_another(&self, kind: Kind) -> Result<(), Failure> {
+        let Some((name, kinds)) = self.given().find(|(_, kinds)| !kinds.contains(&kind)) else {
+            return Ok(());
+        };
+        let word = |kind: &Kind| format!("{kind:?}").to_lowercase();
+        let all: Vec<String> = kinds.iter().map(word).collect();
+        Err(Failure::new(format!(
+            "{name} is of {}: {} has none, leave it out",
+            all.join(", "),
+            word(&kind)
+        )))
     }
 
     /// Noise of this RMS in the band asked for, whatever its unit is.
@@ -129,6 +159,7 @@ impl SignalArgs {
         rig: &Rig,
         part: f64,
     ) -> Result<Built, Failure> {
+        self.not_of_another(kind)?;
         let limit = rig.params.motor.command_limit;
         let unit = rig.params.motor.actuation.unit();
         let amplitude = self.amplitude.unwrap_or(part * limit);
@@ -137,7 +168,9 @@ impl SignalArgs {
                 "--amplitude {amplitude} {unit} is beyond the rig's command limit of {limit} {unit}"
             )));
         }
-        let [low, high] = self.band.unwrap_or(match (kind, self.sweep) {
+        let sweep = self.sweep.unwrap_or(By::Linear);
+        let harmonics = self.harmonics.unwrap_or(Grid::Logarithmic);
+        let [low, high] = self.band.unwrap_or(match (kind, sweep) {
             (Kind::Chirp, By::Linear) => [0.0, 8.0],
             (Kind::Chirp, By::Logarithmic) => [0.1, 8.0],
             _ => [0.2, 6.0],
@@ -149,7 +182,7 @@ impl SignalArgs {
             Kind::Steps => Steps::new(amplitude, self.hold.unwrap_or(0.7))?.into(),
             Kind::Ramp => Ramp::new(0.0, amplitude, duration)?.into(),
             Kind::Chirp => {
-                let sweep = match self.sweep {
+                let sweep = match sweep {
                     By::Linear => Sweep::Linear,
                     By::Logarithmic => Sweep::Logarithmic,
                 };
@@ -157,17 +190,17 @@ impl SignalArgs {
             }
             Kind::Multisine => {
                 let fundamental = Multisine::fundamental_for(duration);
-                let lines = match self.harmonics {
-                    Grid::Logarithmic => Harmonics::Logarithmic(self.lines),
+                let lines = match harmonics {
+                    Grid::Logarithmic => Harmonics::Logarithmic(self.lines.unwrap_or(12)),
                     Grid::Detecting => Harmonics::Detecting(self.seed),
                 };
-                let phases = match self.harmonics {
+                let phases = match harmonics {
                     Grid::Logarithmic => Phases::Schroeder,
                     Grid::Detecting => Phases::Random(self.seed),
                 };
                 let start = Multisine::new(amplitude, fundamental, low, high, lines, phases)?;
                 // Random phases are what makes distortion look like noise: they stay.
-                let (signal, CrestFactors { before, after }) = match self.harmonics {
+                let (signal, CrestFactors { before, after }) = match harmonics {
                     Grid::Logarithmic => start.optimised(RESTARTS),
                     Grid::Detecting => {
                         let crest = start.crest_factor();
@@ -189,7 +222,7 @@ impl SignalArgs {
                 signal.into()
             }
             Kind::Prbs => {
-                Prbs::new(amplitude, self.order, self.hold.unwrap_or(0.05), self.seed)?.into()
+                Prbs::new(amplitude, self.order.unwrap_or(7), self.hold.unwrap_or(0.05), self.seed)?.into()
             }
             Kind::Noise => Noise::new(amplitude, low, high, self.seed)?.into(),
         };

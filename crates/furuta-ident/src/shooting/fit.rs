@@ -85,7 +85,8 @@ fn prior_weight(left: f64, floor: f64) -> f64 {
 #[derive(Copy, Clone, Debug)]
 pub(crate) struct Effort {
     pub(crate) iterations: usize,
-    /// Stop when a step gains less than this share of the cost.
+    /// Stop when a step gains less than this share of the cost, or of what noise alone leaves where the cost is less:
+    /// a gain far below that moves no number by a part of its standard deviation that shows.
     pub(crate) tolerance: f64,
     /// The cost to which the fit must come down: it is abandoned when it will not.
     pub(crate) goal: f64,
@@ -231,6 +232,7 @@ impl<'a> Problem<'a> {
             problem: self,
             bounds: &bounds,
             effort,
+            floor: self.floor(),
         };
         let rules = Rules {
             iterations: effort.iterations,
@@ -314,13 +316,15 @@ struct Fitting<'a, 'b> {
     problem: &'a Problem<'b>,
     bounds: &'a [(f64, f64)],
     effort: Effort,
+    /// What noise alone leaves.
+    floor: f64,
 }
 
 impl Fitting<'_, '_> {
     /// Whether a fit that must come down to a goal may be abandoned: far from the noise, the first steps may gain
     /// little.
     fn may_end<M>(&self, here: &Fit<M>, iteration: usize) -> bool {
-        iteration >= PATIENCE || here.cost < NEAR * self.problem.floor()
+        iteration >= PATIENCE || here.cost < NEAR * self.floor
     }
 
     fn ratio(iteration: usize) -> f64 {
@@ -362,7 +366,8 @@ impl<M: Model> LeastSquares<Fit<M>> for Fitting<'_, '_> {
     fn reached(&self, place: &mut Fit<M>, gain: f64, iteration: usize) -> bool {
         let before = place.cost + gain;
         let is_small = |gain: f64, cost: f64| {
-            gain < self.effort.tolerance * cost || gain < FINE * (cost - self.effort.reference)
+            gain < self.effort.tolerance * cost.max(self.floor)
+                || gain < FINE * (cost - self.effort.reference)
         };
         // Before a fit ends, every window is looked at once more.
         let ends = is_small(gain, place.cost);

@@ -28,7 +28,7 @@ const RATE: f64 = 500.0;
 pub(super) struct JudgeArgs {
     /// Amplitudes of the arm's speed (rad/s), the pendulum's speed (rad/s) and the command (V) for which friction, dead
     /// zone, saturation and asymmetry are replaced by their describing functions; 0: left out of the poles.
-    #[arg(long, value_name = "ARM,PENDULUM,COMMAND", value_parser = amplitudes)]
+    #[arg(long, value_name = "ARM,PENDULUM,COMMAND", value_parser = amplitudes, allow_hyphen_values = true)]
     amplitudes: Option<Amplitudes>,
     /// Draw gain and phase of the loop, broken at the command (SVG).
     #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]

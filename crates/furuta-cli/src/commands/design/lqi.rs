@@ -22,7 +22,7 @@ pub(crate) struct Args {
     common: CommonArgs,
     /// Diagonal of Q for theta, alpha, theta_dot, alpha_dot, integral of theta. If neither Q nor R is given: what
     /// `kind = "lqi"` takes.
-    #[arg(long, value_name = "A,B,C,D,E", value_parser = weights, requires = "r")]
+    #[arg(long, value_name = "A,B,C,D,E", value_parser = weights, allow_hyphen_values = true, requires = "r")]
     q: Option<[f64; 5]>,
     /// Weight of the command.
     #[arg(long, value_name = "R", value_parser = positive, requires = "q")]

@@ -34,7 +34,7 @@ pub(crate) struct Args {
     parameters: Vec<String>,
     /// Diagonal of Q for theta, alpha, theta_dot, alpha_dot. If neither Q nor R is given: what `furuta run` balances
     /// with.
-    #[arg(long, value_name = "A,B,C,D", value_parser = weights, requires = "r")]
+    #[arg(long, value_name = "A,B,C,D", value_parser = weights, allow_hyphen_values = true, requires = "r")]
     q: Option<[f64; 4]>,
     /// Weight of the command.
     #[arg(long, value_name = "R", value_parser = positive, requires = "q")]

@@ -80,7 +80,7 @@ pub(crate) struct Measure {
     #[arg(long, value_name = "N", default_value_t = 1, requires = "period")]
     discard: usize,
     /// Frequencies to give; all if not given.
-    #[arg(long, value_name = "LOW,HIGH", value_parser = crate::commands::signal::band)]
+    #[arg(long, value_name = "LOW,HIGH", value_parser = crate::commands::signal::band, allow_hyphen_values = true)]
     band: Option<[f64; 2]>,
 }
 

@@ -36,7 +36,7 @@ pub(crate) struct Args {
     pendulum_angle: Option<f64>,
     /// Diagonal of Q for theta, alpha, theta_dot, alpha_dot. If neither Q nor R is given: what `furuta run` balances
     /// with, the arm so stiff that the step asks for twice the full command.
-    #[arg(long, value_name = "A,B,C,D", value_parser = weights, requires = "r")]
+    #[arg(long, value_name = "A,B,C,D", value_parser = weights, allow_hyphen_values = true, requires = "r")]
     q: Option<[f64; 4]>,
     /// Weight of the command.
     #[arg(long, value_name = "R", value_parser = positive, requires = "q")]
