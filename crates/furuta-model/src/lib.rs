@@ -13,6 +13,7 @@
 //! | [`dynamics`], [`energy`] | manipulator form `M(q) q'' + bias + gravity = torque`, kinetic and potential energy |
 //! | [`effects`] | what the equations leave out: friction, springs, dead zones, delays, ... one file each |
 //! | [`plant`], [`integrate`] | a rig with its effects, stepped by RK4 under a held command |
+//! | [`vectors`] | work on dual numbers, compiled for the processor's vectors |
 //! | [`mod@linearize`], [`discretize`], [`transfer`] | exact Jacobians; zero-order-hold discretisation; transfer functions |
 //! | [`mod@linear_plant`] | the linear model of a rig with its effects, about where it rests upright |
 //! | [`zero_dynamics`] | the arm's motion under a pendulum that follows a prescribed one |
@@ -58,6 +59,7 @@ pub mod simulate;
 pub mod state;
 pub mod transfer;
 pub mod trig;
+pub mod vectors;
 pub mod zero_dynamics;
 
 pub use actuation::Actuation;

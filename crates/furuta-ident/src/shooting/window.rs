@@ -1,9 +1,9 @@
 //! One window: its initial state, a nuisance that is solved for, and how its predictions depend on that state and on
 //! the parameters.
 
+use furuta_model::vectors::{Vectorised, in_vectors};
 use furuta_model::{Jet, PlantState, State};
 use nalgebra::{Cholesky, Matrix4, Vector4};
-use pulp::NullaryFnOnce;
 
 use super::data::{Data, Run, Window};
 use super::model::{Model, Observed};
@@ -61,22 +61,11 @@ pub(super) fn normal<const N: usize>(
         before: start.before.as_ref(),
         block,
     };
-    let mut out = in_vectors(linearised);
+    let mut out = in_vectors::<Jet<f64, N>, _>(linearised);
     if !out.cost.is_finite() {
         out.cost = f64::INFINITY;
     }
     out
-}
-
-/// In vectors of four numbers where the processor has them; the arithmetic, and so every bit, is the same in all.
-/// Builds for development spare the compiler a second version of the whole model, and all builds a third, for vectors
-/// of eight, which few dual numbers fill.
-fn in_vectors<F: NullaryFnOnce>(f: F) -> F::Output {
-    #[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
-    if let Some(wide) = pulp::x86::V3::try_new() {
-        return wide.vectorize(f);
-    }
-    f.call()
 }
 
 /// What [`normal`] does, for [`in_vectors`].
@@ -91,7 +80,7 @@ struct Linearised<'a, const N: usize> {
     block: Option<usize>,
 }
 
-impl<const N: usize> NullaryFnOnce for Linearised<'_, N> {
+impl<const N: usize> Vectorised for Linearised<'_, N> {
     type Output = WindowNormal<N>;
 
     #[inline(always)]

@@ -3,11 +3,12 @@
 use super::Plant;
 use super::crossing::Cubic;
 use super::drive::{Bodies, Moment, TwoBody};
-use super::events::{Event, Stages};
+use super::events::Event;
 use super::friction::Balance;
 use super::own::STATES;
 use super::regime::{How, Regime};
 use super::state::{Contact, PlantState};
+use super::trial::Stages;
 use crate::effects::Acts;
 use crate::scalar::Scalar;
 use crate::state::State;

@@ -190,7 +190,7 @@ impl<S: Scalar> Plant<S> {
         }
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn of_shaft_effects(&self, m: &TwoBody<S>, at: Moment<S>) -> Shaft<S> {
         let x = State::new(m.rotor[0], m.x.alpha, m.rotor[1], m.x.alpha_dot);
         let at = Instant {
@@ -201,11 +201,10 @@ impl<S: Scalar> Plant<S> {
             memory: at.memory,
             volts: self.acting(m, at.volts),
         };
-        let [mut free, _] = self.add_torques_outside([S::ZERO; 2], &at, Bodies::Rotor);
+        let ([mut free, _], [limit, _]) = self.with_effects([S::ZERO; 2], &at, Bodies::Rotor);
         if self.acts.includes(Acts::STATE) {
             free += self.own_torque(&at, Bodies::Rotor, &m.inner)[0];
         }
-        let [limit, _] = self.dry_limit(&at, Bodies::Rotor);
         Shaft { free, limit }
     }
 

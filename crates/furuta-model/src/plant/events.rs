@@ -6,14 +6,15 @@
 //! scalar, which gives dual numbers the event's exact derivative.
 
 use super::crossing::{Cubic, share};
-use super::drive::{Moment, TwoBody};
+use super::drive::TwoBody;
 use super::friction::Dry;
 use super::regime::{How, Regime};
 use super::state::Contact;
-use super::step::{Driven, clocks};
+use super::step::Driven;
+use super::trial::Stages;
 use super::{Plant, PlantState};
-use crate::effects::{Acts, Clock};
-use crate::integrate::{Fixed, Length, Stage, Variable, rk4};
+use crate::effects::Acts;
+use crate::integrate::{Fixed, Length, Variable};
 use crate::scalar::Scalar;
 use crate::state::State;
 
@@ -45,25 +46,6 @@ struct Decided {
     loose: [Option<Dry>; 2],
     apart: bool,
     released: bool,
-}
-
-/// What drives the arm, and the times, at a stretch's start, middle and end.
-pub(super) struct Stages<S> {
-    driven: Driven<S>,
-    clocks: [Clock<S>; 3],
-}
-
-impl<S: Scalar> Stages<S> {
-    /// What torques depend on at one of them.
-    #[inline(always)]
-    pub(super) fn moment(&self, stage: usize, memory: S, pressed: Contact) -> Moment<S> {
-        Moment {
-            clock: self.clocks[stage],
-            volts: self.driven.volts[stage],
-            memory,
-            pressed,
-        }
-    }
 }
 
 impl<S: Scalar> Plant<S> {
@@ -123,13 +105,6 @@ impl<S: Scalar> Plant<S> {
         Some(done)
     }
 
-    fn stages<H: Length<S>>(&self, s: &PlantState<S>, u: S, h: H) -> Stages<S> {
-        Stages {
-            driven: self.driven(s, u, h),
-            clocks: clocks(s, h),
-        }
-    }
-
     fn accept(&self, s: &mut PlantState<S>, end: &TwoBody<S>, driven: &Driven<S>, length: S) {
         s.memory = self.memory_at(s, end);
         s.x = end.x;
@@ -163,72 +138,6 @@ impl<S: Scalar> Plant<S> {
         }
         s.contact = Contact::Free;
         self.forces(&here, s.contact, at, How::Decided(decided.loose))
-    }
-
-    /// The state after `h`, the regime kept.
-    fn trial<H: Length<S>>(
-        &self,
-        s: &PlantState<S>,
-        regime: &Regime<S>,
-        stages: &Stages<S>,
-        h: H,
-    ) -> TwoBody<S> {
-        if self.one_body(s.contact) && self.acts.includes(Acts::INNER) {
-            let shift = s.contact.side::<S>() * self.drive.half_gap();
-            let start = TwoBody {
-                rotor: [s.x.theta + shift, s.x.theta_dot],
-                ..self.body(s)
-            };
-            return rk4(start, h, &|stage: Stage, m: &TwoBody<S>| {
-                let i = stage as usize;
-                let at = stages.moment(i, self.memory_at(s, m), s.pressed);
-                let (a, _) = self.whole(m, at).solve(regime.dry);
-                TwoBody {
-                    x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),
-                    rotor: [m.x.theta_dot, a[0]],
-                    inner: self.inner_rates(m, &at),
-                    own: m.own,
-                }
-            });
-        }
-        if self.one_body(s.contact) {
-            let shift = s.contact.side::<S>() * self.drive.half_gap();
-            let x = rk4(s.x, h, &|stage: Stage, x: &State<S>| {
-                let i = stage as usize;
-                let m = TwoBody {
-                    x: *x,
-                    rotor: [x.theta + shift, x.theta_dot],
-                    inner: s.inner,
-                    own: false,
-                };
-                let at = stages.moment(i, self.memory_at(s, &m), s.pressed);
-                let (a, _) = self.whole(&m, at).solve(regime.dry);
-                State::new(x.theta_dot, x.alpha_dot, a[0], a[1])
-            });
-            return TwoBody {
-                x,
-                rotor: [x.theta + shift, x.theta_dot],
-                inner: s.inner,
-                own: false,
-            };
-        }
-        let start = self.body(s);
-        let load = self.load();
-        rk4(start, h, &|stage: Stage, m: &TwoBody<S>| {
-            let i = stage as usize;
-            let at = stages.moment(i, self.memory_at(s, m), s.pressed);
-            let passed = self.spring_torque(m, s.contact);
-            let (a, _) = self
-                .carried(&load, m, at, passed)
-                .solve([Dry::Absent, regime.dry[1]]);
-            let (rotor, _) = self.rotor_acceleration(self.shaft(m, at), passed, regime.dry[0]);
-            TwoBody {
-                x: State::new(m.x.theta_dot, m.x.alpha_dot, a[0], a[1]),
-                rotor: [m.rotor[1], rotor],
-                inner: self.inner_rates(m, &at),
-                own: m.own,
-            }
-        })
     }
 
     /// The first event of a trial step of `length` seconds, and after how many seconds it comes.

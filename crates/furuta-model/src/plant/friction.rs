@@ -1,9 +1,6 @@
 //! Dry friction: which axes it holds, and with what torque.
 
-use super::Plant;
-use super::drive::Bodies;
 use crate::dynamics::MassMatrix;
-use crate::effects::{Instant, Law};
 use crate::scalar::Scalar;
 
 /// What dry friction does to one axis until the next event.
@@ -118,19 +115,6 @@ impl<S: Scalar> Balance<S> {
         }
         // Only rounding at the very limit leads here.
         moving.map(|m| m.unwrap_or(Dry::Held))
-    }
-}
-
-impl<S: Scalar> Plant<S> {
-    /// The largest torque of dry friction on `[arm, pendulum]`, N m.
-    #[inline(never)]
-    pub(super) fn dry_limit(&self, at: &Instant<'_, S>, of: Bodies) -> [S; 2] {
-        let mut limit = [S::ZERO; 2];
-        for e in self.effects.iter().filter(|e| of.feel(e)) {
-            let extra = e.dry_friction(at);
-            limit = [limit[0] + extra[0], limit[1] + extra[1]];
-        }
-        limit
     }
 }
 

@@ -14,6 +14,8 @@ mod speed;
 mod start;
 mod state;
 mod step;
+mod torques;
+mod trial;
 mod twisting;
 
 pub use error::PlantError;
@@ -27,6 +29,7 @@ use crate::effects::{
 use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
 use crate::state::State;
+use crate::vectors::{Vectorised, in_vectors};
 use arrayvec::ArrayVec;
 use drive::Bodies;
 use friction::{Balance, softly};
@@ -384,7 +387,6 @@ impl<S: Scalar> Plant<S> {
     ) -> Balance<S> {
         let angle = Angle::of(x.alpha);
         let (b, g) = (dynamics::bias(c, angle, x), dynamics::gravity(c, angle));
-        let mut torque = dynamics::torque(c, x, volts);
         let at = Instant {
             clock,
             x,
@@ -393,39 +395,12 @@ impl<S: Scalar> Plant<S> {
             memory,
             volts,
         };
-        if self.acts.includes(Acts::TORQUE) {
-            torque = if S::LANES > 1 {
-                self.add_torques(torque, &at, of)
-            } else {
-                self.add_torques_outside(torque, &at, of)
-            };
-        }
+        let (torque, limit) = self.with_effects(dynamics::torque(c, x, volts), &at, of);
         Balance {
             free: [torque[0] - b[0] - g[0], torque[1] - b[1] - g[1]],
             inverse: dynamics::mass_matrix(c, angle).inverse(),
-            limit: if self.acts.includes(Acts::DRY_FRICTION) {
-                self.dry_limit(&at, of)
-            } else {
-                [S::ZERO; 2]
-            },
+            limit,
         }
-    }
-
-    /// `torque` and what the effects add to it that these bodies feel.
-    #[inline(always)]
-    fn add_torques(&self, mut torque: [S; 2], at: &Instant<'_, S>, of: Bodies) -> [S; 2] {
-        for e in self.effects.iter().filter(|e| of.feel(e)) {
-            let extra = e.torque(at);
-            torque = [torque[0] + extra[0], torque[1] + extra[1]];
-        }
-        torque
-    }
-
-    /// The same as a call: every effect's law in each of the integrator's four stages would be a lot of code for the
-    /// compiler. Lanes need it inlined all the same, or it would not be compiled for the processor's vectors.
-    #[inline(never)]
-    fn add_torques_outside(&self, torque: [S; 2], at: &Instant<'_, S>, of: Bodies) -> [S; 2] {
-        self.add_torques(torque, at, of)
     }
 
     /// [`Plant::balance`] as a call, for where events are looked for.
@@ -439,7 +414,15 @@ impl<S: Scalar> Plant<S> {
         memory: S,
         of: Bodies,
     ) -> Balance<S> {
-        self.balance(c, clock, x, volts, memory, of)
+        in_vectors::<S, _>(BalanceOf {
+            plant: self,
+            coefficients: c,
+            clock,
+            x,
+            volts,
+            memory,
+            of,
+        })
     }
 
     /// `dx/dt` at time `t` (s) with `volts` (V) at the motor, for integrators that know no events ([`Plant::step`]
@@ -557,5 +540,34 @@ impl<S: Scalar> Plant<S> {
             return shown;
         }
         self.effects.iter().fold(shown, |y, e| e.reading(y))
+    }
+}
+
+/// What [`Plant::balance`] is asked.
+struct BalanceOf<'a, S> {
+    plant: &'a Plant<S>,
+    coefficients: &'a Coefficients<S>,
+    clock: Clock<S>,
+    x: &'a State<S>,
+    volts: S,
+    memory: S,
+    of: Bodies,
+}
+
+impl<S: Scalar> Vectorised for BalanceOf<'_, S> {
+    type Output = Balance<S>;
+
+    #[inline(always)]
+    fn call(self) -> Balance<S> {
+        let Self {
+            clock,
+            x,
+            volts,
+            memory,
+            of,
+            ..
+        } = self;
+        self.plant
+            .balance(self.coefficients, clock, x, volts, memory, of)
     }
 }

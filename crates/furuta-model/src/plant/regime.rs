@@ -7,6 +7,7 @@ use super::{Plant, PlantState};
 use crate::effects::Acts;
 use crate::params::Coefficients;
 use crate::scalar::Scalar;
+use crate::vectors::{Vectorised, in_vectors};
 
 /// What holds until the next event, and how things stand at its start. Dry friction of the arm acts on the rotor where
 /// that is a body of its own.
@@ -114,6 +115,7 @@ impl<S: Scalar> Plant<S> {
     }
 
     /// Accelerations of arm, pendulum and rotor, friction, its limits, and the torque from rotor to arm at one stage.
+    #[inline(never)]
     pub(super) fn forces(
         &self,
         m: &TwoBody<S>,
@@ -121,16 +123,47 @@ impl<S: Scalar> Plant<S> {
         at: Moment<S>,
         how: How,
     ) -> Regime<S> {
-        let speed = self.rubbing(m, contact);
-        if self.one_body(contact) {
-            let balance = self.whole(m, at);
+        in_vectors::<S, _>(Forces {
+            plant: self,
+            m,
+            contact,
+            at,
+            how,
+        })
+    }
+}
+
+/// What [`Plant::forces`] is asked.
+struct Forces<'a, S> {
+    plant: &'a Plant<S>,
+    m: &'a TwoBody<S>,
+    contact: Contact,
+    at: Moment<S>,
+    how: How,
+}
+
+impl<S: Scalar> Vectorised for Forces<'_, S> {
+    type Output = Regime<S>;
+
+    #[inline(always)]
+    fn call(self) -> Regime<S> {
+        let Self {
+            plant,
+            m,
+            contact,
+            at,
+            how,
+        } = self;
+        let speed = plant.rubbing(m, contact);
+        if plant.one_body(contact) {
+            let balance = plant.whole(m, at);
             let dry = match how {
                 How::Kept(dry) => dry,
                 How::Decided(broke) => balance.decide(speed, broke),
             };
             let (acceleration, friction) = balance.solve(dry);
-            let passed = if self.acts.includes(Acts::DRIVE) {
-                self.flank_torque(m, at, friction[0], acceleration[0])
+            let passed = if plant.acts.includes(Acts::DRIVE) {
+                plant.flank_torque(m, at, friction[0], acceleration[0])
             } else {
                 S::ZERO
             };
@@ -143,9 +176,9 @@ impl<S: Scalar> Plant<S> {
                 passed,
             };
         }
-        let passed = self.spring_torque(m, contact);
-        let balance = self.carried(&self.load(), m, at, passed);
-        let shaft = self.shaft(m, at);
+        let passed = plant.spring_torque(m, contact);
+        let balance = plant.carried(&plant.load(), m, at, passed);
+        let shaft = plant.shaft(m, at);
         let dry = match how {
             How::Kept(dry) => dry,
             How::Decided(broke) => [
@@ -154,7 +187,7 @@ impl<S: Scalar> Plant<S> {
             ],
         };
         let (acceleration, friction) = balance.solve([Dry::Absent, dry[1]]);
-        let (rotor, rubs) = self.rotor_acceleration(shaft, passed, dry[0]);
+        let (rotor, rubs) = plant.rotor_acceleration(shaft, passed, dry[0]);
         Regime {
             dry,
             acceleration,
