@@ -244,7 +244,7 @@ pub(crate) fn shahzad2022<'py>(
 /// [0.21, 0.1, 0.1]
 #[pyfunction]
 #[pyo3(signature = (rig, step = 0.5, *, q = None, r = None, pendulum_angle = None, rate = 500.0, duration = 5.0,
-    iterations = 100))]
+    iterations = 200))]
 #[allow(clippy::too_many_arguments)] // keywords of a Python function
 pub(crate) fn arm_step<'py>(
     py: Python<'py>,

@@ -476,7 +476,7 @@ def arm_step(
     pendulum_angle: float | None = None,
     rate: float = 500.0,
     duration: float = 5.0,
-    iterations: int = 100,
+    iterations: int = 200,
 ) -> _ArmStep: ...
 def ramos_velasco(
     controller: _Tracker = "normal_form",
