@@ -55,13 +55,13 @@ def works(missing: list[str]) -> Iterator[Work]:
     )
     checked = furuta.Recording(recording)
     yield Work(
-        "A frequency response, from a `furuta.Recording`",
-        "The same from a recording that was checked when it was made, and has not been written to since.",
+        "A frequency response by averaged spectra, from a `furuta.Recording`",
+        "Of a recording that was checked when it was made, and has not been written to since; H1 on both sides.",
         (uy / uu)[1:-1],
         [
             Contender(
                 "furuta `frf` of a `Recording`",
-                lambda: furuta.frf(checked, resolution=1 / (H * SEGMENT), accept_suspicious=True),
+                lambda: furuta.frf(checked, estimator="H1", resolution=1 / (H * SEGMENT), accept_suspicious=True),
                 lambda found: h1(found.frequency, found.response),
             ),
             Contender("SciPy `csd`, `welch`, `welch`", theirs, lambda s: (s[2] / s[0])[1:-1]),
