@@ -121,3 +121,21 @@ def test_a_rehearsal_falls_where_the_gain_does_not_hold():
     K = regulator(*furuta.linearize(rig))
     assert furuta.rehearse(rig, K)["fell"] is None
     assert furuta.rehearse(rig, -K)["fell"] is not None
+
+
+def test_margins_of_the_least_control_are_known_in_closed_form():
+    """A law that mirrors the one unstable pole p and moves no other has L = 2 p / (s - p).
+
+    So the gain may be halved, the phase margin is 60 degrees at p sqrt(3), and |1 + L| / |1 - L| = |s + p| / |s - 3 p|
+    is least at s = 0. The spring leaves no pole at 0.
+    """
+    rig = furuta.Rig.load("qube-servo-2").with_effect("arm.spring", stiffness=0.02, rest=0.0)
+    A, B = furuta.linearize(rig)
+    poles = np.linalg.eigvals(A)
+    (p,) = poles[poles.real > 0].real
+    margins = furuta.closed_loop(rig, furuta.place(A, B, np.where(poles.real > 0, -poles, poles)))["margins"]
+    assert margins["stable"]
+    assert margins["gain"] == (pytest.approx(0.5, rel=1e-6), np.inf)
+    assert margins["phase"] == pytest.approx(np.pi / 3, rel=1e-6)
+    assert margins["delay"] == pytest.approx(np.pi / 3 / (np.sqrt(3) * p), rel=1e-6)
+    assert margins["disk"] == pytest.approx(2 / 3, rel=1e-4)

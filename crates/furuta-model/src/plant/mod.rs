@@ -411,6 +411,19 @@ impl<S: Scalar> Plant<S> {
         }
     }
 
+    /// What the effects alone add to the torques on `[arm, pendulum]` at the start of a run, N m.
+    pub(crate) fn effect_torques(&self, x: &State<S>, volts: S) -> [S; 2] {
+        let at = Instant {
+            clock: Clock::at(S::ZERO),
+            x,
+            angle: Angle::of(x.alpha),
+            coefficients: &self.coefficients,
+            memory: S::ZERO,
+            volts,
+        };
+        self.add_torques([S::ZERO; 2], &at, Bodies::Whole)
+    }
+
     /// `torque` and what the effects add to it that these bodies feel.
     #[inline(always)]
     fn add_torques(&self, mut torque: [S; 2], at: &Instant<'_, S>, of: Bodies) -> [S; 2] {
