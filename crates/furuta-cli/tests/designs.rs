@@ -232,3 +232,64 @@ fn a_relay_tunes_for_the_spring_or_says_that_it_cannot() {
         "{said}"
     );
 }
+
+/// A controller file is judged as a design judges its own gain; one that is not linear is refused.
+#[test]
+fn a_controller_file_is_judged() {
+    let folder = Folder::new("designs-judge");
+    let judge = |name: &str, text: &str| {
+        let path = folder.file(name, text.to_owned());
+        let path = path.to_str().expect("a path").to_owned();
+        json(&[
+            "design",
+            "judge",
+            "--rig",
+            "qube-servo-2",
+            "--controller",
+            &path,
+            "--json",
+        ])
+    };
+    let lqr = json(&[
+        "design",
+        "lqr",
+        "--rig",
+        "qube-servo-2",
+        "--rate",
+        "500",
+        "--json",
+    ]);
+    for (name, text) in [
+        ("empty.toml", ""),
+        (
+            "mpc.toml",
+            "[controller]\nkind = \"mpc\"\npendulum_angle = 0.1\n",
+        ),
+        ("scheduled.toml", "[controller]\nkind = \"scheduled_lqr\"\n"),
+    ] {
+        let judged = judge(name, text);
+        assert_eq!(judged["margins"], lqr["margins"], "{name}");
+        assert_eq!(judged["k"], lqr["k"], "{name}");
+    }
+    let pid = judge("pid.toml", "[controller]\nkind = \"pid\"\n");
+    let lqi = judge("lqi.toml", "[controller]\nkind = \"lqi\"\n");
+    let disk = |found: &Value| number(&found["margins"]["disk"]);
+    assert!((disk(&pid) - disk(&lqi)).abs() < 1e-9);
+    let path = folder.file(
+        "sliding.toml",
+        "[controller]\nkind = \"lqr_sliding\"\n".to_owned(),
+    );
+    let path = path.to_str().expect("a path");
+    let said = refusal(&[
+        "design",
+        "judge",
+        "--rig",
+        "qube-servo-2",
+        "--controller",
+        path,
+    ]);
+    assert!(
+        said.contains("kind = \"lqr_sliding\" has no linear law"),
+        "{said}"
+    );
+}

@@ -549,7 +549,7 @@ class _Rehearsal(TypedDict):
 
 def closed_loop(
     rig: _RigLike,
-    K: ArrayLike,
+    K: ArrayLike | Controller | str | os.PathLike[str],
     *,
     rate: float | None = None,
     amplitudes: Sequence[float] | None = None,

@@ -1,6 +1,6 @@
 //! The nonlinear output regulator: feed-forward of a steady motion, linear feedback about it.
 
-use super::{Controller, Design, StateFeedback};
+use super::{Controller, Design, LinearLaw, StateFeedback};
 use crate::error::ConfigError;
 use crate::design::SteadyMotion;
 use crate::numbers::Number;
@@ -139,6 +139,10 @@ impl<T: Real> Controller<T> for OutputRegulator<T> {
         let forward = wanted.command(&self.steady, &self.model);
         let u = forward - product(&self.gain, &wanted.error(x));
         command(u, self.command_limit)
+    }
+
+    fn linear_law(&self) -> Option<LinearLaw<T>> {
+        Some(LinearLaw::of_states(self.gain))
     }
 
     fn surrogate(&self) -> Option<StateFeedback<T>> {
