@@ -53,6 +53,21 @@ def works(missing: list[str]) -> Iterator[Work]:
         ],
         ["SciPy's is the three spectra alone, of arrays that are not checked."],
     )
+    checked = furuta.Recording(recording)
+    yield Work(
+        "A frequency response by averaged spectra, from a `furuta.Recording`",
+        "Of a recording that was checked when it was made, and has not been written to since; H1 on both sides.",
+        (uy / uu)[1:-1],
+        [
+            Contender(
+                "furuta `frf` of a `Recording`",
+                lambda: furuta.frf(checked, estimator="H1", resolution=1 / (H * SEGMENT), accept_suspicious=True),
+                lambda found: h1(found.frequency, found.response),
+            ),
+            Contender("SciPy `csd`, `welch`, `welch`", theirs, lambda s: (s[2] / s[0])[1:-1]),
+        ],
+        ["SciPy's is the three spectra alone, of arrays that are not checked."],
+    )
 
 
 def h1(frequency, response) -> np.ndarray:

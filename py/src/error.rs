@@ -1,7 +1,7 @@
 //! Python's exceptions: one base class, a `ValueError`, and one subclass for each part that can refuse its input.
 
 use pyo3::create_exception;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
 create_exception!(
@@ -137,4 +137,17 @@ pub(crate) fn identification(e: impl std::fmt::Display) -> PyErr {
 /// An error of calibration, validation or planning as Python's.
 pub(crate) fn calibrate(e: impl std::fmt::Display) -> PyErr {
     CalibrateError::new_err(furuta_input::plain(&e.to_string()).to_string())
+}
+
+/// Says each of these as a Python UserWarning; where warnings are errors, the first one is raised.
+pub(crate) fn warn_each(
+    py: Python<'_>,
+    texts: impl IntoIterator<Item = impl std::fmt::Display>,
+) -> PyResult<()> {
+    let category = py.get_type::<PyUserWarning>();
+    for text in texts {
+        let text = std::ffi::CString::new(text.to_string())?;
+        PyErr::warn(py, &category, &text, 1)?;
+    }
+    Ok(())
 }

@@ -9,6 +9,7 @@ use furuta_design::ramos_velasco::{Contender, Experiment};
 use furuta_design::steady_motion::Motion;
 use furuta_design::{largest_sine as sine, ramos_velasco as ramos, shahzad2022 as shahzad};
 use furuta_model::Rig;
+use furuta_model::linear_plant::{Hold, Load, rigid_remarks};
 use furuta_model::params::Coefficients;
 use furuta_model::series::DEGREE;
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
@@ -26,7 +27,11 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 }
 
 fn coefficients(rig: &Rig, planar: bool) -> Coefficients<f64> {
-    let c = rig.params.coefficients();
+    flat(rig.params.coefficients(), planar)
+}
+
+/// Without the sin(alpha)² inertia where `planar`.
+fn flat(c: Coefficients<f64>, planar: bool) -> Coefficients<f64> {
     Coefficients {
         swing: if planar { 0.0 } else { c.swing },
         ..c
@@ -48,7 +53,8 @@ type Polynomials<'py> = (
 /// Parameters
 /// ----------
 /// rig : Rig
-///     Its effects are left out.
+///     Springs and cables take part by their slopes where they let it rest, about which the series is. A UserWarning
+///     names each effect that cannot.
 /// lambda_ : float
 ///     Frequency of the sine, rad/s.
 /// order : int
@@ -64,7 +70,8 @@ type Polynomials<'py> = (
 /// Raises
 /// ------
 /// DesignError
-///     An order or a frequency that is not possible.
+///     An order or a frequency that is not possible; effects that let nothing rest upright, or that pull the pendulum
+///     by where the arm is, such as arm.tilt.
 ///
 /// Examples
 /// --------
@@ -81,8 +88,11 @@ pub(crate) fn steady_motion<'py>(
     order: usize,
     planar: bool,
 ) -> PyResult<Polynomials<'py>> {
-    let c = coefficients(&rig.rig, planar);
-    let steady = Motion::solve(&c, lambda_, order).map_err(error::design)?;
+    let plant = rig.rig.try_plant().map_err(error::design)?;
+    let load = Load::of(&plant, Hold::Arm(0.0)).map_err(error::design)?;
+    let c = flat(plant.coefficients, planar);
+    let steady = Motion::solve_under(&c, &load, lambda_, order).map_err(error::design)?;
+    error::warn_each(py, rigid_remarks(&plant))?;
     let degree = order.max(DEGREE);
     let array = |which: usize| {
         let place = |i| (0..=degree).map(move |j| (i, j));
@@ -244,7 +254,7 @@ pub(crate) fn shahzad2022<'py>(
 /// [0.21, 0.1, 0.1]
 #[pyfunction]
 #[pyo3(signature = (rig, step = 0.5, *, q = None, r = None, pendulum_angle = None, rate = 500.0, duration = 5.0,
-    iterations = 100))]
+    iterations = 200))]
 #[allow(clippy::too_many_arguments)] // keywords of a Python function
 pub(crate) fn arm_step<'py>(
     py: Python<'py>,

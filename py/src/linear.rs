@@ -3,7 +3,8 @@
 use crate::arguments::RigLike;
 use crate::error;
 use crate::matrix::{Lies, Matrix, Small, Vector, array, state};
-use furuta_model::State;
+use furuta_model::linear_plant::{Hold, rigid, rigid_remarks, smooth};
+use furuta_model::{Linear, Plant, State};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 
@@ -15,11 +16,14 @@ type Pair<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 /// ----------
 /// rig : Rig
 /// x : array_like, shape (4,), optional
-///     State [theta, alpha, theta_dot, alpha_dot] in rad and rad/s; upright at rest if not given.
+///     State [theta, alpha, theta_dot, alpha_dot] in rad and rad/s; where the rig rests upright with its arm at 0 if
+///     not given.
 /// u : float, optional
-///     Motor command in V.
+///     Motor command in V; what holds the rig at rest if neither x nor u is given.
 /// effects : bool, optional
-///     Whether the rig's effects take part. At rest, dry friction holds the arm: a design model is better without it.
+///     Which of the rig's effects take part. Not given: those that have a slope, such as springs, cables and a tilt, as
+///     `furuta design` and the controllers take them; a UserWarning names each of the others. True: all, dry friction
+///     as it is at x: at rest it holds the arm. False: none.
 ///
 /// Returns
 /// -------
@@ -33,26 +37,48 @@ type Pair<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 /// >>> A, B = furuta.linearize(furuta.Rig.load("shahzad2022-srv02"))
 /// >>> [round(float(v), 2) for v in A[2:, 1]]  # published: 54.06, 109.56
 /// [54.06, 109.56]
+///
+/// A spring of the rig file pulls the arm back; dry friction is said to be left out:
+///
+/// >>> sprung = furuta.Rig.load("shahzad2022-srv02").with_effect("arm.spring", stiffness=0.02, rest=0.0)
+/// >>> bool(furuta.linearize(sprung)[0][2, 0] < 0)
+/// True
 #[pyfunction]
-#[pyo3(signature = (rig, x=None, u=0.0, *, effects=false), text_signature = "(rig, x=None, u=0.0, *, effects=False)")]
+#[pyo3(signature = (rig, x=None, u=0.0, *, effects=None))]
 pub(crate) fn linearize<'py>(
     py: Python<'py>,
     rig: RigLike,
     x: Option<Vector<'py>>,
     u: f64,
-    effects: bool,
+    effects: Option<bool>,
 ) -> PyResult<Pair<'py>> {
+    let given = x.is_some() || u != 0.0;
     let x = x.map_or(Ok(State::upright()), |x| state("x", &x))?;
     if !u.is_finite() {
         return Err(error::simulation(format!("u = {u} is not a finite number")));
     }
-    let plant = if effects {
-        rig.rig.try_plant().map_err(error::rig)?
-    } else {
-        rig.rig.nominal_plant()
+    let rig = rig.rig;
+    let whole = || rig.try_plant().map_err(error::rig);
+    let linear = match effects {
+        Some(true) => furuta_model::linearize(&whole()?, x, u),
+        Some(false) => furuta_model::linearize(&rig.nominal_plant(), x, u),
+        None => {
+            let plant = whole()?;
+            error::warn_each(py, rigid_remarks(&plant))?;
+            if given {
+                furuta_model::linearize(&smooth(&plant), x, u)
+            } else {
+                at_rest(&plant)?
+            }
+        }
     };
-    let linear = furuta_model::linearize(&plant, x, u);
     Ok((array(py, &linear.a)?, array(py, &linear.b)?))
+}
+
+/// The model that designs are made for: upright where the rig rests with its arm at 0, with the effects that have a
+/// slope there.
+pub(crate) fn at_rest(plant: &Plant<f64>) -> PyResult<Linear> {
+    rigid(plant, Hold::Arm(0.0)).map_err(error::design)
 }
 
 /// The sampled system x[k+1] = Ad x[k] + Bd u[k] of x' = A x + B u with u held between samples.

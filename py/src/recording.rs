@@ -9,13 +9,13 @@ use furuta_ident::recording::{Excerpt, Notice, NoticeKind, Recording, RecordingE
 use furuta_ident::selection::{Read, SelectionError, read_unseen, select};
 use furuta_input::shown;
 use furuta_model::Rig;
-use numpy::ToPyArray;
+use numpy::{PyReadonlyArray1, ToPyArray};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySequence, PyString};
 use std::borrow::Cow;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The recordings that are used, with notices, one sentence each.
 pub(crate) struct Chosen {
@@ -104,7 +104,7 @@ fn each(given: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Result<Read, Recordin
     let all: Vec<Item<'_>> = if let Some(named) = named(given)? {
         let of = |(name, item): (Bound<'_, PyAny>, _)| Ok((Some(name.extract()?), item));
         named.iter().map(of).collect::<PyResult<_>>()?
-    } else if is_path(given)? || columns(given)?.is_some() {
+    } else if is_path(given)? || given.hasattr(CHECKED)? || columns(given)?.is_some() {
         vec![(None, given.clone())]
     } else {
         given
@@ -117,6 +117,9 @@ fn each(given: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Result<Read, Recordin
     all.iter()
         .enumerate()
         .map(|(i, (key, item))| {
+            if let Some(read) = Checked::of(item, key.as_deref())? {
+                return Ok(read);
+            }
             if is_path(item)? {
                 let path: PathBuf = item.extract().map_err(|_| wrong_type(item))?;
                 return Ok((shown(&path), Recording::load_with_notices(path)));
@@ -327,14 +330,118 @@ fn field(text: &str) -> Cow<'_, str> {
     }
 }
 
+/// Where a `furuta.Recording` keeps its [`Checked`], and where its columns.
+const CHECKED: &str = "_checked";
+const COLUMNS: &str = "_columns";
+
+/// What a `furuta.Recording` was when it was made, so that no function that takes it checks it again.
+#[pyclass(frozen, name = "_Checked", module = "furuta._furuta")]
+pub(crate) struct Checked {
+    name: String,
+    recording: Recording,
+    notices: Vec<Notice>,
+}
+
+impl Checked {
+    /// The recording that `item` was made as, by its name or `key`, if it is a `furuta.Recording` whose columns still
+    /// hold the same numbers: they are arrays, and may have been written to since.
+    fn of(
+        item: &Bound<'_, PyAny>,
+        key: Option<&str>,
+    ) -> PyResult<Option<(String, Result<Read, RecordingError>)>> {
+        let Ok(kept) = item.getattr(CHECKED) else {
+            return Ok(None);
+        };
+        let (Ok(kept), Ok(columns)) = (kept.cast::<Self>(), item.getattr(COLUMNS)) else {
+            return Ok(None);
+        };
+        let (kept, Ok(columns)) = (kept.get(), columns.cast::<PyDict>()) else {
+            return Ok(None);
+        };
+        if !kept.holds(columns)? {
+            return Ok(None);
+        }
+        let name = key.map_or_else(|| item.getattr("name")?.extract(), |key| Ok(key.to_owned()))?;
+        let (mut recording, mut notices) = (kept.recording.clone(), kept.notices.clone());
+        if name != kept.name {
+            let file = Path::new(&name).file_name();
+            recording.name = file.map_or_else(|| name.clone(), |f| f.to_string_lossy().into());
+            for notice in &mut notices {
+                notice.file.clone_from(&name);
+            }
+        }
+        Ok(Some((name, Ok((recording, notices)))))
+    }
+
+    /// Whether these are its columns, number by number.
+    fn holds(&self, columns: &Bound<'_, PyDict>) -> PyResult<bool> {
+        let expected = numbers_of(&self.recording);
+        if columns.len() != expected.len() + texts_of(&self.recording).count() {
+            return Ok(false);
+        }
+        for (name, values) in expected {
+            let Some(found) = columns.get_item(name)? else {
+                return Ok(false);
+            };
+            let Ok(found) = found.extract::<PyReadonlyArray1<'_, f64>>() else {
+                return Ok(false);
+            };
+            let same = |found: &[f64]| {
+                let bits = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
+                found.len() == values.len() && found.iter().zip(values).all(bits)
+            };
+            if !found.as_slice().is_ok_and(same) {
+                return Ok(false);
+            }
+        }
+        for (name, values) in texts_of(&self.recording) {
+            let found = columns.get_item(name)?;
+            let found = found.and_then(|found| found.extract::<Vec<String>>().ok());
+            if found.is_none_or(|found| found != *values) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+}
+
+/// A recording's columns of numbers, those that every recording has first.
+fn numbers_of(recording: &Recording) -> Vec<(&str, &Vec<f64>)> {
+    let required = [
+        &recording.t,
+        &recording.u,
+        &recording.theta,
+        &recording.alpha,
+    ];
+    let speeds = [
+        ("theta_dot", recording.theta_dot.as_ref()),
+        ("alpha_dot", recording.alpha_dot.as_ref()),
+    ];
+    let speeds = speeds.into_iter().filter_map(|(k, v)| Some((k, v?)));
+    let further = recording.extra.iter().filter_map(|c| match &c.values {
+        Values::Numbers(values) => Some((c.name.as_str(), values)),
+        Values::Text(_) => None,
+    });
+    let required = REQUIRED.into_iter().zip(required);
+    required.chain(speeds).chain(further).collect()
+}
+
+/// Its columns of text.
+fn texts_of(recording: &Recording) -> impl Iterator<Item = (&str, &Vec<String>)> {
+    recording.extra.iter().filter_map(|c| match &c.values {
+        Values::Text(values) => Some((c.name.as_str(), values)),
+        Values::Numbers(_) => None,
+    })
+}
+
 /// A recording with everything that is known of it: for `furuta.Recording`.
 ///
-/// Its name, its columns and notices, one sentence each.
+/// Its name, its columns, notices, one sentence each, and what it is when functions take it.
 #[pyfunction]
 pub(crate) fn _read_recording<'py>(
     py: Python<'py>,
     given: &Bound<'py, PyAny>,
-) -> PyResult<(String, Bound<'py, PyDict>, Vec<String>)> {
+) -> PyResult<(String, Bound<'py, PyDict>, Vec<String>, Checked)> {
     let mut all = each(given)?;
     let (Some((name, read)), true) = (all.pop(), all.is_empty()) else {
         return Err(wrong_type(given));
@@ -366,8 +473,13 @@ pub(crate) fn _read_recording<'py>(
         }
     }
     Ok((
-        name,
+        name.clone(),
         columns,
         notices.iter().map(ToString::to_string).collect(),
+        Checked {
+            name,
+            recording,
+            notices,
+        },
     ))
 }

@@ -199,10 +199,13 @@ impl PyRig {
 
     /// The linear model as a python-control system; python-control must be installed.
     ///
+    /// It holds the effects that have a slope, as `linearize` does where nothing is said about them; a UserWarning
+    /// names each of the others.
+    ///
     /// Parameters
     /// ----------
     /// x : array_like, shape (4,), optional
-    ///     Where it is linearised, rad and rad/s; upright at rest if not given.
+    ///     Where it is linearised, rad and rad/s; where the rig rests upright with its arm at 0 if not given.
     /// dt : float, optional
     ///     Sample period in s of a sampled model, its command held; a continuous one if not given.
     ///

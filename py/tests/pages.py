@@ -2,7 +2,7 @@
 
 A block marked `python` or `sh` is run; the names of a page's Python blocks are those of one session. Where a block
 marked `text` follows, it is what was printed, `...` standing for anything. `python py/tests/pages.py docs/tour.md`
-runs a page, and prints what differs; with `--pictures` it puts the pictures that the page saves beside it, with
+runs a page, and prints what differs. What takes long stands behind the comment `<!-- long -->`; with `--pictures` it puts the pictures that the page saves beside it, with
 `--write` it also writes what was printed into the page.
 """
 
@@ -24,6 +24,7 @@ from typing import NamedTuple
 from command_line import ROOT, program
 
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
+LONG = "<!-- long -->"
 PICTURES = (".png", ".svg", ".gif")
 
 
@@ -37,6 +38,11 @@ class Done(NamedTuple):
 
     def as_said(self) -> bool:
         return doctest.OutputChecker().check_output(self.expected, self.printed, doctest.ELLIPSIS)
+
+
+def is_long(text: str, block: re.Match[str]) -> bool:
+    """Whether the page says that a block takes long: the comment stands before it."""
+    return text[: block.start()].rstrip().endswith(LONG)
 
 
 def without_blanks(text: str) -> str:
@@ -71,14 +77,16 @@ def shell(code: str, folder: pathlib.Path) -> str:
     return done.stdout
 
 
-def run(text: str, folder: pathlib.Path) -> Iterator[Done]:
-    """Runs a page's blocks in an empty folder, to which the folder examples is linked."""
+def run(text: str, folder: pathlib.Path, *, long: bool = True) -> Iterator[Done]:
+    """Runs a page's blocks, those that take long only where asked, in an empty folder to which examples is linked."""
     import matplotlib
 
     matplotlib.use("agg")
     (folder / "examples").symlink_to(ROOT / "examples")
     session = {"__name__": "__page__"}
     for block in BLOCK.finditer(text):
+        if not long and is_long(text, block):
+            continue
         language, code, expected = block.groups()
         if language == "sh":
             printed = shell(code, folder)

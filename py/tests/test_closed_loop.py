@@ -121,3 +121,49 @@ def test_a_rehearsal_falls_where_the_gain_does_not_hold():
     K = regulator(*furuta.linearize(rig))
     assert furuta.rehearse(rig, K)["fell"] is None
     assert furuta.rehearse(rig, -K)["fell"] is not None
+
+
+def test_margins_of_the_least_control_are_known_in_closed_form():
+    """A law that mirrors the one unstable pole p and moves no other has L = 2 p / (s - p).
+
+    So the gain may be halved, the phase margin is 60 degrees at p sqrt(3), and |1 + L| / |1 - L| = |s + p| / |s - 3 p|
+    is least at s = 0. The spring leaves no pole at 0.
+    """
+    rig = furuta.Rig.load("qube-servo-2").with_effect("arm.spring", stiffness=0.02, rest=0.0)
+    A, B = furuta.linearize(rig)
+    poles = np.linalg.eigvals(A)
+    (p,) = poles[poles.real > 0].real
+    margins = furuta.closed_loop(rig, furuta.place(A, B, np.where(poles.real > 0, -poles, poles)))["margins"]
+    assert margins["stable"]
+    assert margins["gain"] == (pytest.approx(0.5, rel=1e-6), np.inf)
+    assert margins["phase"] == pytest.approx(np.pi / 3, rel=1e-6)
+    assert margins["delay"] == pytest.approx(np.pi / 3 / (np.sqrt(3) * p), rel=1e-6)
+    assert margins["disk"] == pytest.approx(2 / 3, rel=1e-4)
+
+
+def test_controllers_and_their_files_have_a_loop(tmp_path):
+    rig = furuta.Rig.load("qube-servo-2")
+
+    def made(section):
+        return furuta.Controller.from_toml(f"[controller]\n{section}\n", rig, dt=1 / RATE)
+
+    lqr = made("")
+    by_gain = furuta.closed_loop(rig, lqr.gain, rate=RATE)
+    for kind in ("lqr", "mpc", "scheduled_lqr", "output_regulator"):
+        found = furuta.closed_loop(rig, made(f'kind = "{kind}"'))
+        assert found["margins"] == by_gain["margins"], kind
+        assert found["with_estimator"]["margins"] == by_gain["with_estimator"]["margins"], kind
+    lqi, pid = (furuta.closed_loop(rig, made(f'kind = "{kind}"')) for kind in ("lqi", "pid"))
+    assert lqi["states"][-1] == pid["states"][-1] == "integral"
+    assert lqi["margins"]["disk"] == pytest.approx(pid["margins"]["disk"], rel=1e-9)
+    lqr.save(tmp_path / "lqr.toml")
+    assert furuta.closed_loop(rig, tmp_path / "lqr.toml", rate=RATE)["margins"] == by_gain["margins"]
+    with pytest.raises(furuta.DesignError, match="needs a rate"):
+        furuta.closed_loop(rig, tmp_path / "lqr.toml")
+    with pytest.raises(furuta.ControllerError, match="made for dt = 0.002 s, not for 0.01 s"):
+        furuta.closed_loop(rig, lqr, rate=100.0)
+    rig = rig.with_effect("motor.delay", delay=0.01)
+    remembers = 'kind = "mpc"\ndelay = "motor"\n[estimator]\npredict = false'
+    for section in ('kind = "lqr_sliding"', 'kind = "normal_form_sliding"', remembers):
+        with pytest.raises(furuta.DesignError, match="has no linear law here"):
+            furuta.closed_loop(rig, made(section))

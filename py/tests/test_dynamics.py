@@ -57,9 +57,21 @@ def test_jacobians(rig):
 
 def test_effects_in_the_linear_model():
     rig = ROD.with_effect("arm.spring", stiffness=0.01, rest=0.0)
-    assert furuta.linearize(rig)[0][2, 0] == 0.0
-    a, _ = furuta.linearize(rig, effects=True)
+    assert furuta.linearize(rig, effects=False)[0][2, 0] == 0.0
+    a, b = furuta.linearize(rig, effects=True)
     assert a[2, 0] < 0.0
+    # What is named is used: the default is the model that designs are made for, and says what it does not hold.
+    for default in (furuta.linearize(rig), furuta.linearize(rig, [0, 0, 0, 0])):
+        np.testing.assert_array_equal(default[0], a)
+        np.testing.assert_array_equal(default[1], b)
+    rough = rig.with_effect("arm.coulomb", torque=1e-3).with_effect("motor.delay", delay=0.01)
+    with pytest.warns(UserWarning) as said:
+        a, b = furuta.linearize(rough)
+    np.testing.assert_array_equal(a, furuta.linearize(rig)[0])
+    assert [str(w.message).split(":")[0] for w in said] == ["arm.coulomb", "motor.delay"]
+    with pytest.warns(UserWarning, match="motor.delay: left out|arm.coulomb: left out"):
+        gain = furuta.lqr(rough, np.eye(4), 1)[0]
+    np.testing.assert_array_equal(gain, furuta.lqr(a, b, np.eye(4), 1)[0])
 
 
 def test_sampled_system():

@@ -8,9 +8,13 @@ from scipy.integrate import solve_ivp
 import furuta
 
 
-def test_the_series_is_the_motion_that_the_zero_dynamics_integrate_to():
-    """QUBE: the arm's motion integrated by DOP853 from the series' start stays on the series for a turn."""
-    rig = furuta.Rig.load("qube-servo-2")
+@pytest.mark.parametrize("spring", [0.0, 0.02])
+def test_the_series_is_the_motion_that_the_zero_dynamics_integrate_to(spring):
+    """QUBE: the arm's motion integrated by DOP853 from the series' start stays on the series for a turn.
+
+    A spring on the arm changes the command alone, and the simulation with the spring stays on the same motion.
+    """
+    rig = furuta.Rig.load("qube-servo-2").with_effect("arm.spring", stiffness=spring, rest=0.0)
     p = rig.parameters
     lam, amplitude = 3.0, 0.02
     theta, theta_dot, u = furuta.steady_motion(rig, lam, order=7)
@@ -49,6 +53,16 @@ def test_the_series_is_the_motion_that_the_zero_dynamics_integrate_to():
     at = w(fifth * dt)
     expected = [polyval2d(at[0], -at[1], theta), -at[1]]
     assert np.abs(x[fifth, :2] - expected).max() < 1e-4
+
+
+def test_the_steady_motion_says_which_effects_it_cannot_hold():
+    rig = furuta.Rig.load("qube-servo-2")
+    lag = rig.with_effect("motor.lag", time_constant=0.01)
+    with pytest.warns(UserWarning, match="motor.lag: left out, it is none of the four states"):
+        furuta.steady_motion(lag, 3.0)
+    tilted = rig.with_effect("arm.tilt", angle=0.05, direction=0.3)
+    with pytest.raises(furuta.DesignError, match="torque on the pendulum changes by .* per rad of the arm's angle"):
+        furuta.steady_motion(tilted, 3.0)
 
 
 def test_largest_sine_is_the_closed_form_for_small_angles():

@@ -8,7 +8,7 @@ import sys
 import furuta
 import pytest
 from command_line import ROOT
-from pages import BLOCK, run
+from pages import BLOCK, LONG, run
 
 sys.path.insert(0, str(ROOT / "py/docs"))
 
@@ -20,15 +20,18 @@ PAGES = [
 """Pages with code; what is a session (`>>>`) is run as doctest by `test_package.py`."""
 
 
-LONG = {"papers.md", "my-rig.md"}
-"""Pages whose commands take a minute."""
-
-
-@pytest.mark.parametrize(
-    "page",
-    [pytest.param(page, id=page.name, marks=[pytest.mark.long] if page.name in LONG else []) for page in PAGES],
-)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_the_code_of_a_page_prints_what_it_says(page, tmp_path):
+    as_it_says(page, tmp_path, long=False)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("page", [page for page in PAGES if LONG in page.read_text()], ids=lambda page: page.name)
+def test_the_whole_page_prints_what_it_says(page, tmp_path):
+    as_it_says(page, tmp_path, long=True)
+
+
+def as_it_says(page, folder, *, long):
     pytest.importorskip("matplotlib")
     pytest.importorskip("pandas")
     text = page.read_text()
@@ -38,7 +41,7 @@ def test_the_code_of_a_page_prints_what_it_says(page, tmp_path):
         pytest.importorskip("pyarrow")
         pytest.importorskip("cloudpickle")
     assert text.count("```python\n") + text.count("```sh\n") == sum(1 for _ in BLOCK.finditer(text))
-    for done in run(text, tmp_path):
+    for done in run(text, folder, long=long):
         assert done.as_said(), f"{done.code}\nprints\n{done.printed}"
 
 
@@ -79,6 +82,14 @@ def test_a_page_that_is_wrong_is_found(tmp_path):
         "```python\nprint(1)\n```\n\n```text\n1\n```\n\n```python\nprint(2)\n```\n\n```text\n3\n```\n", tmp_path
     )
     assert right.as_said() and not wrong.as_said()
+
+
+def test_what_takes_long_is_run_only_where_asked(tmp_path):
+    page = "```python\nx = 1\n```\n\n<!-- long -->\n```python\nx += 1\n```\n\n```python\nprint(x)\n```\n\n```text\n2\n```\n"
+    for long in (False, True):
+        (tmp_path / str(long)).mkdir()
+        *_, last = run(page, tmp_path / str(long), long=long)
+        assert last.as_said() == long
 
 
 def test_the_reference_has_every_public_name_once():

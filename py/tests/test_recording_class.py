@@ -201,3 +201,25 @@ def test_what_is_saved_is_read_again(tmp_path):
     recording.save(tmp_path / "saved.csv")
     assert (tmp_path / "saved.csv").read_text() == (tmp_path / "as written.csv").read_text()
     assert furuta.Recording(tmp_path / "saved.csv") == recording
+
+
+def test_a_recording_is_checked_once(tmp_path):
+    """What was noticed as it was made is what every function says; what is written to it since is checked."""
+    data = columns()
+    gap = np.delete(np.arange(3000), slice(1500, 1510))
+    furuta.Recording({k: v[gap] for k, v in data.items()}).save(tmp_path / "gap.csv")
+    recording = furuta.Recording(tmp_path / "gap.csv")
+    assert any("row 1502" in notice for notice in recording.notices), recording.notices
+    said = [furuta.frf(given).notices for given in (tmp_path / "gap.csv", recording)]
+    assert said[0] == said[1]
+    for same in (copy.deepcopy(recording), pickle.loads(pickle.dumps(recording))):
+        assert same == recording
+        np.testing.assert_array_equal(furuta.frf(same).response, furuta.frf(recording).response)
+    assert any(" other: " in f" {n}" for n in furuta.frf({"other": recording}).notices)
+    recording.alpha[7] = np.nan
+    with pytest.raises(furuta.RecordingError, match="row 7, column alpha: the value is NaN"):
+        furuta.frf(recording)
+    recording.alpha[7] = recording.alpha[6]
+    before = furuta.frf(recording).response
+    recording.u[:] *= 2
+    np.testing.assert_allclose(furuta.frf(recording).response, before / 2)

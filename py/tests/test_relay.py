@@ -41,6 +41,28 @@ def test_ultimate_gain_and_period(name):
     assert abs(x[-1, 1]) < 1e-2
 
 
+@pytest.mark.parametrize("stiffness", [0.01, 0.02, 0.04])
+def test_gains_hold_the_spring_that_the_rig_file_names(stiffness):
+    """Without it in the gains the loop grows from 0.01 N m/rad on. The poles are NumPy's, without a delay."""
+    rig = furuta.Rig.load("qube-servo-2").with_effect("arm.spring", stiffness=stiffness, rest=0.0)
+    found = furuta.relay(rig)
+    assert found["margins"]["stable"]
+    (kp, _, kd), (arm_kp, arm_ki, arm_kd) = found["pendulum_gains"], found["arm_gains"]
+    a, b = furuta.zero_order_hold(*furuta.linearize(rig), H)
+    gain = np.array([[kp * arm_kp, kp, kp * arm_kd, kd, kp * arm_ki]])
+    integral = np.block([[a, np.zeros((4, 1))], [H * np.eye(1, 5)]])
+    poles = np.linalg.eigvals(integral - np.vstack([b, [[0]]]) @ gain)
+    assert np.abs(poles).max() < 1
+    free = furuta.relay("qube-servo-2")["arm_gains"][0]
+    assert arm_kp < free
+
+
+def test_gains_that_let_the_rig_fall_are_refused():
+    rig = furuta.Rig.load("qube-servo-2").with_effect("motor.delay", delay=0.01)
+    with pytest.raises(furuta.DesignError, match=r"the linear loop grows by .* 1/s \(the rig has motor.delay\)"):
+        furuta.relay(rig)
+
+
 def test_mistakes_are_named():
     rig = furuta.Rig.load("qube-servo-2")
     with pytest.raises(furuta.DesignError, match="amplitude = 20 V"):

@@ -90,3 +90,12 @@ def test_a_range_that_is_too_wide_says_how_wide_it_may_be():
         furuta.robust_lqr(rig, parameters=["pendulum.colour"])
     with pytest.raises(furuta.DesignError, match="allowed is more than 0"):
         furuta.robust_lqr(rig, -0.1)
+
+
+def test_the_guarantee_names_the_effects_that_it_does_not_hold_with():
+    rig = furuta.Rig.load("qube-servo-2")
+    assert furuta.robust_lqr(rig, 0.1)["remarks"] == {}
+    late = rig.with_effect("motor.delay", delay=0.025).with_effect("arm.spring", stiffness=0.005, rest=0.0)
+    remarks = furuta.robust_lqr(late, 0.1)["remarks"]
+    assert list(remarks) == ["motor.delay"]
+    assert "left out" in remarks["motor.delay"]

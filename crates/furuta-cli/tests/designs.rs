@@ -16,6 +16,11 @@ fn file(folder: &Folder, name: &str, effects: &[(&str, &[f64])]) -> String {
     path.to_str().expect("a path").to_owned()
 }
 
+/// The one line that a command which fails says.
+fn refusal(args: &[&str]) -> String {
+    common::failure(&furuta(args).output().expect("the binary runs"))
+}
+
 fn number(v: &Value) -> f64 {
     v.as_f64().expect("a number")
 }
@@ -163,4 +168,128 @@ fn a_loop_that_falls_on_the_model_is_not_run() {
         .output()
         .expect("runs");
     assert!(all_the_same.status.success());
+}
+
+/// A spring on the arm is the motor's business: another command for the same steady motion. What is not held is named.
+#[test]
+fn the_steady_motion_has_the_effects_of_the_rig_file() {
+    let folder = Folder::new("designs-steady");
+    let solve = |rig: &str| json(&["design", "steady-motion", "--rig", rig, "--json"]);
+    let free = solve("qube-servo-2");
+    let effects: [(&str, &[f64]); 2] = [("arm.spring", &[0.02, 0.1]), ("motor.lag", &[0.01])];
+    let held = solve(&file(&folder, "qube-servo-2", &effects));
+    assert_eq!(held["theta"], free["theta"]);
+    assert_ne!(held["u"], free["u"]);
+    assert!(number(&held["rest"]["command"]) < 0.0);
+    let remarks = held["remarks"].as_array().expect("a list");
+    assert_eq!(remarks.len(), 1);
+    let said = remarks[0]["text"].as_str().expect("text");
+    assert!(said.starts_with("motor.lag: left out"), "{said}");
+    let tilted = file(&folder, "qube-servo-2", &[("arm.tilt", &[0.05, 0.3, 0.0])]);
+    let said = refusal(&["design", "steady-motion", "--rig", &tilted]);
+    assert!(
+        said.contains("per rad of the arm's angle") && said.contains("arm.tilt"),
+        "{said}"
+    );
+}
+
+/// No vertex has a delay: the guarantee is said to be that of rigs without it.
+#[test]
+fn a_guarantee_says_for_which_rigs_it_holds() {
+    let folder = Folder::new("designs-robust");
+    let robust = |rig: &str| {
+        let output = furuta(&["design", "robust", "--rig", rig])
+            .output()
+            .expect("runs");
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    assert!(robust("qube-servo-2").contains("for every rig within the range; trace X"));
+    let effects: [(&str, &[f64]); 2] = [("motor.delay", &[0.025]), ("arm.spring", &[0.005, 0.0])];
+    let late = file(&folder, "qube-servo-2", &effects);
+    let text = robust(&late);
+    let told = "for every rig within the range that has no motor.delay: no guarantee is made for the file's own rig;";
+    assert!(text.contains(told), "{text}");
+    let found = json(&["design", "robust", "--rig", &late, "--json"]);
+    assert_eq!(
+        found["guarantee_without"],
+        serde_json::json!(["motor.delay"])
+    );
+}
+
+/// The pair that a relay tunes holds the spring that the file names; what it does not hold is refused.
+#[test]
+fn a_relay_tunes_for_the_spring_or_says_that_it_cannot() {
+    let folder = Folder::new("designs-relay");
+    let spring = file(&folder, "qube-servo-2", &[("arm.spring", &[0.02, 0.0])]);
+    let found = json(&["design", "pid", "--relay", "--rig", &spring, "--json"]);
+    assert!(number(&found["loop"]["growth"]) < 0.0, "{found}");
+    assert_eq!(found["rehearsal"]["fell"], Value::Null, "{found}");
+    let late = file(&folder, "qube-servo-2", &[("motor.delay", &[0.01])]);
+    let said = refusal(&["design", "pid", "--relay", "--rig", &late]);
+    assert!(
+        said.contains("the linear loop grows by") && said.contains("motor.delay"),
+        "{said}"
+    );
+}
+
+/// A controller file is judged as a design judges its own gain; one that is not linear is refused.
+#[test]
+fn a_controller_file_is_judged() {
+    let folder = Folder::new("designs-judge");
+    let judge = |name: &str, text: &str| {
+        let path = folder.file(name, text.to_owned());
+        let path = path.to_str().expect("a path").to_owned();
+        json(&[
+            "design",
+            "judge",
+            "--rig",
+            "qube-servo-2",
+            "--controller",
+            &path,
+            "--json",
+        ])
+    };
+    let lqr = json(&[
+        "design",
+        "lqr",
+        "--rig",
+        "qube-servo-2",
+        "--rate",
+        "500",
+        "--json",
+    ]);
+    for (name, text) in [
+        ("empty.toml", ""),
+        (
+            "mpc.toml",
+            "[controller]\nkind = \"mpc\"\npendulum_angle = 0.1\n",
+        ),
+        ("scheduled.toml", "[controller]\nkind = \"scheduled_lqr\"\n"),
+    ] {
+        let judged = judge(name, text);
+        assert_eq!(judged["margins"], lqr["margins"], "{name}");
+        assert_eq!(judged["k"], lqr["k"], "{name}");
+    }
+    let pid = judge("pid.toml", "[controller]\nkind = \"pid\"\n");
+    let lqi = judge("lqi.toml", "[controller]\nkind = \"lqi\"\n");
+    let disk = |found: &Value| number(&found["margins"]["disk"]);
+    assert!((disk(&pid) - disk(&lqi)).abs() < 1e-9);
+    let path = folder.file(
+        "sliding.toml",
+        "[controller]\nkind = \"lqr_sliding\"\n".to_owned(),
+    );
+    let path = path.to_str().expect("a path");
+    let said = refusal(&[
+        "design",
+        "judge",
+        "--rig",
+        "qube-servo-2",
+        "--controller",
+        path,
+    ]);
+    assert!(
+        said.contains("kind = \"lqr_sliding\" has no linear law"),
+        "{said}"
+    );
 }

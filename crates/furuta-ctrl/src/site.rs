@@ -2,7 +2,8 @@
 
 use crate::error::ConfigError;
 use furuta_model::discretize::zero_order_hold;
-use furuta_model::linear_plant::{Hold, rigid};
+use furuta_model::linear_plant::{Hold, Load, rigid};
+use furuta_model::params::Coefficients;
 use furuta_model::{Effect, Linear, Params, Plant};
 use nalgebra::{SMatrix, SVector};
 
@@ -90,13 +91,50 @@ impl<'a> Site<'a> {
         Ok(rigid(&plant, Hold::Arm(0.0))?)
     }
 
-    /// The same held over the sample period: `A` (4 x 4), `B` (4 x 1, per volt).
+    /// [`Site::linear`] held over the sample period: `A` (4 x 4), `B` (4 x 1, per volt).
     ///
     /// # Errors
     /// Those of [`Site::linear`].
     pub fn upright(&self) -> Result<(SMatrix<f64, 4, 4>, SVector<f64, 4>), ConfigError> {
         let linear = self.linear()?;
         Ok(zero_order_hold(&linear.a, &linear.b, self.period))
+    }
+
+    /// The model's coefficients with what the rig's effects make of them: for a law that inverts the model.
+    ///
+    /// # Errors
+    /// Parameters or effects that are not possible.
+    ///
+    /// ```
+    /// use furuta_ctrl::Site;
+    /// use furuta_model::{Effect, Rig};
+    /// let mut rig = Rig::builtin("qube-servo-2").ok_or("no such rig")?;
+    /// rig.effects.push(Effect::new("pendulum.inertia.transverse", &[1e-5])?);
+    /// let site = Site::of(&rig, 0.002);
+    /// assert!(site.coefficients()?.swing > rig.params.coefficients().swing);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn coefficients(&self) -> Result<Coefficients<f64>, ConfigError> {
+        Ok(Plant::new(self.params, self.effects)?.coefficients)
+    }
+
+    /// What springs, cables, tilt and what else has a slope at rest pull with, about the place where [`Site::linear`]
+    /// has them: for a law that inverts the model.
+    ///
+    /// # Errors
+    /// Those of [`Site::linear`].
+    ///
+    /// ```
+    /// use furuta_ctrl::Site;
+    /// use furuta_model::{Effect, Rig};
+    /// let mut rig = Rig::builtin("qube-servo-2").ok_or("no such rig")?;
+    /// rig.effects.push(Effect::new("arm.spring", &[0.005, 0.0])?);
+    /// assert_eq!(Site::of(&rig, 0.002).load()?.slope[0], [-0.005, 0.0, 0.0, 0.0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn load(&self) -> Result<Load<f64>, ConfigError> {
+        let plant = Plant::new(self.params, self.effects)?;
+        Ok(Load::of(&plant, Hold::Arm(0.0))?)
     }
 
     /// Small-angle frequency of the hanging pendulum, rad/s: the rig's own unit of time is its inverse.

@@ -1,12 +1,12 @@
 //! The tracking controllers: commands for any input, and what each promises on its own model.
 
-use furuta_ctrl::Real;
 use furuta_ctrl::controllers::{
-    Controller, LqrSliding, NormalFormSliding, OutputRegulator, Reaching, Switching,
+    Controller, Design, LqrSliding, NormalFormSliding, OutputRegulator, Reaching, Switching,
 };
 use furuta_ctrl::design::{SteadyMotion, Weights, balance};
+use furuta_ctrl::{Real, Site};
 use furuta_model::dynamics::acceleration;
-use furuta_model::{Rig, State, linearize};
+use furuta_model::{Effect, Rig, State, linearize};
 use proptest::prelude::*;
 
 const RIG: &str = "qube-servo-2";
@@ -147,6 +147,53 @@ proptest! {
         let switching = control.switching.gamma * (e[3] / control.switching.eps).clamp(-1.0, 1.0);
         let expected = -LAMBDA * LAMBDA * w[1] - feedback - switching;
         prop_assert!((alpha_ddot - expected).abs() < 1e-8 * (1.0 + expected.abs()), "{alpha_ddot} {expected}");
+    }
+}
+
+/// On a rig whose springs the file names, (53) makes the pendulum accelerate as on a free one: the command differs by
+/// what the springs pull with. So does the steady motion's.
+#[test]
+fn the_inverse_holds_the_springs_of_the_rig_file() {
+    let mut rig = rig();
+    let design = |rig: &Rig| {
+        let spec = furuta_ctrl::config::find("normal_form_sliding").expect("in the catalogue");
+        let settings = furuta_ctrl::settings::Settings::new(spec)
+            .with("gain", &[0.0, 0.0, 0.0, 0.0][..])
+            .expect("possible");
+        NormalFormSliding::<f64>::design(&settings, &Site::of(rig, 0.002)).expect("a design")
+    };
+    let free = design(&rig);
+    for (id, values) in [
+        ("arm.spring", [0.02, 0.0]),
+        ("pendulum.spring", [0.004, 0.0]),
+    ] {
+        rig.effects
+            .push(Effect::new(id, &values).expect("possible"));
+    }
+    let held = design(&rig);
+    let reference = State::new(0.4, 0.0, 0.0, 0.0);
+    for x in [[0.42, 0.01, 0.0, 0.0], [0.3, -0.02, 0.4, 0.01]].map(State::from) {
+        let [a, b] = [&free, &held].map(|c| c.update(&mut c.start(), &x, &reference, 0.002));
+        let [_, expected] = acceleration(&free.model, &x, a);
+        // [compensate] holds the arm at its reference; the controller has the rest.
+        let plant = rig.try_plant().expect("possible");
+        let b = b + furuta_ctrl::compensation::holding_voltage(&plant, reference.theta);
+        let found = plant.rate(0.0, &x, b, 1.0).alpha_dot;
+        assert!(
+            (found - expected).abs() < 1e-9 * (1.0 + expected.abs()),
+            "{found} {expected}"
+        );
+    }
+    let linear = Site::of(&rig, 0.002).linear().expect("rests");
+    let bare = linearize(&rig.nominal_plant(), State::upright(), 0.0);
+    let m =
+        furuta_model::dynamics::mass_matrix(&free.model, furuta_model::dynamics::Angle::of(0.0));
+    for i in 0..4 {
+        let more = [2, 3].map(|r| linear.a[(r, i)] - bare.a[(r, i)]);
+        let torque = m.times(more);
+        for (row, torque) in torque.into_iter().enumerate() {
+            assert!((held.steady.load.slope[row][i] - torque).abs() < 1e-12);
+        }
     }
 }
 

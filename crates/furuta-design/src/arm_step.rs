@@ -36,7 +36,7 @@ impl Default for Experiment {
             duration: 5.0,
             weights: None,
             pendulum: None,
-            iterations: 100,
+            iterations: 200,
         }
     }
 }

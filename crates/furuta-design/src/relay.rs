@@ -15,8 +15,9 @@
 //! a step. Where the pendulum swings by few steps, the oscillation is slower than an ideal relay's, and the gain that
 //! is found smaller; [`Ultimate::phase`] says by how much the loop turns there.
 
-use furuta_ctrl::Site;
-use furuta_model::linear_plant::{Amplitudes, Hold, equilibrium, smooth};
+use furuta_ctrl::estimators::{AnyEstimator, Estimator};
+use furuta_ctrl::{Config, Site};
+use furuta_model::linear_plant::{Amplitudes, Hold, Load, equilibrium, smooth};
 use furuta_model::{PlantError, Rig};
 use nalgebra::Complex;
 use std::f64::consts::{PI, TAU};
@@ -165,6 +166,17 @@ pub enum RelayError {
     /// The rig cannot be stepped like this.
     #[error("{0}")]
     Plant(#[from] PlantError),
+    /// The gains do not hold this rig.
+    #[error(
+        "relay: with the gains that it asks for the linear loop grows by {growth:.3} 1/s ({effects}): design the pair \
+         by the model, `furuta design pid` without --relay, or take off what the rig file names"
+    )]
+    Unstable {
+        /// The fastest growing pole's real part, 1/s.
+        growth: f64,
+        /// The rig's effects, or that there are none.
+        effects: String,
+    },
     /// Nothing rests upright, or there is no linear model.
     #[error("{0}")]
     Loop(#[from] LoopError),
@@ -345,18 +357,64 @@ impl Ultimate {
     ///
     /// Beside the relay's finding this takes two numbers that a stopwatch and a ruler give: the small-angle frequency
     /// of the hanging pendulum and the arm's length. Neither inertias nor the motor's constants are needed.
-    #[must_use]
-    pub fn gains(&self, rig: &Rig) -> Gains {
-        let c = rig.params.coefficients();
-        let frequency = (c.weight / c.pendulum).sqrt();
+    ///
+    /// A relay does not feel what holds the arm, slow as that is, and a pair made without it may let the rig fall. So
+    /// springs, cables and a tilt that the rig file names are taken off: what pulls the arm by the arm's gains (its
+    /// torque over the motor's), what pulls the pendulum with its weight.
+    ///
+    /// # Errors
+    /// [`RelayError::Unstable`] where the linear loop at this sample period (s), the standard estimator in it,
+    /// grows all the same.
+    ///
+    /// ```
+    /// use furuta_design::relay::Relay;
+    /// use furuta_model::{Effect, Rig};
+    /// let mut rig = Rig::builtin("qube-servo-2").ok_or("no such rig")?;
+    /// let relay = Relay::default();
+    /// let free = relay.run(&rig)?.gains(&rig, relay.period)?;
+    /// rig.effects.push(Effect::new("arm.spring", &[0.02, 0.0])?);
+    /// let held = relay.run(&rig)?.gains(&rig, relay.period)?;
+    /// // The arm's gains are below 0: further below where a spring has to be pulled.
+    /// assert!(held.arm[0] < free.arm[0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn gains(&self, rig: &Rig, period: f64) -> Result<Gains, RelayError> {
+        let plant = rig.try_plant()?;
+        let c = plant.coefficients;
+        let [on_arm, on_pendulum] = Load::of(&plant, Hold::Arm(0.0))
+            .map_err(LoopError::from)?
+            .slope;
+        let weight = c.weight + on_pendulum[1];
+        let frequency = (weight / c.pendulum).sqrt();
         let kp = GAIN * self.gain;
         // A pendulum that leans by a drives the arm by theta'' = -(weight/coupling) a, if it is to stay there.
-        let push = -c.weight / c.coupling;
+        let push = -weight / c.coupling;
         let pole = ARM * frequency;
-        Gains {
-            pendulum: [kp, 0.0, kp * DERIVATIVE / frequency],
-            arm: [3.0 * pole * pole, pole.powi(3), 3.0 * pole].map(|g| g / push),
+        let mut arm = [3.0 * pole * pole, pole.powi(3), 3.0 * pole].map(|g| g / push);
+        // The command is -kp times what the arm's gains make of its angle and speed.
+        for (gain, slope) in [(0, on_arm[0]), (2, on_arm[2])] {
+            arm[gain] += slope / (c.drive * kp);
         }
+        let gains = Gains {
+            pendulum: [kp, 0.0, kp * DERIVATIVE / frequency],
+            arm,
+        };
+        let closed = RigLoop::new(rig, gains.law(), Some(period), &Amplitudes::NONE)?;
+        // As it is run: the standard estimator looks ahead over a delay.
+        let estimator =
+            AnyEstimator::<f64>::design(&Config::default().estimator, &Site::of(rig, period));
+        let observed = estimator.ok().and_then(|e| closed.observed(e.linear()?));
+        let growth = observed.map_or_else(|| closed.growth(), |o| o.growth());
+        // What is not a number is no statement.
+        if growth < 0.0 {
+            return Ok(gains);
+        }
+        let ids: Vec<_> = rig.effects.iter().map(|e| e.spec().id).collect();
+        let effects = match ids.len() {
+            0 => "the rig has no effects".to_owned(),
+            _ => format!("the rig has {}", ids.join(", ")),
+        };
+        Err(RelayError::Unstable { growth, effects })
     }
 }
 

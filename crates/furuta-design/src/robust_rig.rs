@@ -1,7 +1,7 @@
 //! A rig's robust regulator: one gain for every rig whose parameters are within a range of this one's.
 
 use furuta_ctrl::design::{DesignError, Weights, lqr};
-use furuta_model::linear_plant::{Amplitudes, Hold, rigid};
+use furuta_model::linear_plant::{Amplitudes, Hold, Remark, rigid, rigid_remarks};
 use furuta_model::{Params, Rig};
 use nalgebra::{Matrix4, RowVector4};
 
@@ -166,6 +166,28 @@ fn vertices(within: &Polytope) -> Vec<Vertex<4, 1>> {
 }
 
 impl RobustRig {
+    /// The rig's effects that the guarantee knows nothing of, or in a small range only, and why: no vertex has a delay,
+    /// a lag or a flexible drive, nor friction.
+    ///
+    /// ```
+    /// use furuta_ctrl::design::balance_weights;
+    /// use furuta_design::polytope::LENGTHS_AND_MASS;
+    /// use furuta_design::robust_rig::robust_rig;
+    /// use furuta_model::{Effect, Rig};
+    /// let mut rig = Rig::builtin("ramos-velasco").ok_or("no such rig")?;
+    /// rig.effects.push(Effect::new("motor.delay", &[0.025])?);
+    /// let found = robust_rig(&rig, &LENGTHS_AND_MASS, 0.1, &balance_weights(&rig.params))?;
+    /// assert!(found.remarks()[0].to_string().starts_with("motor.delay: left out"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn remarks(&self) -> Vec<Remark> {
+        // The polytope is that of this plant: it is possible.
+        self.rig
+            .try_plant()
+            .map_or_else(|_| Vec::new(), |plant| rigid_remarks(&plant).to_vec())
+    }
+
     /// The slowest pole's real part under a gain, over the rigs at the corners of the range with their effects, 1/s:
     /// positive where one falls. See [`crate::rig_loop`] for what the loop holds.
     #[must_use]

@@ -5,6 +5,7 @@
 
 use furuta_ctrl::design::{RegulatorError, SteadyMotion};
 use furuta_model::State;
+use furuta_model::linear_plant::Load;
 use furuta_model::params::Coefficients;
 use furuta_model::series::{Series, terms};
 
@@ -58,14 +59,42 @@ impl Motion {
         lambda: f64,
         order: usize,
     ) -> Result<Self, RegulatorError> {
+        Self::solve_under(coefficients, &Load::NONE, lambda, order)
+    }
+
+    /// The same on a rig whose effects pull with this `load`.
+    ///
+    /// # Errors
+    /// Those of [`SteadyMotion::solve_under`]; the highest order is [`HIGHEST`].
+    ///
+    /// ```
+    /// use furuta_design::steady_motion::Motion;
+    /// use furuta_model::linear_plant::{Hold, Load};
+    /// use furuta_model::{Effect, Plant, Rig};
+    /// let rig = Rig::builtin("qube-servo-2").ok_or("no such rig")?;
+    /// let plant = Plant::new(&rig.params, &[Effect::new("arm.spring", &[0.02, 0.0])?])?;
+    /// let load = Load::of(&plant, Hold::Arm(0.0))?;
+    /// let [free, held] = [Load::NONE, load].map(|l| Motion::solve_under(&plant.coefficients, &l, 4.0, 5));
+    /// let (free, held) = (free?.coefficients(0, 1), held?.coefficients(0, 1));
+    /// assert!(held[0] == free[0] && held[2] != free[2]); // the same motion by another command
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn solve_under(
+        coefficients: &Coefficients<f64>,
+        load: &Load<f64>,
+        lambda: f64,
+        order: usize,
+    ) -> Result<Self, RegulatorError> {
         let solved = match order {
-            0..=7 => Solved::Low(Box::new(SteadyMotion::to_order(
+            0..=7 => Solved::Low(Box::new(SteadyMotion::to_order_under(
                 coefficients,
+                load,
                 lambda,
                 order,
             )?)),
-            _ => Solved::High(Box::new(SteadyMotion::to_order(
+            _ => Solved::High(Box::new(SteadyMotion::to_order_under(
                 coefficients,
+                load,
                 lambda,
                 order,
             )?)),

@@ -186,7 +186,7 @@ fn a_relay_tunes_every_rig() {
         let (gain, period) = at.expect("has one");
         near(name, "gain", found.gain, gain, 0.03);
         near(name, "period", found.period, period, 0.03);
-        let gains = found.gains(&rig);
+        let gains = found.gains(&rig, PERIOD).expect("it holds");
         let closed =
             RigLoop::new(&rig, gains.law(), Some(PERIOD), &Amplitudes::NONE).expect("linear");
         let margins = closed.delayed(PERIOD).margins();

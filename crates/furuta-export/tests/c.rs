@@ -288,6 +288,12 @@ fn every_kind_of_controller_and_estimator() {
         "[controller]\nkind = \"normal_form_sliding\"\n[estimator]\nkind = \"disturbance_observer\"\n",
     );
     same_bits::<f32>(&folder.0, &single, &rig, 99);
+    // What the inverted model holds of a spring is in the file too.
+    let mut sprung = rig.clone();
+    let spring = Effect::new("arm.spring", &[0.01, 0.1]).expect("sound");
+    sprung.effects.push(spring);
+    let inverse = config("[controller]\nkind = \"normal_form_sliding\"\n");
+    same_bits::<f64>(&folder.0, &inverse, &sprung, 98);
 }
 
 /// Typical sizes, as many at once as a plant holds.

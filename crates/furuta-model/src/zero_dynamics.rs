@@ -31,11 +31,33 @@ use crate::state::State;
 /// ```
 #[must_use]
 pub fn arm_acceleration<S: Scalar>(c: &Coefficients<S>, x: &State<S>, alpha_ddot: S) -> S {
+    arm_acceleration_under(c, [S::ZERO; 2], x, alpha_ddot)
+}
+
+/// The same where a further `torque` (N m) acts on `[arm, pendulum]`: a spring's, a cable's, a tilted base's.
+///
+/// ```
+/// use furuta_model::zero_dynamics::{arm_acceleration, arm_acceleration_under};
+/// use furuta_model::{Rig, State};
+/// let c = Rig::builtin("qube-servo-2").expect("built in").params.coefficients();
+/// let x = State::new(0.3, 0.2, -4.0, 1.5);
+/// let free = arm_acceleration(&c, &x, 7.0);
+/// // What acts on the arm is the motor's business; what acts on the pendulum, the arm's.
+/// assert_eq!(arm_acceleration_under(&c, [0.01, 0.0], &x, 7.0), free);
+/// assert!(arm_acceleration_under(&c, [0.0, 0.001], &x, 7.0) < free);
+/// ```
+#[must_use]
+pub fn arm_acceleration_under<S: Scalar>(
+    c: &Coefficients<S>,
+    torque: [S; 2],
+    x: &State<S>,
+    alpha_ddot: S,
+) -> S {
     let a = Angle::of(x.alpha);
     let centrifugal = c.swing * (a.sin * a.cos) * (x.theta_dot * x.theta_dot);
     let moment =
         c.pendulum * alpha_ddot + c.pendulum_damping * x.alpha_dot - c.weight * a.sin - centrifugal;
-    moment / (c.coupling * a.cos)
+    (moment - torque[1]) / (c.coupling * a.cos)
 }
 
 /// The command (V) under which the pendulum accelerates by `alpha_ddot` (rad/s²): what keeps it on a prescribed motion.
@@ -52,9 +74,31 @@ pub fn arm_acceleration<S: Scalar>(c: &Coefficients<S>, x: &State<S>, alpha_ddot
 /// ```
 #[must_use]
 pub fn command<S: Scalar>(c: &Coefficients<S>, x: &State<S>, alpha_ddot: S) -> S {
-    let theta_ddot = arm_acceleration(c, x, alpha_ddot);
+    command_under(c, [S::ZERO; 2], x, alpha_ddot)
+}
+
+/// The same where a further `torque` (N m) acts on `[arm, pendulum]`.
+///
+/// ```
+/// use furuta_model::zero_dynamics::{command, command_under};
+/// use furuta_model::{Rig, State};
+/// let c = Rig::builtin("qube-servo-2").expect("built in").params.coefficients();
+/// let x = State::new(0.3, 0.2, -4.0, 1.5);
+/// // A spring of 0.02 N m/rad pulls the arm back; the motor makes up for it.
+/// let pull = -0.02 * x.theta;
+/// let more = command_under(&c, [pull, 0.0], &x, 7.0) - command(&c, &x, 7.0);
+/// assert!((more + pull / c.drive).abs() < 1e-12);
+/// ```
+#[must_use]
+pub fn command_under<S: Scalar>(
+    c: &Coefficients<S>,
+    torque: [S; 2],
+    x: &State<S>,
+    alpha_ddot: S,
+) -> S {
+    let theta_ddot = arm_acceleration_under(c, torque, x, alpha_ddot);
     let a = Angle::of(x.alpha);
     let (m, b) = (dynamics::mass_matrix(c, a), dynamics::bias(c, a, x));
     let moment = m.arm * theta_ddot + m.coupling * alpha_ddot + b[0];
-    (moment + c.arm_damping * x.theta_dot) / c.drive
+    (moment + c.arm_damping * x.theta_dot - torque[0]) / c.drive
 }

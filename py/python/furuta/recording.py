@@ -24,8 +24,8 @@ class Recording(Mapping[str, Any]):
     """A recording: evenly sampled columns t (s), u (V), theta and alpha (rad), and others.
 
     u is held until the next row; alpha is measured from upright. A recording is checked as it is made, and `notices`
-    says what was noticed. Every function that takes a recording takes it; it is a mapping from the columns' names to
-    arrays.
+    says what was noticed. Every function that takes a recording takes it, and checks it again only where its arrays
+    were written to since; it is a mapping from the columns' names to arrays.
 
     Parameters
     ----------
@@ -81,8 +81,13 @@ class Recording(Mapping[str, Any]):
             given = _Named(given | columns, name or getattr(data, "name", None))
         elif columns:
             raise RecordingError("a file has its columns: read it first, Recording(path), and add to that")
-        found, self._columns, self.notices = _read_recording(given)
+        found, self._columns, self.notices, self._checked = _read_recording(given)
         self.name = name or found
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What was checked is made again, by whatever takes the recording, where it was copied or has come from another
+        # process.
+        return self.__dict__ | {"_checked": None}
 
     def __getitem__(self, name: str) -> Any:
         return column(self._columns, name, "a recording")

@@ -2,11 +2,13 @@
 
 use crate::arguments::RigLike;
 use crate::background::awaited;
+use crate::controller::PyController;
 use crate::error;
 use crate::matrix::{Vector, vector};
 use furuta_ctrl::controllers::{Lqi, StateFeedback};
 use furuta_ctrl::estimators::{AnyEstimator, Estimator};
-use furuta_ctrl::{Config, Site};
+use furuta_ctrl::settings::Settings;
+use furuta_ctrl::{Config, ControllerFile, Site};
 use furuta_design::rehearsal;
 use furuta_design::rig_loop::{Law, Margins, ObservedLoop, RigLoop};
 use furuta_model::Rig;
@@ -14,6 +16,7 @@ use furuta_model::linear_plant::Amplitudes;
 use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::path::PathBuf;
 
 /// The closed loop of a rig with its effects under u = -K x - ki * integral of theta: poles and margins.
 ///
@@ -24,11 +27,13 @@ use pyo3::types::PyDict;
 /// Parameters
 /// ----------
 /// rig : Rig
-/// K : array_like, shape (4,) or (5,)
+/// K : array_like, shape (4,) or (5,), Controller, or path
 ///     On [theta, alpha, theta_dot, alpha_dot], in V/rad and V s/rad; the fifth, if any, on the integral of theta, in
-///     V/(rad s).
+///     V/(rad s). Or a controller, or a controller file, by the law that it is near upright: an mpc by its regulator, a
+///     scheduled_lqr while the arm rests, a pid without its low pass.
 /// rate : float, optional
-///     Samples per second, the command held between samples. Continuous time if not given.
+///     Samples per second, the command held between samples. If not given, that of the Controller, or continuous time;
+///     a file needs one.
 /// amplitudes : sequence of 3 floats, optional
 ///     Amplitudes of the arm's speed (rad/s), the pendulum's speed (rad/s) and the command (V) for which friction and
 ///     voltage maps without a slope are replaced by their describing functions; 0 leaves them out.
@@ -50,7 +55,8 @@ use pyo3::types::PyDict;
 /// Raises
 /// ------
 /// DesignError
-///     Effects that let nothing rest upright, a rate at which the rig cannot be stepped, or shapes that do not fit.
+///     Effects that let nothing rest upright, a rate at which the rig cannot be stepped, shapes that do not fit, or a
+///     controller without a linear law.
 ///
 /// Examples
 /// --------
@@ -66,13 +72,13 @@ use pyo3::types::PyDict;
 pub(crate) fn closed_loop<'py>(
     py: Python<'py>,
     rig: RigLike,
-    K: Vector<'py>,
+    K: Given<'py>,
     rate: Option<f64>,
     amplitudes: Option<[f64; 3]>,
     omega: Option<Vector<'py>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let law = law(&K)?;
-    let period = rate.map(period).transpose()?;
+    let given = rate.map(period).transpose()?;
+    let (law, period, estimator) = K.law(&rig.rig, given)?;
     let [arm_speed, pendulum_speed, command] = amplitudes.unwrap_or_default();
     if ![arm_speed, pendulum_speed, command]
         .iter()
@@ -113,7 +119,7 @@ pub(crate) fn closed_loop<'py>(
     let of = closed.clone();
     let found = awaited(py, move || of.margins())?;
     out.set_item("margins", margins(py, &found)?)?;
-    if let Some(observed) = observed(&rig.rig, &closed) {
+    if let Some(observed) = observed(&rig.rig, &closed, &estimator) {
         let (found, growth, poles) = awaited(py, move || {
             (observed.margins(), observed.growth(), observed.poles())
         })?;
@@ -201,10 +207,10 @@ pub(crate) fn rehearse<'py>(
     Ok(out)
 }
 
-/// The same loop with the standard estimator, where it is sampled.
-fn observed(rig: &Rig, closed: &RigLoop) -> Option<ObservedLoop> {
+/// The same loop with an estimator, where it is sampled.
+fn observed(rig: &Rig, closed: &RigLoop, estimator: &Settings) -> Option<ObservedLoop> {
     let site = Site::of(rig, closed.period?);
-    let estimator = AnyEstimator::<f64>::design(&Config::default().estimator, &site).ok()?;
+    let estimator = AnyEstimator::<f64>::design(estimator, &site).ok()?;
     closed.observed(estimator.linear()?)
 }
 
@@ -217,6 +223,43 @@ pub(super) fn margins<'py>(py: Python<'py>, found: &Margins) -> PyResult<Bound<'
     margins.set_item("disk", found.disk)?;
     margins.set_item("frequencies", found.at.to_vec())?;
     Ok(margins)
+}
+
+/// What stands for a law: a gain, a controller or a controller file.
+#[derive(FromPyObject)]
+pub(crate) enum Given<'py> {
+    Controller(PyRef<'py, PyController>),
+    File(PathBuf),
+    Gain(Vector<'py>),
+}
+
+impl Given<'_> {
+    /// The law, the sample period (s) and the estimator's settings, for a loop at `period` if one is given.
+    fn law(&self, rig: &Rig, period: Option<f64>) -> PyResult<(Law, Option<f64>, Settings)> {
+        match self {
+            Self::Gain(k) => Ok((law(k)?, period, Config::default().estimator)),
+            Self::Controller(controller) => {
+                if let Some(period) = period {
+                    controller.check_period(period)?;
+                }
+                let law = Law::of(&controller.supervisor.balance).map_err(error::design)?;
+                let estimator = controller.config().estimator.clone();
+                Ok((law, Some(controller.period()), estimator))
+            }
+            Self::File(path) => {
+                let period = period.ok_or_else(|| {
+                    error::design(format!(
+                        "{}: a controller file needs a rate, the samples per second that it is made for",
+                        path.display()
+                    ))
+                })?;
+                let file = ControllerFile::load(path).map_err(error::controller)?;
+                let law = Law::of_controller(&file.config.controller, &Site::of(rig, period));
+                let law = law.map_err(|e| error::design(format!("{}: {e}", path.display())))?;
+                Ok((law, Some(period), file.config.estimator))
+            }
+        }
+    }
 }
 
 fn law(k: &Vector<'_>) -> PyResult<Law> {

@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 ///     n from 1 to 8.
 /// B : array_like, shape (n, 1)
 /// poles : array_like of complex, shape (n,)
-///     Complex ones with their conjugates.
+///     Complex ones with their conjugates; all with a real part below 0, or all with a modulus below 1.
 ///
 /// Returns
 /// -------
@@ -25,8 +25,8 @@ use pyo3::prelude::*;
 /// Raises
 /// ------
 /// DesignError
-///     Shapes that do not fit, a complex pole without its conjugate, or a system that the input does not reach
-///     entirely.
+///     Shapes that do not fit, poles that are stable neither in continuous nor in discrete time, a complex pole without
+///     its conjugate, or a system that the input does not reach entirely.
 ///
 /// Examples
 /// --------
@@ -47,6 +47,7 @@ pub(crate) fn place<'py>(
         Small::read("B", &B, Lies::Column)?,
     );
     let poles: Vec<Complex64> = vector("poles", &poles, error::design)?;
+    stable(&poles)?;
     let n = a.rows();
     a.expect("A", (n, n))?;
     b.expect("B", (n, 1))?;
@@ -65,6 +66,19 @@ pub(crate) fn place<'py>(
         };
     }
     sized!(1 2 3 4 5 6 7 8).array(py)
+}
+
+/// Refuses poles that are stable neither as those of a continuous system nor as those of a sampled one.
+fn stable(poles: &[Complex64]) -> PyResult<()> {
+    let grows = poles.iter().enumerate().find(|(_, p)| p.re >= 0.0);
+    let grows_sampled = poles.iter().enumerate().find(|(_, p)| p.norm() >= 1.0);
+    let (Some((i, p)), Some((k, z))) = (grows, grows_sampled) else {
+        return Ok(());
+    };
+    Err(error::design(format!(
+        "poles[{i}] = {p} is not stable in continuous time (real part below 0), nor poles[{k}] = {z} in discrete time \
+         (modulus below 1): the loop would grow; give poles that are all stable in one of the two"
+    )))
 }
 
 fn sized<const N: usize>(a: &Small, b: &Small, poles: &[Complex64]) -> PyResult<Small> {

@@ -15,6 +15,7 @@ use pyo3::types::PyDict;
 /// pendulum's controller (K. J. Astrom, T. Hagglund, 1984).
 ///
 /// The rig has its effects, encoders and command limit; a command acts from the sample after the one it is decided at.
+/// The gains allow for the springs and cables that the rig names.
 ///
 /// Parameters
 /// ----------
@@ -41,7 +42,8 @@ use pyo3::types::PyDict;
 /// ------
 /// DesignError
 ///     Numbers outside their ranges; a pendulum that falls, or does not oscillate steadily; a rig whose command is the
-///     arm's acceleration, on which a relay does not oscillate.
+///     arm's acceleration, on which a relay does not oscillate; gains under which the linear loop with the standard
+///     estimator grows.
 ///
 /// Examples
 /// --------
@@ -72,7 +74,7 @@ pub(crate) fn relay<'py>(
         (experiment.run(&tried), ultimate(&tried, period, 0.0))
     })?;
     let (found, model) = (found.map_err(error::design)?, model.map_err(error::design)?);
-    let gains = found.gains(&rig);
+    let gains = found.gains(&rig, period).map_err(error::design)?;
     let closed =
         RigLoop::new(&rig, gains.law(), Some(period), &Amplitudes::NONE).map_err(error::design)?;
     let out = PyDict::new(py);

@@ -32,9 +32,10 @@ use pyo3::types::PyDict;
 /// Returns
 /// -------
 /// dict
-///     K (4,): u = -K x; X (4, 4): from x on the cost is at most x' X x for every rig within the range; K_nominal (4,):
-///     the LQR; slowest and slowest_nominal (1/s): real part of the slowest pole over the rigs at the corners of the
-///     range; A (n, 4, 4), B (n, 4, 1): linear models whose convex hull holds those of all rigs within the range.
+///     K (4,): u = -K x; X (4, 4): from x on the cost is at most x' X x for every rig within the range without the
+///     effects that remarks names; remarks: dict from effect to why the guarantee does not hold with it; K_nominal
+///     (4,): the LQR; slowest and slowest_nominal (1/s): real part of the slowest pole over the rigs at the corners of
+///     the range; A (n, 4, 4), B (n, 4, 1): linear models whose convex hull holds those of all rigs within the range.
 ///
 /// Raises
 /// ------
@@ -86,6 +87,11 @@ pub(crate) fn robust_lqr<'py>(
     // Symmetric: rows are columns.
     let cost = found.regulator.cost.as_slice().to_vec();
     out.set_item("X", cost.into_pyarray(py).reshape([4, 4])?)?;
+    let remarks = PyDict::new(py);
+    for remark in found.remarks() {
+        remarks.set_item(remark.effect, remark.to_string())?;
+    }
+    out.set_item("remarks", remarks)?;
     out.set_item("slowest", found.slowest(k))?;
     out.set_item("slowest_nominal", found.slowest(&found.nominal))?;
     let points = &found.polytope.control_points;

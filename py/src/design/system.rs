@@ -2,8 +2,9 @@
 
 use crate::arguments::RigLike;
 use crate::error;
+use crate::linear::at_rest;
 use crate::matrix::{Lies, Matrix, Small};
-use furuta_model::State;
+use furuta_model::linear_plant::rigid_remarks;
 use numpy::PyUntypedArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyString};
@@ -102,8 +103,9 @@ fn after_the_system<'py>(
     Ok(rest)
 }
 
-/// A, B and C of a system given as one object, if `given` is one: a rig, upright and without its effects, or whatever
-/// has the attributes A, B, C and dt, as python-control's `StateSpace` does.
+/// A, B and C of a system given as one object, if `given` is one: a rig upright, with those of its effects that have a
+/// slope there (a Python warning names the others), or whatever has the attributes A, B, C and dt, as python-control's
+/// `StateSpace` does.
 fn whole(function: &str, time: Time, given: &Bound<'_, PyAny>) -> PyResult<Option<[Small; 3]>> {
     // The usual cases first: a design takes a few microseconds.
     if given.cast::<PyUntypedArray>().is_ok() || given.is_instance_of::<PyList>() {
@@ -118,7 +120,9 @@ fn whole(function: &str, time: Time, given: &Bound<'_, PyAny>) -> PyResult<Optio
                  zero_order_hold(*linearize(rig), dt)"
             )));
         }
-        let linear = furuta_model::linearize(&rig.nominal_plant(), State::upright(), 0.0);
+        let plant = rig.try_plant().map_err(error::rig)?;
+        error::warn_each(given.py(), rigid_remarks(&plant))?;
+        let linear = at_rest(&plant)?;
         let encoders = Small::from_fn(2, 4, |i, j| f64::from(i == j));
         return Ok(Some([
             Small::from_fixed(&linear.a),

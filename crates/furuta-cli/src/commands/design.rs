@@ -1,6 +1,7 @@
 //! `furuta design`: controllers from a rig's model.
 
 mod closed;
+mod judge;
 mod lqi;
 mod pid;
 mod place;
@@ -41,6 +42,7 @@ enum Method {
     Lqr(LqrArgs),
     Lqi(lqi::Args),
     Pid(pid::Args),
+    Judge(judge::Args),
     Place(place::Args),
     Robust(robust::Args),
     SteadyMotion(steady_motion::Args),
@@ -122,6 +124,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Method::Lqr(args) => run_lqr(args),
         Method::Lqi(args) => lqi::run(args),
         Method::Pid(args) => pid::run(args),
+        Method::Judge(args) => judge::run(args),
         Method::Place(args) => place::run(args),
         Method::Robust(args) => robust::run(args),
         Method::SteadyMotion(args) => steady_motion::run(args),

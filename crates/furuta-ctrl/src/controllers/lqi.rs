@@ -1,6 +1,6 @@
 //! State feedback with the integral of the arm's error.
 
-use super::{Controller, Design, StateFeedback, weights};
+use super::{Controller, Design, LinearLaw, StateFeedback, weights};
 use crate::error::ConfigError;
 use crate::design::{balance_weights_with_integral, integral_over_sample, sampled_lqi};
 use crate::numbers::Number;
@@ -186,6 +186,13 @@ impl<T: Real> Controller<T> for Lqi<T> {
         });
         let wanted = feedback - self.integral_gain * state.integral;
         command(wanted, self.command_limit)
+    }
+
+    fn linear_law(&self) -> Option<LinearLaw<T>> {
+        Some(LinearLaw {
+            gain: self.gain,
+            integral: self.integral_gain,
+        })
     }
 
     fn surrogate(&self) -> Option<StateFeedback<T>> {

@@ -10,7 +10,7 @@ use crate::real::{Real, c, command, is_finite};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::params::Coefficients;
-use furuta_model::{Linear, State, zero_dynamics};
+use furuta_model::{Linear, State};
 
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
@@ -195,7 +195,7 @@ impl<T: Real> LqrSliding<T> {
     fn feedback(&self, x: &State<T>, reference: &State<T>) -> (T, T) {
         let wanted = Wanted::at(&self.steady, reference);
         let error = wanted.error(x);
-        let forward = zero_dynamics::command(&self.model, &wanted.state, wanted.alpha_ddot);
+        let forward = wanted.command(&self.steady, &self.model);
         let feedback = forward - product(&self.gain, &error);
         (feedback, product(&self.surface, &error))
     }
@@ -238,7 +238,7 @@ impl<T: Real> Design for LqrSliding<T> {
         };
         let linear = site.linear()?;
         let designed = LqrSliding::on_surface(
-            &site.params.coefficients(),
+            &site.coefficients()?,
             &linear,
             &steady_motion(settings, site)?,
             &weights,

@@ -65,10 +65,50 @@ pub trait Controller<T: Real> {
         None
     }
 
+    /// The linear law that it is near upright while its reference rests there and no limit is met: for poles and
+    /// margins of its loop. `None`: it switches, or remembers more than an integral of the arm's angle.
+    fn linear_law(&self) -> Option<LinearLaw<T>> {
+        None
+    }
+
     /// Every number that its command depends on while the pendulum's reference is upright, by name; `false` where
     /// numbers alone do not tell it, so that no other program can be written from them.
     fn numbers(&self, _put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {
         false
+    }
+}
+
+/// `u = -gain x - integral s`, `s` the integral of the arm's angle.
+///
+/// ```
+/// use furuta_ctrl::Site;
+/// use furuta_ctrl::controllers::{self, AnyController, Controller};
+/// use furuta_model::Rig;
+/// let rig = Rig::builtin("shahzad2022-srv02").ok_or("no such rig")?;
+/// let law = |kind| {
+///     let settings = controllers::settings(kind)?;
+///     AnyController::<f64>::design(&settings, &Site::of(&rig, 0.002)).ok()?.linear_law()
+/// };
+/// let (lqr, mpc, lqi) = (law("lqr").ok_or("linear")?, law("mpc").ok_or("has one")?, law("lqi").ok_or("linear")?);
+/// assert!(mpc == lqr && lqr.integral == 0.0 && lqi.integral < 0.0);
+/// assert!(law("normal_form_sliding").is_none());
+/// # Ok::<(), &str>(())
+/// ```
+#[derive(Copy, Clone, Debug, PartialEq)]
+pub struct LinearLaw<T> {
+    /// On `[theta, alpha, theta_dot, alpha_dot]`: V/rad, V/rad, V s/rad, V s/rad.
+    pub gain: [T; 4],
+    /// V/(rad s).
+    pub integral: T,
+}
+
+impl<T: Real> LinearLaw<T> {
+    /// Without an integral.
+    pub(crate) fn of_states(gain: [T; 4]) -> Self {
+        Self {
+            gain,
+            integral: T::ZERO,
+        }
     }
 }
 
@@ -143,6 +183,10 @@ macro_rules! controllers {
 
             fn surrogate(&self) -> Option<StateFeedback<T>> {
                 match self { $(Self::$name(c) => c.surrogate()),+ }
+            }
+
+            fn linear_law(&self) -> Option<LinearLaw<T>> {
+                match self { $(Self::$name(c) => c.linear_law()),+ }
             }
 
             fn numbers(&self, put: &mut impl FnMut(&'static str, Number<'_, T>)) -> bool {

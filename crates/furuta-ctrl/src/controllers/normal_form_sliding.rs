@@ -10,7 +10,8 @@ use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::dynamics::acceleration;
 use furuta_model::params::Coefficients;
-use furuta_model::{State, zero_dynamics};
+use furuta_model::State;
+use furuta_model::linear_plant::Load;
 use nalgebra::{SMatrix, SVector};
 
 /// What a controller file may say of it.
@@ -143,7 +144,7 @@ impl NormalFormSliding<f64> {
     /// `K` for a model: the LQR of the normal form upright, `alpha'' = v - (gamma / eps) alpha'`, `theta''` by the zero
     /// dynamics.
     ///
-    /// Its layer's damping is part of what is stabilised. (The paper's own gain is that of a misprinted normal form.)
+    /// See [`NormalFormSliding::gain_under`] for a rig whose effects pull.
     ///
     /// # Errors
     /// Those of [`crate::design::riccati::continuous`].
@@ -152,14 +153,47 @@ impl NormalFormSliding<f64> {
         switching: &Switching<f64>,
         weights: &Weights<f64, 4, 1>,
     ) -> Result<[f64; 4], DesignError> {
+        Self::gain_under(model, &Load::NONE, switching, weights)
+    }
+
+    /// The same for a rig whose effects pull with this `load`. What pulls the arm alone does not change it: the
+    /// inverted model takes it off.
+    ///
+    /// Its layer's damping is part of what is stabilised. (The paper's own gain is that of a misprinted normal form.)
+    ///
+    /// ```
+    /// use furuta_ctrl::controllers::{NormalFormSliding, Switching};
+    /// use furuta_ctrl::design::Weights;
+    /// use furuta_model::linear_plant::Load;
+    /// let model = furuta_model::Rig::builtin("qube-servo-2").ok_or("no such rig")?.params.coefficients();
+    /// let switching = Switching { gamma: 20.0, eps: 0.5, filter: 0.0 };
+    /// let weights = Weights::diagonal([1.0; 4], [1.0]);
+    /// let gain = |slope| NormalFormSliding::gain_under(&model, &Load { slope }, &switching, &weights);
+    /// let (none, arm) = ([0.0; 4], [-0.02, 0.0, 0.0, 0.0]);
+    /// assert_eq!(gain([arm, none])?, gain([none, none])?);
+    /// assert_ne!(gain([none, [0.0, -0.004, 0.0, 0.0]])?, gain([none, none])?);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`crate::design::riccati::continuous`].
+    pub fn gain_under(
+        model: &Coefficients<f64>,
+        load: &Load<f64>,
+        switching: &Switching<f64>,
+        weights: &Weights<f64, 4, 1>,
+    ) -> Result<[f64; 4], DesignError> {
         let mut a = SMatrix::<f64, 4, 4>::zeros();
         a[(0, 2)] = 1.0;
         a[(1, 3)] = 1.0;
-        // theta'' = (M22 v + b_p alpha' - weight alpha) / (m L_r c) to first order, under the acceleration v - layer
-        // alpha'.
+        // theta'' = (M22 v + b_p alpha' - weight alpha - load) / (m L_r c) to first order, under the acceleration v -
+        // layer alpha'.
         let layer = switching.gamma / switching.eps;
         a[(2, 1)] = -model.weight / model.coupling;
         a[(2, 3)] = (model.pendulum_damping - model.pendulum * layer) / model.coupling;
+        for (i, slope) in load.slope[1].into_iter().enumerate() {
+            a[(2, i)] -= slope / model.coupling;
+        }
         a[(3, 3)] = -layer;
         let b = SVector::<f64, 4>::new(0.0, 0.0, model.pendulum / model.coupling, 1.0);
         lqr(&a, &b, weights).map(|regulator| regulator.gain.into())
@@ -183,7 +217,7 @@ impl NormalFormSliding<f64> {
 
 impl<T: Real> Design for NormalFormSliding<T> {
     fn design(settings: &Settings, site: &Site<'_>) -> Result<Self, ConfigError> {
-        let model = site.params.coefficients();
+        let model = site.coefficients()?;
         let frequency = site.frequency();
         let gamma = settings
             .number(const { SPEC.parameter("gamma").optional() })
@@ -195,6 +229,7 @@ impl<T: Real> Design for NormalFormSliding<T> {
                 .unwrap_or((gamma / (LAYER * frequency)).max(1e-6)),
             filter: settings.value(const { SPEC.parameter("filter").settled() }),
         };
+        let steady = steady_motion(settings, site)?;
         let gain = match settings.vector(const { SPEC.parameter("gain").several::<4>() }) {
             Some(gain) => gain,
             None => {
@@ -202,12 +237,12 @@ impl<T: Real> Design for NormalFormSliding<T> {
                 let [_, full] = acceleration(&model, &State::upright(), site.command_limit);
                 let mut weights = balance_weights(site.params);
                 weights.r[0] = 1.0 / (full * full);
-                NormalFormSliding::gain(&model, &switching, &weights)?
+                NormalFormSliding::gain_under(&model, &steady.load, &switching, &weights)?
             }
         };
         Ok(NormalFormSliding {
             model,
-            steady: steady_motion(settings, site)?,
+            steady,
             gain,
             switching,
             command_limit: site.command_limit,
@@ -239,7 +274,9 @@ impl<T: Real> Controller<T> for NormalFormSliding<T> {
             state.switching = filtered;
         }
         let alpha_ddot = wanted.alpha_ddot - product(&self.gain, &error) - state.switching;
-        let u = zero_dynamics::command(&self.model, x, alpha_ddot);
+        let u = self
+            .steady
+            .inverse(&self.model, x, wanted.middle, alpha_ddot);
         command(u, self.command_limit)
     }
 
@@ -247,6 +284,10 @@ impl<T: Real> Controller<T> for NormalFormSliding<T> {
         put("GAIN", Number::Real(&self.gain));
         put("CONTROLLER_LIMIT", Number::Real(&[self.command_limit]));
         put("CONTROLLER_MODEL", Number::Real(&listed(&self.model)));
+        put(
+            "CONTROLLER_LOAD",
+            Number::Real(self.steady.load.slope.as_flattened()),
+        );
         put("SWITCHING_GAMMA", Number::Real(&[self.switching.gamma]));
         put("SWITCHING_EPS", Number::Real(&[self.switching.eps]));
         put("SWITCHING_FILTER", Number::Real(&[self.switching.filter]));

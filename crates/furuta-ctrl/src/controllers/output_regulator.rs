@@ -1,6 +1,6 @@
 //! The nonlinear output regulator: feed-forward of a steady motion, linear feedback about it.
 
-use super::{Controller, Design, StateFeedback};
+use super::{Controller, Design, LinearLaw, StateFeedback};
 use crate::error::ConfigError;
 use crate::design::SteadyMotion;
 use crate::numbers::Number;
@@ -8,7 +8,7 @@ use crate::real::{Real, command, wrap};
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::Site;
 use furuta_model::params::Coefficients;
-use furuta_model::{State, zero_dynamics};
+use furuta_model::State;
 
 /// What a controller file may say of it.
 pub(super) static SPEC: Spec = Spec {
@@ -55,8 +55,9 @@ pub(super) fn steady_motion(
 ) -> Result<SteadyMotion<f64>, ConfigError> {
     let lambda = settings.value(const { LAMBDA.settled() });
     let order = settings.whole(const { ORDER.settled() });
-    Ok(SteadyMotion::solve(
-        &site.params.coefficients(),
+    Ok(SteadyMotion::solve_under(
+        &site.coefficients()?,
+        &site.load()?,
         lambda,
         order,
     )?)
@@ -121,6 +122,7 @@ impl<T: Real> Design for OutputRegulator<T> {
             }
         };
         Ok(Self {
+            model: site.coefficients()?.cast(),
             command_limit: T::from_f64(site.command_limit),
             ..Self::new(site.params, &steady_motion(settings, site)?, gain)
         })
@@ -134,9 +136,13 @@ impl<T: Real> Controller<T> for OutputRegulator<T> {
 
     fn update(&self, _: &mut (), x: &State<T>, reference: &State<T>, _: T) -> T {
         let wanted = Wanted::at(&self.steady, reference);
-        let forward = zero_dynamics::command(&self.model, &wanted.state, wanted.alpha_ddot);
+        let forward = wanted.command(&self.steady, &self.model);
         let u = forward - product(&self.gain, &wanted.error(x));
         command(u, self.command_limit)
+    }
+
+    fn linear_law(&self) -> Option<LinearLaw<T>> {
+        Some(LinearLaw::of_states(self.gain))
     }
 
     fn surrogate(&self) -> Option<StateFeedback<T>> {
@@ -158,6 +164,8 @@ impl<T: Real> Controller<T> for OutputRegulator<T> {
 pub(super) struct Wanted<T> {
     /// `pi(w)`, moved by the reference's `theta`.
     pub(super) state: State<T>,
+    /// Where its arm's middle is, rad.
+    pub(super) middle: T,
     /// rad/s².
     pub(super) alpha_ddot: T,
 }
@@ -169,8 +177,14 @@ impl<T: Real> Wanted<T> {
         state.theta += reference.theta;
         Self {
             state,
+            middle: reference.theta,
             alpha_ddot: -(steady.lambda * steady.lambda * w[1]),
         }
+    }
+
+    /// `c(w)`, V: the model's own command on the wanted motion.
+    pub(super) fn command(&self, steady: &SteadyMotion<T>, model: &Coefficients<T>) -> T {
+        steady.inverse(model, &self.state, self.middle, self.alpha_ddot)
     }
 
     /// `x - pi(w)`, the pendulum's angle the short way round.
@@ -188,13 +202,10 @@ pub(super) fn resting<T: Real>(
     steady: &SteadyMotion<T>,
     put: &mut impl FnMut(&'static str, Number<'_, T>),
 ) {
-    let w = steady.oscillator(&State::upright());
-    let state = steady.state(w);
-    let alpha_ddot = -(steady.lambda * steady.lambda * w[1]);
-    put("WANTED", Number::Real(&state.to_array()));
-    put("WANTED_ACCELERATION", Number::Real(&[alpha_ddot]));
-    let forward = zero_dynamics::command(model, &state, alpha_ddot);
-    put("FORWARD", Number::Real(&[forward]));
+    let wanted = Wanted::at(steady, &State::upright());
+    put("WANTED", Number::Real(&wanted.state.to_array()));
+    put("WANTED_ACCELERATION", Number::Real(&[wanted.alpha_ddot]));
+    put("FORWARD", Number::Real(&[wanted.command(steady, model)]));
 }
 
 pub(super) fn product<T: Real>(row: &[T; 4], x: &[T; 4]) -> T {

@@ -1,6 +1,6 @@
 //! A pair of PID controllers, the arm's around the pendulum's.
 
-use super::{Controller, Design, StateFeedback};
+use super::{Controller, Design, LinearLaw, StateFeedback};
 use crate::error::ConfigError;
 use crate::design::{balance_weights_with_integral, sampled_lqi};
 use crate::real::{Real, c, command, is_finite, wrap};
@@ -241,6 +241,15 @@ impl<T: Real> Controller<T> for Pid<T> {
             state.before = None;
         }
         u
+    }
+
+    /// Without the low pass of the derivatives. An integral of the pendulum's error is a memory of its own.
+    fn linear_law(&self) -> Option<LinearLaw<T>> {
+        let ([kp, ki, kd], [arm_kp, arm_ki, arm_kd]) = (self.pendulum, self.arm);
+        (ki == T::ZERO).then_some(LinearLaw {
+            gain: [kp * arm_kp, kp, kp * arm_kd, kd],
+            integral: kp * arm_ki,
+        })
     }
 
     fn surrogate(&self) -> Option<StateFeedback<T>> {

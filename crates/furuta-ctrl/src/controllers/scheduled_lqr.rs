@@ -1,6 +1,6 @@
 //! State feedback whose gain follows the arm's speed.
 
-use super::{Controller, Design, StateFeedback, weights};
+use super::{Controller, Design, LinearLaw, StateFeedback, weights};
 use crate::error::ConfigError;
 use crate::design::{balance_weights, dlqr};
 use crate::real::{Real, c, command};
@@ -134,6 +134,11 @@ impl<T: Real> Controller<T> for ScheduledLqr<T> {
         let feedback = self.at(self.gain_at(x.theta_dot));
         let u = feedback.unlimited(x, reference) + self.drag * reference.theta_dot;
         command(u, self.command_limit)
+    }
+
+    /// That of a resting arm.
+    fn linear_law(&self) -> Option<LinearLaw<T>> {
+        Some(LinearLaw::of_states(self.gains[0]))
     }
 
     fn surrogate(&self) -> Option<StateFeedback<T>> {

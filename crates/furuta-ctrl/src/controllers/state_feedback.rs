@@ -1,6 +1,6 @@
 //! Linear state feedback.
 
-use super::{Controller, Design, weights};
+use super::{Controller, Design, LinearLaw, weights};
 use crate::error::ConfigError;
 use crate::design::{Regulator, balance_weights, dlqr};
 use crate::numbers::Number;
@@ -95,6 +95,10 @@ impl<T: Real> Controller<T> for StateFeedback<T> {
 
     fn update(&self, _: &mut (), x: &State<T>, reference: &State<T>, _: T) -> T {
         command(self.unlimited(x, reference), self.command_limit)
+    }
+
+    fn linear_law(&self) -> Option<LinearLaw<T>> {
+        Some(LinearLaw::of_states(self.gain))
     }
 
     fn surrogate(&self) -> Option<Self> {

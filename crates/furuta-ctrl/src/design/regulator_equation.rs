@@ -18,8 +18,9 @@
 //! A. Isidori, C. I. Byrnes, *Output regulation of nonlinear systems*, IEEE Trans. Automatic Control 35 (1990) 131-140;
 //! J. Huang, W. J. Rugh, *On a nonlinear multivariable servomechanism problem*, Automatica 26 (1990) 963-972.
 
-use crate::real::{Real, c};
+use crate::real::{Real, c, wrap};
 use furuta_model::State;
+use furuta_model::linear_plant::Load;
 use furuta_model::params::Coefficients;
 use furuta_model::series::{Series, TERMS};
 use furuta_model::zero_dynamics;
@@ -54,6 +55,20 @@ pub enum RegulatorError {
         /// Power of `w2`.
         j: usize,
     },
+    /// What effects pull the pendulum with depends on the arm's angle or speed, as under a tilted base: then one degree
+    /// does not follow from those below it.
+    #[error(
+        "the effects' torque on the pendulum changes by {value} N m per {unit} of the arm's {what}; a steady motion is \
+         only found where that is 0: leave out arm.tilt, or the law of one's own that does it"
+    )]
+    Load {
+        /// N m per rad, or N m per rad/s.
+        value: f64,
+        /// "rad" or "rad/s".
+        unit: &'static str,
+        /// "angle" or "speed".
+        what: &'static str,
+    },
     /// The right-hand side has a term of even degree, to which the oscillator may resonate.
     #[error(
         "the zero dynamics have an even term, {value} w1^{i} w2^{j}; only odd ones can be solved for"
@@ -68,7 +83,10 @@ pub enum RegulatorError {
     },
     /// Substituted into the equation, the series does not satisfy it: the right-hand side depends linearly on the arm's
     /// motion.
-    #[error("the series misses the zero dynamics by {residual} at degree {degree}")]
+    #[error(
+        "the series misses the zero dynamics by {residual} at degree {degree} (1e-14 is possible): the model's torque \
+         on the pendulum depends on the arm's angle or speed to first order; leave that effect out"
+    )]
     Residual {
         /// The degree that does not fit.
         degree: usize,
@@ -95,6 +113,8 @@ pub struct SteadyMotion<T, const N: usize = TERMS> {
     pub speed: Series<T, N>,
     /// The command `c(w)`, V.
     pub command: Series<T, N>,
+    /// What effects pull with beside the model's own torques.
+    pub load: Load<T>,
 }
 
 impl<T: Real> SteadyMotion<T> {
@@ -121,6 +141,34 @@ impl<T: Real> SteadyMotion<T> {
     ) -> Result<Self, RegulatorError> {
         Self::to_order(coefficients, lambda, order)
     }
+
+    /// The same on a rig whose effects pull with this `load`: the arm's motion allows for what pulls the pendulum, the
+    /// command for what pulls the arm.
+    ///
+    /// # Errors
+    /// As [`SteadyMotion::solve`]; [`RegulatorError::Load`].
+    ///
+    /// ```
+    /// use furuta_ctrl::design::SteadyMotion;
+    /// use furuta_model::Rig;
+    /// use furuta_model::linear_plant::Load;
+    /// let c = Rig::builtin("qube-servo-2").ok_or("no such rig")?.params.coefficients();
+    /// let spring = Load { slope: [[-0.02, 0.0, 0.0, 0.0], [0.0; 4]] };
+    /// let [free, held] = [Load::NONE, spring].map(|load| SteadyMotion::solve_under(&c, &load, 4.0, 5));
+    /// let (free, held) = (free?, held?);
+    /// assert_eq!(held.angle, free.angle);
+    /// let more = held.command.at(0.0, 0.03) - free.command.at(0.0, 0.03);
+    /// assert!((more - 0.02 * free.angle.at(0.0, 0.03) / c.drive).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    pub fn solve_under(
+        coefficients: &Coefficients<T>,
+        load: &Load<T>,
+        lambda: T,
+        order: usize,
+    ) -> Result<Self, RegulatorError> {
+        Self::to_order_under(coefficients, load, lambda, order)
+    }
 }
 
 impl<T: Real, const N: usize> SteadyMotion<T, N> {
@@ -146,19 +194,41 @@ impl<T: Real, const N: usize> SteadyMotion<T, N> {
         lambda: T,
         order: usize,
     ) -> Result<Self, RegulatorError> {
+        Self::to_order_under(coefficients, &Load::NONE, lambda, order)
+    }
+
+    /// [`SteadyMotion::solve_under`] with series of another capacity.
+    ///
+    /// # Errors
+    /// Those of [`SteadyMotion::solve_under`]; an order beyond the capacity says it.
+    pub fn to_order_under(
+        coefficients: &Coefficients<T>,
+        load: &Load<T>,
+        lambda: T,
+        order: usize,
+    ) -> Result<Self, RegulatorError> {
+        for (i, what, unit) in [(0, "angle", "rad"), (2, "speed", "rad/s")] {
+            let value = load.slope[1][i].value();
+            if value != 0.0 {
+                return Err(RegulatorError::Load { value, unit, what });
+            }
+        }
         let model = coefficients.cast::<Series<T, N>>();
+        let pull = load.cast::<Series<T, N>>();
         let angle = arm_angle(lambda, order, |x, alpha_ddot| {
-            zero_dynamics::arm_acceleration(&model, x, alpha_ddot)
+            zero_dynamics::arm_acceleration_under(&model, pull.torque(x), x, alpha_ddot)
         })?;
         let steady = Self {
             lambda,
             angle,
             speed: angle.rate(lambda),
             command: Series::constant(T::ZERO),
+            load: *load,
         };
         let (x, alpha_ddot) = steady.series();
         Ok(Self {
-            command: zero_dynamics::command(&model, &x, alpha_ddot).truncated(order),
+            command: zero_dynamics::command_under(&model, pull.torque(&x), &x, alpha_ddot)
+                .truncated(order),
             ..steady
         })
     }
@@ -192,6 +262,37 @@ impl<T: Real, const N: usize> SteadyMotion<T, N> {
         [-reference.alpha_dot / self.lambda, reference.alpha]
     }
 
+    /// The command (V) under which the pendulum in state `x` accelerates by `alpha_ddot` (rad/s²), by the model with
+    /// these coefficients and the [load](SteadyMotion::load), whose place of rest has the arm at `middle` (rad).
+    ///
+    /// The voltage that holds the arm there is not in it: `[compensate] hold` adds that.
+    ///
+    /// ```
+    /// # use furuta_ctrl::design::SteadyMotion;
+    /// # use furuta_model::State;
+    /// # let rig = furuta_model::Rig::builtin("qube-servo-2").ok_or("no such rig")?;
+    /// let c = rig.params.coefficients();
+    /// let steady = SteadyMotion::solve(&c, 2.0, 3)?;
+    /// let u = steady.inverse(&c, &State::upright(), 0.0, 7.0);
+    /// assert!((furuta_model::dynamics::acceleration(&c, &State::upright(), u)[1] - 7.0).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    pub fn inverse(
+        &self,
+        coefficients: &Coefficients<T>,
+        x: &State<T>,
+        middle: T,
+        alpha_ddot: T,
+    ) -> T {
+        let distance = State {
+            theta: x.theta - middle,
+            alpha: wrap(x.alpha),
+            ..*x
+        };
+        let torque = self.load.torque(&distance);
+        zero_dynamics::command_under(coefficients, torque, x, alpha_ddot)
+    }
+
     /// The same in another precision.
     pub fn cast<U: Real>(&self) -> SteadyMotion<U, N> {
         let series = |s: &Series<T, N>| s.map(|_, _, c| U::from_f64(c.value()));
@@ -200,6 +301,7 @@ impl<T: Real, const N: usize> SteadyMotion<T, N> {
             angle: series(&self.angle),
             speed: series(&self.speed),
             command: series(&self.command),
+            load: self.load.cast(),
         }
     }
 
@@ -216,9 +318,11 @@ impl<T: Real, const N: usize> SteadyMotion<T, N> {
         for k in 0..64 {
             let (s, c) = c::<T>(f64::from(k) * core::f64::consts::TAU / 64.0).sin_cos();
             let w = [amplitude * c, amplitude * s];
-            let demanded = zero_dynamics::arm_acceleration(
+            let x = self.state(w);
+            let demanded = zero_dynamics::arm_acceleration_under(
                 coefficients,
-                &self.state(w),
+                self.load.torque(&x),
+                &x,
                 -(self.lambda * self.lambda * w[1]),
             );
             let difference = (acceleration.at(w[0], w[1]) - demanded).abs();

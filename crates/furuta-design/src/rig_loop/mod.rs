@@ -13,7 +13,11 @@ mod sampled;
 pub use margins::Margins;
 pub use observed::ObservedLoop;
 
+use furuta_ctrl::Site;
 use furuta_ctrl::compensation::holding_voltage;
+use furuta_ctrl::config::ConfigError;
+use furuta_ctrl::controllers::{AnyController, Controller, LinearLaw};
+use furuta_ctrl::settings::Settings;
 use furuta_model::linear_plant::{
     Amplitudes, Hold, LinearPlant, MAX_STATES, NoEquilibrium, linear_plant, smooth,
 };
@@ -37,6 +41,62 @@ impl Law {
         let integral = 0.0;
         Self { gain, integral }
     }
+}
+
+impl Law {
+    /// The law that a controller with these settings is near upright, made for this site: an `mpc` its regulator's, a
+    /// `pid` without its low pass, a `scheduled_lqr` that of a resting arm.
+    ///
+    /// # Errors
+    /// [`LawError`]; settings that are not possible there.
+    ///
+    /// ```
+    /// use furuta_ctrl::{Site, controllers};
+    /// use furuta_design::rig_loop::Law;
+    /// use furuta_model::Rig;
+    /// let rig = Rig::builtin("shahzad2022-srv02").ok_or("no such rig")?;
+    /// let site = Site::of(&rig, 0.002);
+    /// let of = |kind| Law::of_controller(&controllers::settings(kind).expect("listed"), &site);
+    /// assert_eq!(of("mpc")?, of("lqr")?);
+    /// let why = of("lqr_sliding").unwrap_err().to_string();
+    /// assert!(why.starts_with("kind = \"lqr_sliding\" has no linear law"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn of_controller(settings: &Settings, site: &Site<'_>) -> Result<Self, LawError> {
+        let controller = AnyController::<f64>::design(settings, site)?;
+        Self::of(&controller)
+    }
+
+    /// The law that this controller is near upright.
+    ///
+    /// # Errors
+    /// [`LawError::NotLinear`].
+    pub fn of(controller: &AnyController<f64>) -> Result<Self, LawError> {
+        let LinearLaw { gain, integral } =
+            controller.linear_law().ok_or_else(|| LawError::NotLinear {
+                kind: controller.spec().id,
+            })?;
+        Ok(Self { gain, integral })
+    }
+}
+
+/// Why a controller has no linear law.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LawError {
+    /// It switches, or remembers something.
+    #[error(
+        "kind = \"{kind}\" has no linear law here: it switches, or remembers more than an integral of the arm's angle; \
+         lqr, lqi, scheduled_lqr, output_regulator, mpc with delay = \"none\" and pid without an integral of the \
+         pendulum's angle have one"
+    )]
+    NotLinear {
+        /// Its kind.
+        kind: &'static str,
+    },
+    /// There is no such controller.
+    #[error("{0}")]
+    Config(#[from] ConfigError),
 }
 
 /// Why there is no loop.

@@ -11,6 +11,13 @@ use furuta_design::mpc::InteriorPoint;
 use furuta_model::{Rig, State, linearize};
 use nalgebra::{DMatrix, DVector};
 
+/// Changes of the active limits in a sample, where a file says nothing.
+fn standard_bound(site: &Site<'_>) -> usize {
+    let settings = controllers::settings("mpc").expect("listed");
+    let mpc = Mpc::<f64>::design(&settings, site).expect("suits any rig");
+    mpc.iterations
+}
+
 /// A controller with random weights, horizon and limits, and what the last command was.
 fn drawn(draws: &mut Draws, rig: &Rig, angles: bool) -> (Mpc<f64>, MpcState<f64>) {
     let site = Site::of(rig, PERIOD);
@@ -27,7 +34,15 @@ fn drawn(draws: &mut Draws, rig: &Rig, angles: bool) -> (Mpc<f64>, MpcState<f64>
     };
     let horizon = 10.0 * ten(0.5) / site.frequency();
     let linear = site.linear().expect("has one");
-    let mpc = Mpc::<f64>::new(&linear, PERIOD, &weights, horizon, &bounds, 200).expect("a gain");
+    let mpc = Mpc::<f64>::new(
+        &linear,
+        PERIOD,
+        &weights,
+        horizon,
+        &bounds,
+        standard_bound(&site),
+    )
+    .expect("a gain");
     let last = u * draws.next();
     let upright = State::upright();
     let memory = mpc.take_over(&upright, &upright, last);
@@ -39,7 +54,7 @@ fn drawn(draws: &mut Draws, rig: &Rig, angles: bool) -> (Mpc<f64>, MpcState<f64>
 #[test]
 fn random_problems_are_solved() {
     let mut draws = Draws(11);
-    let (mut active, mut many, mut most) = (0, 0, 0);
+    let (mut active, mut most) = (0, 0);
     for name in Rig::VOLTAGE {
         let rig = Rig::builtin(name).expect("built in");
         let frequency = Site::of(&rig, PERIOD).frequency();
@@ -61,7 +76,6 @@ fn random_problems_are_solved() {
                 assert!(missed < 1e-10 * limit, "{name}: {missed} V, {report:?}");
                 assert!(u.abs() <= limit && (u - before.last()).abs() <= mpc.step * (1.0 + 1e-12));
                 active += usize::from(y[3].iter().any(|y| *y != 0.0));
-                many += usize::from(report.changes > 100);
                 most = most.max(report.changes);
                 let further = draws.state(frequency);
                 x = State::from(std::array::from_fn(|i| {
@@ -71,12 +85,9 @@ fn random_problems_are_solved() {
         }
     }
     assert!(active > 4000, "{active}");
-    // States drawn at random are as far from each other as no two samples: few need more changes than the standard
-    // bound of 100 (20 of 8,000, at most 138).
-    assert!(
-        many <= 20 && most <= 138,
-        "{many} beyond 100, {most} at most"
-    );
+    // States drawn at random are as far from each other as no two samples of a run. None of them meets the standard
+    // bound of 200; a larger number here asks for another bound.
+    assert_eq!(most, 138);
 }
 
 /// The first move by Clarabel, which says which limits are active, and the linear equations of these.

@@ -15,11 +15,13 @@
 
 pub mod describing;
 pub mod hold;
+mod load;
 mod treatment;
 
 pub use describing::Amplitudes;
 pub use hold::{Equilibrium, Hold, NoEquilibrium, equilibrium};
-pub use treatment::{Remark, Treatment};
+pub use load::Load;
+pub use treatment::{Remark, Treatment, rigid_remarks};
 
 use crate::jet::Jet;
 use crate::linearize::{Linear, linearize};

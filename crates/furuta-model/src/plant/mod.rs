@@ -403,6 +403,19 @@ impl<S: Scalar> Plant<S> {
         }
     }
 
+    /// What the effects alone add to the torques on `[arm, pendulum]` at the start of a run, N m.
+    pub(crate) fn effect_torques(&self, x: &State<S>, volts: S) -> [S; 2] {
+        let at = Instant {
+            clock: Clock::at(S::ZERO),
+            x,
+            angle: Angle::of(x.alpha),
+            coefficients: &self.coefficients,
+            memory: S::ZERO,
+            volts,
+        };
+        self.with_effects([S::ZERO; 2], &at, Bodies::Whole).0
+    }
+
     /// [`Plant::balance`] as a call, for where events are looked for.
     #[inline(never)]
     fn balance_outside(

@@ -76,13 +76,23 @@ impl JudgeArgs {
         rate: Option<f64>,
         controller: &Settings,
     ) -> Result<Judged, Failure> {
+        self.judge_system(rig, law, rate, &Config::with_controller(controller.clone()))
+    }
+
+    /// The same with a whole control system that `law` is part of.
+    pub(super) fn judge_system(
+        &self,
+        rig: &Rig,
+        law: Law,
+        rate: Option<f64>,
+        config: &Config,
+    ) -> Result<Judged, Failure> {
         let failure = |e: &dyn std::fmt::Display| Failure::new(format!("rig {}: {e}", rig.name));
         let amplitudes = self.amplitudes.unwrap_or(Amplitudes::NONE);
         let period = rate.map(|rate| 1.0 / rate);
         let closed = RigLoop::new(rig, law, period, &amplitudes).map_err(|e| failure(&e))?;
-        let config = Config::with_controller(controller.clone());
         let rehearsed = rate.unwrap_or(RATE);
-        let rehearsal = rehearse(&config, rig, 1.0 / rehearsed, 0.0).map_err(|e| e.to_string());
+        let rehearsal = rehearse(config, rig, 1.0 / rehearsed, 0.0).map_err(|e| e.to_string());
         let observed = period.and_then(|period| {
             let site = Site::of(rig, period);
             let estimator = AnyEstimator::<f64>::design(&config.estimator, &site).ok()?;

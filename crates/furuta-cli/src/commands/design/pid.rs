@@ -59,7 +59,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         .transpose()
         .map_err(|e| failure(&e))?;
     let gains = match &found {
-        Some(found) => found.gains(&rig),
+        Some(found) => found.gains(&rig, 1.0 / rate).map_err(|e| failure(&e))?,
         None => {
             let pid = Pid::<f64>::design(&settings, &Site::of(&rig, 1.0 / rate));
             let pid = pid.map_err(|e| failure(&e))?;

@@ -7,6 +7,7 @@ use furuta_ctrl::design::{Weights, balance_weights};
 use furuta_design::polytope::{LENGTHS_AND_MASS, key};
 use furuta_design::robust_rig::robust_rig;
 use furuta_model::Rig;
+use furuta_model::linear_plant::Remark;
 use serde_json::json;
 
 use super::closed::{JudgeArgs, poles_json};
@@ -78,6 +79,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.write_controller {
         write_controller(path, &rig, Some(args.rate), settings);
     }
+    let left_out = found.remarks();
     let corners = found.polytope.corners.len();
     let mut out = streams::output();
     if args.json {
@@ -86,6 +88,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             "r": weights.r[0],
             "k": k.as_slice(), "k_nominal": nominal.as_slice(), "guaranteed_cost": found.regulator.guaranteed,
             "gap": found.regulator.gap,
+            "guarantee_without": left_out.iter().map(|r| r.effect).collect::<Vec<_>>(),
             "corners": corners, "vertices": found.polytope.control_points.len(),
             "slowest_pole": {"nominal": slowest[0], "robust": slowest[1]},
             "rate": args.rate, "largest_sampled_pole": {"nominal": sampled[0], "robust": sampled[1]},
@@ -104,7 +107,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     gains(&mut out, k.as_slice(), &rig)?;
     writeln!(
         out,
-        "  from x on the cost is at most x'Xx for every rig within the range; trace X = {}",
+        "  from x on the cost is at most x'Xx for every rig within the range{}; trace X = {}",
+        unqualified(&left_out),
         significant(found.regulator.guaranteed)
     )?;
     writeln!(
@@ -126,4 +130,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     )?;
     writeln!(out, "  the rig as its file says, at {} Hz:", args.rate)?;
     judged.print(&mut out)
+}
+
+/// For which of them the guarantee says nothing.
+fn unqualified(left_out: &[Remark]) -> String {
+    if left_out.is_empty() {
+        return String::new();
+    }
+    let ids: Vec<&str> = left_out.iter().map(|r| r.effect).collect();
+    format!(
+        " that has no {}: no guarantee is made for the file's own rig",
+        ids.join(", no ")
+    )
 }

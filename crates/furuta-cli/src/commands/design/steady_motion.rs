@@ -5,6 +5,7 @@ use std::io::Write;
 use furuta_design::largest_sine;
 use furuta_design::steady_motion::Motion;
 use furuta_model::Rig;
+use furuta_model::linear_plant::{Hold, Load, equilibrium, rigid_remarks, smooth};
 use furuta_model::params::Coefficients;
 use serde_json::{Value, json};
 
@@ -14,7 +15,8 @@ use crate::print::significant;
 use crate::streams;
 
 /// Steady motion on which the pendulum follows alpha = w2, a sine: the arm's angle and the command as power series in
-/// w1 and w2, with w1' = lambda w2, w2' = -lambda w1 (the regulator equation of Francis, Byrnes and Isidori).
+/// w1 and w2, with w1' = lambda w2, w2' = -lambda w1 (the regulator equation of Francis, Byrnes and Isidori). Springs
+/// and cables of the rig file take part by their slopes at rest; effects that cannot are listed.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file.
@@ -40,12 +42,18 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let rig = Rig::load(&args.rig)?;
-    let full = rig.params.coefficients();
+    let failure = |e: &dyn std::fmt::Display| Failure::new(format!("rig {}: {e}", rig.name));
+    let plant = rig.try_plant().map_err(|e| failure(&e))?;
+    let load = Load::of(&plant, Hold::Arm(0.0)).map_err(|e| failure(&e))?;
+    let remarks = rigid_remarks(&plant);
+    let rest = equilibrium(&smooth(&plant), Hold::Arm(0.0)).map_err(|e| failure(&e))?;
+    let full = plant.coefficients;
     let c = Coefficients {
         swing: if args.planar { 0.0 } else { full.swing },
         ..full
     };
-    let steady = Motion::solve(&c, args.lambda, args.order)?;
+    let steady =
+        Motion::solve_under(&c, &load, args.lambda, args.order).map_err(|e| failure(&e))?;
     let residual = steady.residual(&c, args.amplitude);
     let largest = largest_sine::amplitude(&c, args.lambda);
     let mut out = streams::output();
@@ -53,6 +61,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let line = json!({
             "rig": rig.name, "planar": args.planar, "lambda": args.lambda, "order": args.order,
             "theta": terms(&steady, 0), "theta_dot": terms(&steady, 1), "u": terms(&steady, 2),
+            "remarks": remarks
+                .iter()
+                .map(|r| json!({"effect": r.effect, "text": r.to_string()}))
+                .collect::<Vec<_>>(),
+            "rest": {"alpha": rest.x.alpha, "command": rest.command},
             "amplitude": args.amplitude, "residual": residual, "largest_amplitude": largest,
         });
         return Ok(writeln!(out, "{line}")?);
@@ -82,10 +95,22 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     match largest {
         Some(largest) => writeln!(
             out,
-            "the largest sine that this pendulum can follow at all (no friction in the hinge): {} rad",
+            "the largest sine that this pendulum can follow at all (no friction or spring in the hinge): {} rad",
             significant(largest)
         )?,
         None => writeln!(out, "any sine up to 1.5 rad can be followed")?,
+    }
+    if rest.command != 0.0 || rest.x.alpha != 0.0 {
+        writeln!(
+            out,
+            "with the arm at 0 the rig rests at alpha = {} rad under {} {}: the series is about there",
+            significant(rest.x.alpha),
+            significant(rest.command),
+            rig.params.motor.actuation.unit()
+        )?;
+    }
+    for remark in &remarks {
+        writeln!(out, "  {remark}")?;
     }
     Ok(())
 }

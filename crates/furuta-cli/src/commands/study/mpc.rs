@@ -48,7 +48,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive)]
     duration: f64,
     /// Largest number of changes of the active limits in each sample.
-    #[arg(long, value_name = "N", default_value_t = 100)]
+    #[arg(long, value_name = "N", default_value_t = 200)]
     iterations: usize,
     /// Draw the four runs: arm, pendulum, command (SVG).
     #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]

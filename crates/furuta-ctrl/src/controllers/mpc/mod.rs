@@ -18,7 +18,7 @@ pub(crate) use self::settings::counts_delay_once;
 use self::active_set::Problem;
 use self::late::Late;
 use self::preview::Preview;
-use super::{Controller, StateFeedback};
+use super::{Controller, LinearLaw, StateFeedback};
 use crate::real::{Real, command, is_finite, wrap};
 use crate::reference::Ahead;
 use furuta_model::State;
@@ -228,6 +228,13 @@ impl<T: Real, const M: usize> Controller<T> for Mpc<T, M> {
         state.report.ended(outcome, changes, state.working.count);
         let first = self.first * state.working.first_move();
         self.limited(state, asked.command + first)
+    }
+
+    /// The regulator, where no limit is near and the command acts at the time of the state.
+    fn linear_law(&self) -> Option<LinearLaw<T>> {
+        self.late
+            .is_none()
+            .then_some(LinearLaw::of_states(self.gain))
     }
 
     fn surrogate(&self) -> Option<StateFeedback<T>> {

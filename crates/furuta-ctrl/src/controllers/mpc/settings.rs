@@ -4,6 +4,12 @@ use crate::controllers::weights;
 use crate::error::ConfigError;
 use crate::section::{ParameterSpec, Settings, Spec};
 
+/// Changes of the active limits in a sample, where a file says nothing. No theorem gives a useful bound: that no set of
+/// active limits returns makes them finite, not few. What was measured: of 8,000 samples with all limits, from one
+/// random state to another, none needs more than 138 (`furuta-design`, `mpc::rates`), and samples of a run are nearer
+/// to each other. Nearly half as many again.
+const ITERATIONS: f64 = 200.0;
+
 /// What a controller file may say of it.
 pub(in crate::controllers) static SPEC: Spec = Spec {
     id: "mpc",
@@ -60,7 +66,7 @@ pub(in crate::controllers) static SPEC: Spec = Spec {
             "iterations",
             1.0,
             1000.0,
-            100.0,
+            ITERATIONS,
             "bound of the solver's changes of active limits in each sample, beyond which the command is the \
              solution for the limits considered until then, cut off",
         ),
