@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use common::{RunSetup, names, qube, record, sweep};
-use furuta_ident::diagnose::result::Diagnosis;
+use furuta_ident::diagnose::result::{Best, Diagnosis};
 use furuta_ident::diagnose::{Options, Request, Verdict, diagnose_with};
 use furuta_ident::recording::Recording;
 use furuta_model::{Effect, Rig};
@@ -111,9 +111,13 @@ fn the_time_limit_ends_a_search_that_is_no_interruption() {
     let percents = std::sync::Mutex::new(Vec::new());
     let told =
         |p: furuta_ident::diagnose::Progress| percents.lock().expect("whole").push(p.percent);
-    let diagnosis = diagnose_with(&request, options, &told)
-        .expect("good recordings")
-        .diagnosis;
+    let outcome = diagnose_with(&request, options, &told).expect("good recordings");
+    // What was not judged on data kept apart is not written.
+    assert_eq!(outcome.repaired, qube());
+    let diagnosis = outcome.diagnosis;
+    assert_eq!((diagnosis.best, &diagnosis.held_out), (Best::Given, &None));
+    let written = diagnosis.written().expect("a sentence");
+    assert!(written.starts_with("Nothing was judged"), "{written}");
     assert!(!diagnosis.interrupted && !diagnosis.unfinished.is_empty());
     assert!(diagnosis.effects.is_empty(), "{:?}", names(&diagnosis));
     let said = diagnosis.interruption().expect("a sentence");

@@ -131,6 +131,58 @@ fn the_change_on_data_kept_apart_falls_rises_or_stays() {
     }
 }
 
+/// What a repaired rig file holds is said with its reason: not judged, worse, or numbers that cannot be.
+#[test]
+fn what_is_written_is_said_with_its_reason() {
+    let at = |model| AtBound {
+        model,
+        parameter: "motor.torque_constant".into(),
+        value: 0.0105,
+        unit: "N m/A".into(),
+        reason: "a quarter of the rig file's".into(),
+    };
+    let [refitted, repaired] = [Best::Refitted, Best::Repaired].map(at);
+    let both = vec![refitted.clone(), repaired.clone()];
+    let mut diagnosis = spring();
+    assert_eq!(diagnosis.written(), None);
+    diagnosis.best = Best::Given;
+    let said = |d: &Diagnosis| d.written().expect("not the repaired model");
+    assert!(said(&diagnosis).starts_with("Nothing was judged on data kept apart"));
+    diagnosis.held_out = Some(HeldOut::default());
+    for (best, at_bound, start) in [
+        (
+            Best::Given,
+            vec![],
+            "On data kept apart the rig file as given predicts best",
+        ),
+        (
+            Best::Given,
+            both.clone(),
+            "The fitted models have numbers that cannot be: a repaired rig file holds the rig file as given.",
+        ),
+        (
+            Best::Refitted,
+            vec![repaired],
+            "The repaired model has numbers that cannot be; on data kept apart the rig file with refitted parameters",
+        ),
+        (
+            Best::Given,
+            vec![refitted],
+            "The refitted model has numbers that cannot be; on data kept apart the rig file as given predicts best",
+        ),
+    ] {
+        (diagnosis.best, diagnosis.at_bound) = (best, at_bound);
+        let said = said(&diagnosis);
+        assert!(said.starts_with(start), "{said}");
+    }
+    diagnosis.at_bound = both;
+    assert_eq!(diagnosis.bounds().count(), 1);
+    assert!(diagnosis.why_no_limits().is_some());
+    let json: serde_json::Value = serde_json::from_str(&diagnosis.to_json()).unwrap();
+    assert_eq!(json["at_bound"][1]["model"], "repaired");
+    assert_eq!(json["at_bound"][1]["value"], 0.0105);
+}
+
 #[test]
 fn sentences_exist_without_any_number() {
     for verdict in [
