@@ -24,8 +24,12 @@ use std::path::PathBuf;
 ///     physics; `repaired_rig` has it.
 /// limits : list of dict
 ///     How large each effect that was not named could still be (95 %): id, parameter, at_most, std, typical, unit.
+///     Empty where the model that they would stand beside is wrong.
 /// parameters : dict
-///     Recalibrated parameters by key: nominal, fitted, std, unit, identifiable.
+///     Recalibrated parameters by key: nominal, fitted, std, unit, identifiable, at_bound.
+/// at_bound : list of dict
+///     Numbers of the refitted and the repaired model that no rig has: model ("refitted" or "repaired"), parameter,
+///     value, unit, reason. Such a model is not `repaired_rig`.
 /// gap, held_out : dict
 ///     RMS prediction errors in rad by model and angle; held_out is None where there were too few data.
 /// where : list of dict
@@ -45,7 +49,8 @@ use std::path::PathBuf;
 ///     "long_horizons", "held_out", "limits".
 /// seconds : float
 /// repaired_rig : Rig
-///     The rig with refitted parameters, the named effects and the expression.
+///     The rig with refitted parameters, the named effects and the expression; what `best` says where that is not the
+///     model to be used.
 #[pyclass(name = "Diagnosis", module = "furuta", frozen)]
 pub(crate) struct PyDiagnosis {
     outcome: Outcome,
@@ -234,7 +239,14 @@ impl PyDiagnosis {
         }
     }
 
-    /// Which of the three models predicts data kept apart best, and is `repaired_rig`: given, refitted, repaired.
+    /// Numbers of the refitted and the repaired model that no rig has: model, parameter, value, unit, reason.
+    #[getter]
+    fn at_bound<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "at_bound")
+    }
+
+    /// Which of the three models is `repaired_rig`: the one that predicts data kept apart best, of those whose numbers
+    /// can be ("refitted", "repaired"), or "given", also where nothing was judged.
     #[getter]
     fn best<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.field(py, "best")
@@ -342,6 +354,7 @@ impl PyDiagnosis {
                 "missing_torque",
                 "suspected",
                 "zeros",
+                "at_bound",
             ]
             .contains(&name) =>
             {

@@ -5,11 +5,12 @@ use std::fmt::Write as _;
 
 use crate::common::patient;
 use furuta_ident::Insufficient;
-use furuta_ident::diagnose::result::{Shape, TorqueInTime};
+use furuta_ident::diagnose::result::{Limit, Shape, TorqueInTime};
 use furuta_ident::diagnose::{
     Channel, Diagnosis, Options, Outcome, Request, Verdict, diagnose, diagnose_with,
 };
 use furuta_ident::recording::Recording;
+use furuta_model::effects::Acts;
 use furuta_model::{Effect, Plant, Rig, Spec, State, effects};
 
 pub(crate) const H: f64 = 0.004;
@@ -276,6 +277,13 @@ fn what_is_not_named_is_within_its_limit() {
             if !diagnosis.effects.is_empty() {
                 continue;
             }
+            // What does more the smaller its number is has no largest one.
+            let acts = |l: &Limit| effects::spec(&l.id).expect("an entry").acts;
+            let backwards = diagnosis
+                .limits
+                .iter()
+                .find(|l| acts(l).includes(Acts::BACKWARDS));
+            assert_eq!(backwards, None, "{id}");
             let limit = diagnosis.limits.iter().find(|l| l.id == id);
             let limit = limit.expect("every effect of the list has one");
             stated += 1;

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use common::{RunSetup, names, qube, record, sweep};
-use furuta_ident::diagnose::result::Diagnosis;
+use furuta_ident::diagnose::result::{Best, Diagnosis};
 use furuta_ident::diagnose::{Options, Request, Verdict, diagnose_with};
 use furuta_ident::recording::Recording;
 use furuta_model::{Effect, Rig};
@@ -74,6 +74,28 @@ fn what_is_named_early_is_named_at_the_end() {
     }
 }
 
+/// What the best set so far has is not lost, although the search ended before others were tried in its place.
+#[test]
+fn what_was_found_early_and_is_not_named_is_suspected() {
+    let recordings = recordings(&[("arm.coulomb", &[2e-3]), ("arm.spring", &[2e-3, 0.1])]);
+    let whole = ended_after(usize::MAX, &recordings);
+    let whole = names(&whole);
+    let mut suspected = Vec::new();
+    for last in [60, 90, 120, 150, 180, 250] {
+        let early = ended_after(last, &recordings);
+        let named = names(&early);
+        println!("after {last}: named {named:?}, {:?}", early.suspected);
+        let ids = early.suspected.iter().map(|s| s.id.clone());
+        let ids: Vec<String> = ids.filter(|id| !named.contains(&id.as_str())).collect();
+        assert_eq!(ids.len(), early.suspected.len(), "named and suspected");
+        suspected.extend(ids);
+    }
+    assert!(
+        suspected.iter().any(|id| whole.contains(&id.as_str())),
+        "{suspected:?} of {whole:?}"
+    );
+}
+
 #[test]
 fn the_time_limit_ends_a_search_that_is_no_interruption() {
     let recordings = recordings(&[("arm.coulomb", &[2e-3]), ("arm.spring", &[2e-3, 0.1])]);
@@ -89,9 +111,13 @@ fn the_time_limit_ends_a_search_that_is_no_interruption() {
     let percents = std::sync::Mutex::new(Vec::new());
     let told =
         |p: furuta_ident::diagnose::Progress| percents.lock().expect("whole").push(p.percent);
-    let diagnosis = diagnose_with(&request, options, &told)
-        .expect("good recordings")
-        .diagnosis;
+    let outcome = diagnose_with(&request, options, &told).expect("good recordings");
+    // What was not judged on data kept apart is not written.
+    assert_eq!(outcome.repaired, qube());
+    let diagnosis = outcome.diagnosis;
+    assert_eq!((diagnosis.best, &diagnosis.held_out), (Best::Given, &None));
+    let written = diagnosis.written().expect("a sentence");
+    assert!(written.starts_with("Nothing was judged"), "{written}");
     assert!(!diagnosis.interrupted && !diagnosis.unfinished.is_empty());
     assert!(diagnosis.effects.is_empty(), "{:?}", names(&diagnosis));
     let said = diagnosis.interruption().expect("a sentence");

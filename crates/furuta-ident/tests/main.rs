@@ -1,6 +1,7 @@
 //! Recordings in, answers out: diagnosis, calibration, validation, frequency. One program: each links all of what it tests.
 
 mod accelerated;
+mod bounds;
 mod calibrate;
 mod combinations;
 mod common;

@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use furuta_ident::calibrate::{Options, calibrate};
-use furuta_ident::diagnose::result::{Best, Channel, VerificationRow};
+use furuta_ident::diagnose::result::{AtBound, Best, Channel, VerificationRow};
 use furuta_ident::diagnose::{Diagnosis, Request, Verdict, diagnose};
 use furuta_ident::recording::Recording;
 use furuta_model::Rig;
@@ -155,7 +155,8 @@ fn a_swing_up_shows_the_cable() {
 }
 
 /// Closed loop, upright throughout, of another specimen: the motion is a few counts, and what is fitted to it need not
-/// predict. Where the sheet as given does it better, that is what the repaired rig file holds.
+/// predict. Where the sheet as given does it better, that is what the repaired rig file holds. The torque constant goes
+/// to its bound, a quarter of the sheet's: that is said, and no limit is stated beside it.
 #[test]
 fn balanced_runs_do_no_harm() {
     let d = answer(
@@ -170,6 +171,15 @@ fn balanced_runs_do_no_harm() {
         ],
     );
     does_no_harm(&d);
+    let key = "motor.torque_constant";
+    for model in [Best::Refitted, Best::Repaired] {
+        let at = |b: &&AtBound| b.model == model && b.parameter == key;
+        let bound = d.at_bound.iter().find(at).expect("at its bound");
+        assert!((bound.value - 0.0105).abs() < 1e-9, "{bound:?}");
+    }
+    assert!(d.parameters[key].at_bound);
+    assert_eq!(d.best, Best::Given);
+    assert!(d.limits.is_empty() && d.why_no_limits().is_some());
 }
 
 /// The same kit by its drawings alone: the speed at which its driver keeps the arm is that of the flat top, differenced

@@ -140,6 +140,7 @@ fn missing_spring() -> (Diagnosis, Curves) {
                 tolerance: 0.3,
                 unit: unit.into(),
                 identifiable,
+                at_bound: false,
             },
         );
     }

@@ -757,6 +757,14 @@ class _ParameterEstimate(TypedDict):
     std: float | None
     unit: str
     identifiable: bool
+    at_bound: bool
+
+class _AtBound(TypedDict):
+    model: Literal["refitted", "repaired"]
+    parameter: str
+    value: float | None
+    unit: str
+    reason: str
 
 class _MissingTorque(TypedDict):
     axis: Literal["theta", "alpha"]
@@ -808,6 +816,8 @@ class Diagnosis:
     def suspected(self) -> list[dict[str, Any]]: ...
     @property
     def zeros(self) -> list[dict[str, Any]]: ...
+    @property
+    def at_bound(self) -> list[_AtBound]: ...
     @property
     def best(self) -> str: ...
     @property

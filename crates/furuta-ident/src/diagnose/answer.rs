@@ -6,7 +6,7 @@ use super::gap::gap;
 use super::predict::Predictor;
 use super::result::{Best, CandidateEvidence, Part};
 use super::{Curves, Diagnosis, Fit, Outcome, Request, Verdict};
-use super::{held_out, horizons, jitter, limits, naming, plan, repair, verify};
+use super::{bounds, held_out, horizons, jitter, limits, naming, plan, repair, verify};
 
 impl Work<'_> {
     /// From what was found to what is told.
@@ -37,7 +37,10 @@ impl Work<'_> {
                 found.unfinished.push(Part::Plan);
             }
         }
-        let gains = self.judged_apart(&mut found, &mut diagnosis);
+        let of_base = bounds::at_bounds(rig, &base_fit, Best::Refitted);
+        let of_named = bounds::at_bounds(rig, &named_fit, Best::Repaired);
+        let possible = [of_base.is_empty(), of_named.is_empty()];
+        let gains = self.judged_apart(&mut found, possible, &mut diagnosis);
         let rivals = std::mem::take(&mut found.rivals);
         diagnosis.effects = naming::effects(&self.calm, &found.named, &named_fit, rivals, &gains);
         let is_kept = |id: &str| found.suspected.iter().any(|s| s.kept && s.id == id);
@@ -50,22 +53,27 @@ impl Work<'_> {
             }
         }
         diagnosis.next_experiment = naming::next_experiment(&diagnosis.effects);
+        diagnosis.parameters = repair::parameters(
+            rig,
+            &repair::repaired(rig, &named_fit),
+            &named_fit,
+            &of_named,
+        );
+        diagnosis.at_bound = of_base.into_iter().chain(of_named).collect();
         if stop.wanted() {
             found.unfinished.push(Part::Limits);
-        } else {
+        } else if diagnosis.why_no_limits().is_none() {
             diagnosis.limits = limits::limits(&self.calm, found.whole());
         }
         diagnosis.interrupted = stop.asked() && !found.unfinished.is_empty();
         diagnosis.unfinished = std::mem::take(&mut found.unfinished);
 
         diagnosis.jitter = jitter::jitter(data, rig.sensors.resolution());
-        let repaired = repair::repaired(rig, &named_fit);
         let best = match diagnosis.best {
             Best::Given => rig.clone(),
             Best::Refitted => repair::repaired(rig, &base_fit),
-            Best::Repaired => repaired.clone(),
+            Best::Repaired => repair::repaired(rig, &named_fit),
         };
-        diagnosis.parameters = repair::parameters(rig, &repaired, &named_fit);
         diagnosis.zeros = naming::zeros(request.recordings, &named_fit);
         let mut curves = Curves {
             rig: rig.name.clone(),
@@ -106,8 +114,13 @@ impl Work<'_> {
     }
 
     /// What data kept apart say of the sheet, of the names and of each name: its gain, in their order, not a number
-    /// where time ran out.
-    fn judged_apart(&self, found: &mut Found, diagnosis: &mut Diagnosis) -> Vec<f64> {
+    /// where time ran out. `possible`: whether the numbers of the refitted and of the repaired model can be.
+    fn judged_apart(
+        &self,
+        found: &mut Found,
+        possible: [bool; 2],
+        diagnosis: &mut Diagnosis,
+    ) -> Vec<f64> {
         let unknown = vec![f64::NAN; found.rivals.len()];
         let (stop, end) = (self.deadlines.stop, self.deadlines.end);
         let judged = (!stop.wanted()).then(|| {
@@ -130,13 +143,18 @@ impl Work<'_> {
             let gains: Vec<f64> = found.rivals.iter().map(|r| gain(&r.without)).collect();
             let repaired = found.custom.as_ref().map(|c| self.unseen(&c.fit));
             let given = self.apart(&found.as_given, false, true);
-            let best = held_out::best(&given, &before, repaired.as_ref().unwrap_or(&after));
+            let repaired = repaired.as_ref().unwrap_or(&after);
+            let best = held_out::best(&given, [&before, repaired], possible);
             (held_out, gains, best)
         });
-        // What ran out of time says nothing.
+        // What ran out of time says nothing, and what was not judged is not written.
+        diagnosis.best = Best::Given;
         match judged.filter(|_| !end.wanted()) {
             Some((held_out, gains, best)) => {
-                (diagnosis.held_out, diagnosis.best) = (held_out, best);
+                if held_out.is_some() {
+                    diagnosis.best = best;
+                }
+                diagnosis.held_out = held_out;
                 gains
             }
             None => {

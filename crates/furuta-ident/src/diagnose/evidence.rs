@@ -1,11 +1,12 @@
 //! What speaks for a larger model over a smaller one, and when that is enough to believe it.
 
 use super::Fit;
+use super::bounds::is_at_bound;
 use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use crate::shooting::{Problem, Window};
 use furuta_model::Spec;
-use furuta_model::effects::{Kind, Law};
+use furuta_model::effects::Law;
 
 /// What speaks for the larger of two nested hypotheses.
 #[derive(Clone, Copy, Debug)]
@@ -205,25 +206,15 @@ impl Problem<'_> {
     }
 }
 
-/// Whether no number of what `larger` has and `smaller` has not ended at a bound of its range. A bound that means no
-/// effect does not count, nor does all of a share. Nor does an angle of rest: a spring that rests far away is a push,
-/// and a search finds an offset by way of it.
+/// Whether no number of what `larger` has and `smaller` has not ended at a bound of its range.
 pub(super) fn possible(smaller: &Hypothesis, larger: &Fit) -> bool {
     let h: &Hypothesis = &larger.model;
     let values = h.physical(&larger.z);
     (h.effects.iter().enumerate())
         .filter(|(_, e)| !smaller.has(e.id))
         .flat_map(|(i, e)| e.parameters.iter().zip(&values[h.offset(i)..]))
-        .filter(|(p, _)| p.kind == Kind::Real)
-        .all(|(p, value)| {
-            let scale = p.typical(&h.sheet.params).abs();
-            let at = |bound: f64| bound != p.off && (value - bound).abs() <= ROUNDING * scale;
-            !at(p.min) && !at(p.max)
-        })
+        .all(|(p, value)| !is_at_bound(p, *value, h))
 }
-
-/// A step that ends at a bound is at it but for rounding, in units of the typical size.
-const ROUNDING: f64 = 1e-9;
 
 /// How far the strongest of what `larger` has and `smaller` has not is from none: [`known`].
 fn farthest(smaller: &Fit, larger: &Fit) -> f64 {

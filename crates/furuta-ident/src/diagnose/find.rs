@@ -162,6 +162,10 @@ impl Work<'_> {
             // Names of finished rounds stay if they stand up to a fit to the end; who else might stand in their place
             // was not looked at.
             unfinished.extend([Part::Search, Part::Rivals]);
+            // What the best set so far has beside them is suspected: it was not gone through.
+            let so_far = search.closest().model;
+            let beside = so_far.effects.iter().filter(|e| !named.model.has(e.id));
+            suspected.extend(beside.map(|e| Suspected::unfinished(e)));
             if !named.model.effects.is_empty() {
                 let (model, z) = (named.model.clone(), named.z.clone());
                 named = calm.simplified(calm.fit(&model, z, &named.states, Effort::FULL));

@@ -99,10 +99,18 @@ pub(super) struct Unseen {
 const ALIKE: f64 = 1.02;
 
 /// The largest of three models that predicts no worse than the smaller ones: a window of a quarter of a second does not
-/// see what half a second shows upright, so that no horizon stands for another.
-pub(super) fn best(given: &Unseen, refitted: &Unseen, repaired: &Unseen) -> Best {
-    let refit = refitted.is_no_worse_than(given);
-    if repaired.is_no_worse_than(given) && (!refit || repaired.is_no_worse_than(refitted)) {
+/// see what half a second shows upright, so that no horizon stands for another. One of the two fitted models whose
+/// numbers cannot be (`possible`) is none of them.
+pub(super) fn best(
+    given: &Unseen,
+    [refitted, repaired]: [&Unseen; 2],
+    possible: [bool; 2],
+) -> Best {
+    let refit = possible[0] && refitted.is_no_worse_than(given);
+    if possible[1]
+        && repaired.is_no_worse_than(given)
+        && (!refit || repaired.is_no_worse_than(refitted))
+    {
         Best::Repaired
     } else if refit {
         Best::Refitted
@@ -283,6 +291,20 @@ mod tests {
         }
     }
 
+    /// A model whose numbers cannot be is never written, however well it predicts.
+    #[test]
+    fn the_best_model_is_one_that_can_be() {
+        let none = f64::NAN;
+        let [given, refitted, repaired] = [9.0, 3.0, 1.5].map(|left| at([left, left, none, none]));
+        let written = |possible| best(&given, [&refitted, &repaired], possible);
+        assert_eq!(written([true, false]), Best::Refitted);
+        assert_eq!(written([false, true]), Best::Repaired);
+        assert_eq!(written([false, false]), Best::Given);
+        // Better than the sheet as given, and worse than a refit that cannot be.
+        let between = best(&given, [&repaired, &refitted], [false, true]);
+        assert_eq!(between, Best::Repaired);
+    }
+
     /// A refit that wins over a quarter of a second and loses over half a second, as upright in closed loop, is not
     /// written; nor is a repair that loses over whole runs alone.
     #[test]
@@ -290,13 +312,16 @@ mod tests {
         let none = f64::NAN;
         let given = at([9.0, 64.0, none, none]);
         let refitted = at([1.0, 130.0, none, none]);
-        assert_eq!(best(&given, &refitted, &refitted), Best::Given);
+        assert_eq!(best(&given, [&refitted; 2], [true; 2]), Best::Given);
         let given = at([9.0, 64.0, 400.0, 900.0]);
         let refitted = at([3.0, 20.0, 100.0, 300.0]);
         let repaired = at([1.5, 5.0, 50.0, 280.0]);
-        assert_eq!(best(&given, &refitted, &repaired), Best::Repaired);
+        assert_eq!(
+            best(&given, [&refitted, &repaired], [true; 2]),
+            Best::Repaired
+        );
         let worse = at([1.5, 5.0, 50.0, 600.0]);
-        assert_eq!(best(&given, &refitted, &worse), Best::Refitted);
-        assert_eq!(best(&given, &given, &given), Best::Repaired);
+        assert_eq!(best(&given, [&refitted, &worse], [true; 2]), Best::Refitted);
+        assert_eq!(best(&given, [&given; 2], [true; 2]), Best::Repaired);
     }
 }

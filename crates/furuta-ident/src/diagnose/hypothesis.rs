@@ -30,7 +30,7 @@ const MOST_TIMING: f64 = 0.1;
 /// By which factor inertias and gain may differ from the data sheet.
 const MOST_FACTOR: f64 = 4.0;
 /// By how many of its standard deviations the arm's length may.
-const MOST_DEVIATIONS: f64 = 3.0;
+pub(super) const MOST_DEVIATIONS: f64 = 3.0;
 
 /// The rig as given, and what a step in each parameter means.
 #[derive(Clone, Debug)]

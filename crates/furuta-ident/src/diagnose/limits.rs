@@ -23,7 +23,8 @@ const TESTED: [f64; 2] = [1e-3, 3.0];
 
 /// For every candidate that `named` lacks and whose strength is one plain number, beside what is named and as it is
 /// named. Cogging, ripple, transients and vibration (any order, any moment, any frequency) and a drive with backlash or
-/// spring are left out.
+/// spring are left out, and what does more the smaller its number is (a limit of voltage, current or speed): of that
+/// there is no largest one.
 pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
     // The largest effect must go in the fit's fixed size.
     if named.model.layout().local() + MAX_PARAMETERS > MAX_FREE {
@@ -36,7 +37,7 @@ pub(super) fn limits(problem: &Problem<'_>, named: &Fit) -> Vec<Limit> {
             s.strengths == 1
                 && s.parameters[0].kind.is_amount()
                 && !screen::is_scanned(s)
-                && !s.acts.touches(Acts::DRIVE)
+                && !s.acts.touches(Acts::DRIVE.and(Acts::BACKWARDS))
         })
         .collect();
     let actuation = named.model.sheet.params.motor.actuation;
@@ -99,7 +100,7 @@ fn upper_bound(
         };
         Some((limit, deviation))
     };
-    // A limit of the voltage does more the smaller it is: of that there is no largest one.
+    // A user's own law may do more the smaller its number is: of that there is no largest one.
     let square = |strength: f64| Some(score(strength)?.square);
     if square(FIRST)? <= square(0.5 * FIRST)? {
         return None;

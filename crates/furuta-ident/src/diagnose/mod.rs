@@ -15,6 +15,7 @@
 mod additions;
 mod answer;
 mod asked;
+mod bounds;
 mod compare;
 mod constancy;
 mod contested;

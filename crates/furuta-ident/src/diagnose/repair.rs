@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use furuta_model::effects::MAX_PARAMETERS;
 use furuta_model::params::RANGES;
-use furuta_model::{Actuation, Effect, Rig};
+use furuta_model::{Actuation, Effect, Params, Rig};
 
 use super::Fit;
 use super::hypothesis::{
     ARM_DAMPING, ARM_INERTIA, BASE, DRIVE, FIRST_EFFECT, INERTIA, LENGTH, PENDULUM_DAMPING,
 };
-use super::result::{Estimate, ParameterEstimate};
+use super::result::{AtBound, Estimate, ParameterEstimate, si};
 
 /// The rig with the fitted parameters and effects.
 ///
@@ -39,8 +39,7 @@ pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
     }
     p.arm.length = v[LENGTH];
     if !sheet.held[ARM_INERTIA] {
-        let carried = p.pendulum.mass * p.arm.length * p.arm.length + p.pendulum.inertia_axial;
-        p.arm.inertia = (v[ARM_INERTIA] - carried).max(1e-3 * v[ARM_INERTIA]);
+        p.arm.inertia = (v[ARM_INERTIA] - carried(p)).max(LEAST_ARM * v[ARM_INERTIA]);
     }
     let gain = v[DRIVE] / sheet.coefficients.drive;
     match p.motor.actuation {
@@ -48,10 +47,8 @@ pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
         Actuation::Voltage | Actuation::Current => p.motor.torque_constant *= gain,
     }
     if !sheet.held[ARM_DAMPING] {
-        let m = &p.motor;
-        let per_back_emf =
-            m.torque_constant * m.gear_ratio * m.gear_ratio * m.efficiency / m.resistance;
-        let electric = per_back_emf * m.back_emf_constant;
+        let per_back_emf = per_back_emf(p);
+        let electric = per_back_emf * p.motor.back_emf_constant;
         p.arm.viscous = (v[ARM_DAMPING] - electric).max(0.0);
         if v[ARM_DAMPING] < electric {
             p.motor.back_emf_constant = v[ARM_DAMPING] / per_back_emf;
@@ -68,11 +65,39 @@ pub(super) fn repaired(rig: &Rig, fit: &Fit) -> Rig {
     rig
 }
 
-/// All parameters of the rig file, those that the data determine with their standard deviations.
+/// The least share of what turns with the arm that is the arm's own: a rig file has no arm without inertia.
+const LEAST_ARM: f64 = 1e-3;
+
+/// What the arm carries, as inertia about the motor's axis.
+fn carried(p: &Params<f64>) -> f64 {
+    p.pendulum.mass * p.arm.length * p.arm.length + p.pendulum.inertia_axial
+}
+
+/// The arm's damping per back-EMF constant.
+fn per_back_emf(p: &Params<f64>) -> f64 {
+    let m = &p.motor;
+    m.torque_constant * m.gear_ratio * m.gear_ratio * m.efficiency / m.resistance
+}
+
+/// The damping of the arm by the sheet's back-EMF constant beside the numbers written.
+pub(super) fn electric_damping(sheet: &Params<f64>, written: &Params<f64>) -> f64 {
+    per_back_emf(written) * sheet.motor.back_emf_constant
+}
+
+/// Whether what the arm carries leaves it no inertia of its own, of this inertia about the motor's axis, while the
+/// sheet's arm has one.
+pub(super) fn has_no_arm(sheet: &Params<f64>, written: &Params<f64>, whole: f64) -> bool {
+    let is_least = |p: &Params<f64>, whole: f64| whole - carried(p) <= LEAST_ARM * whole;
+    is_least(written, whole) && !is_least(sheet, sheet.arm.inertia + carried(sheet))
+}
+
+/// All parameters of the rig file, those that the data determine with their standard deviations, and whether they stand
+/// at a bound.
 pub(super) fn parameters(
     rig: &Rig,
     repaired: &Rig,
     fit: &Fit,
+    at_bound: &[AtBound],
 ) -> BTreeMap<String, ParameterEstimate> {
     let sheet = &fit.model.sheet;
     let scale = |i: usize| match sheet.held[i] {
@@ -116,15 +141,23 @@ pub(super) fn parameters(
                 tolerance: rig.tolerance.share(range.key).unwrap_or(f64::NAN),
                 unit: si(range.unit_for(motor.actuation)),
                 identifiable: std.is_some_and(f64::is_finite),
+                at_bound: at_bound.iter().any(|b| b.parameter == range.key),
             };
             (range.key.to_owned(), estimate)
         })
         .collect()
 }
 
-/// A unit as the JSON contract has it: 1 for a pure number.
-fn si(unit: &str) -> String {
-    if unit == "-" { "1" } else { unit }.to_owned()
+/// The number of a key.
+pub(super) fn number(params: &Params<f64>, key: &str) -> Option<f64> {
+    let i = RANGES.iter().position(|range| range.key == key)?;
+    params.to_array().get(i).copied()
+}
+
+/// The unit of a key, as the JSON contract has it.
+pub(super) fn unit(key: &str, actuation: Actuation) -> String {
+    let range = RANGES.iter().find(|range| range.key == key);
+    range.map_or_else(String::new, |range| si(range.unit_for(actuation)))
 }
 
 /// The fitted parameters of the `index`-th effect.

@@ -430,6 +430,12 @@ pub(super) fn evidence(diagnosis: &Diagnosis, curves: &Curves) -> String {
 }
 
 pub(super) fn limits(diagnosis: &Diagnosis) -> String {
+    if let Some(why) = diagnosis.why_no_limits() {
+        return format!(
+            "<section><h2>What was ruled out</h2><p class=\"lead\">{}</p></section>\n",
+            escape(why)
+        );
+    }
     if diagnosis.limits.is_empty() {
         return String::new();
     }

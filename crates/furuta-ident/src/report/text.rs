@@ -47,6 +47,13 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
         out.push("Numbers of the sheet that moved, refitted beside what is named:".into());
     }
     out.extend(moved.map(|(key, change)| format!("  {key:<28} {change}")));
+    let mut bounds = d.bounds().peekable();
+    if bounds.peek().is_some() {
+        out.push(String::new());
+        out.push("Numbers at a bound, where no rig is: something else took their place, or the rig file is \
+             wrong.".into());
+    }
+    out.extend(bounds.map(|b| format!("  {:<28} {}", b.parameter, b.text())));
     out.push(String::new());
     let imitated = d.suspected.iter().any(|s| s.kept);
     let repaired = match (&d.custom, d.effects.is_empty()) {
@@ -76,7 +83,7 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
             out.push(format!("    {name:<34} {}", both(channels)));
         }
     }
-    out.extend(d.best.sentence().map(str::to_owned));
+    out.extend(d.written());
     let mut where_it_sits = d.location.iter().take(3).peekable();
     if where_it_sits.peek().is_some() {
         out.push(String::new());
@@ -188,6 +195,10 @@ fn expression(d: &Diagnosis, out: &mut Vec<String>) {
 
 /// What was not named, and how large it could be all the same: what is ruled out at a size that would be noticed.
 fn limits(d: &Diagnosis, out: &mut Vec<String>) {
+    if let Some(why) = d.why_no_limits() {
+        out.push(String::new());
+        out.push(why.into());
+    }
     let small: Vec<_> = d.limits.iter().filter(|l| l.at_most < l.typical).collect();
     if small.is_empty() {
         return;

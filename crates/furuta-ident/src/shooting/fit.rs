@@ -47,6 +47,8 @@ pub(crate) struct Fit<M> {
     /// Standard deviations of `z`, robust against errors that are correlated within a window, and over longer blocks
     /// where more than the noise is left.
     pub(crate) std: Vec<f64>,
+    /// How far beyond its bound each number of `z` would go, were there none; 0 within.
+    pub(crate) past: Vec<f64>,
 }
 
 impl<M: Model> Fit<M> {
@@ -222,6 +224,7 @@ impl<'a> Problem<'a> {
             cost: 0.0,
             widened: 1.0,
             std: vec![f64::NAN; z.len()],
+            past: vec![0.0; z.len()],
             z,
         };
         self.refine_states(&mut here);
@@ -241,6 +244,7 @@ impl<'a> Problem<'a> {
         let (mut here, linear) = minimise(&search, here, &rules);
         let r = linear.unwrap_or_else(|| self.linearise(&here));
         (here.std, here.widened) = self.deviations(&here, &r, &bounds);
+        here.past = past(&here.z, &r, &bounds);
         here
     }
 
@@ -388,20 +392,38 @@ pub(crate) fn bounded_step(
     bounds: &[(f64, f64)],
     damping: f64,
 ) -> Option<DVector<f64>> {
+    let (_, step) = resting(z, r, bounds, damping)?;
+    Some(DVector::from_fn(z.len(), |i, _| {
+        z[i] - (z[i] - step[i]).clamp(bounds[i].0, bounds[i].1)
+    }))
+}
+
+/// The step where these numbers rest.
+fn step_beside(r: &Reduced, resting: &[bool], damping: f64) -> Option<DVector<f64>> {
+    let (mut m, mut g) = (r.matrix.clone(), r.gradient.clone());
+    for i in 0..resting.len() {
+        m[(i, i)] += damping * m[(i, i)] + 1e-9;
+        if resting[i] {
+            m.row_mut(i).fill(0.0);
+            m.column_mut(i).fill(0.0);
+            m[(i, i)] = 1.0;
+            g[i] = 0.0;
+        }
+    }
+    Some(m.cholesky()?.solve(&g))
+}
+
+/// Which numbers rest, held or at a bound that the step would leave, and the step of the others.
+fn resting(
+    z: &[f64],
+    r: &Reduced,
+    bounds: &[(f64, f64)],
+    damping: f64,
+) -> Option<(Vec<bool>, DVector<f64>)> {
     let p = z.len();
     let mut resting: Vec<bool> = bounds.iter().map(|(low, high)| low == high).collect();
     for _ in 0..p {
-        let (mut m, mut g) = (r.matrix.clone(), r.gradient.clone());
-        for i in 0..p {
-            m[(i, i)] += damping * m[(i, i)] + 1e-9;
-            if resting[i] {
-                m.row_mut(i).fill(0.0);
-                m.column_mut(i).fill(0.0);
-                m[(i, i)] = 1.0;
-                g[i] = 0.0;
-            }
-        }
-        let step = m.cholesky()?.solve(&g);
+        let step = step_beside(r, &resting, damping)?;
         let mut left = false;
         for i in 0..p {
             let (low, high) = bounds[i];
@@ -412,10 +434,25 @@ pub(crate) fn bounded_step(
             }
         }
         if !left {
-            return Some(DVector::from_fn(p, |i, _| {
-                z[i] - (z[i] - step[i]).clamp(bounds[i].0, bounds[i].1)
-            }));
+            return Some((resting, step));
         }
     }
     None
+}
+
+/// How far beyond its bound each number would go, were it free beside those that rest.
+fn past(z: &[f64], r: &Reduced, bounds: &[(f64, f64)]) -> Vec<f64> {
+    let mut out = vec![0.0; z.len()];
+    let Some((mut resting, _)) = resting(z, r, bounds, 0.0) else {
+        return out;
+    };
+    for (i, (low, high)) in bounds.iter().enumerate() {
+        if low < high && resting[i] {
+            resting[i] = false;
+            let step = step_beside(r, &resting, 0.0).map_or(0.0, |step| step[i]);
+            out[i] = if z[i] <= *low { step } else { -step }.max(0.0);
+            resting[i] = true;
+        }
+    }
+    out
 }

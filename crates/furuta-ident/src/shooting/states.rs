@@ -49,6 +49,7 @@ impl Problem<'_> {
             cost: 0.0,
             widened: 1.0,
             std: vec![f64::NAN; z.len()],
+            past: vec![0.0; z.len()],
         };
         if windows.plain().plant.has_drive() {
             self.solve_states_behind(&windows, &mut fit);

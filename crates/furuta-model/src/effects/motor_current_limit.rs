@@ -50,7 +50,10 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::GAIN_BY_LEVEL,
-    acts: Acts::TORQUE.and(Acts::SHAFT).and(Acts::CURRENT),
+    acts: Acts::TORQUE
+        .and(Acts::SHAFT)
+        .and(Acts::CURRENT)
+        .and(Acts::BACKWARDS),
     at_rest: AtRest::LeftOut("the current is taken not to reach its limit"),
     own: None,
     offered: Offered::OnRequest("where the back-EMF takes little of the voltage it is motor.saturation"),

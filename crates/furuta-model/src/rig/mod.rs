@@ -146,20 +146,29 @@ impl Rig {
         Plant::new(&self.params.cast(), &effects)
     }
 
-    /// The plant with the rig's effects. A rig read from a file never has more than a plant can hold; of a rig built by
-    /// hand with more, all
-    /// states are not a number ([`Plant::unknown`], [`Rig::try_plant`]).
+    /// The plant with the rig's effects. A rig read from a file always gives one; of a rig built by hand with a value
+    /// outside its range, or with more effects than a plant can hold, all states are not a number
+    /// ([`Plant::unknown`]), and [`Rig::try_plant`] says why.
     #[must_use]
     pub fn plant<S: Scalar>(&self) -> Plant<S> {
         self.try_plant().unwrap_or_else(|_| Plant::unknown())
     }
 
-    /// The plant without effects: the rigid-body model alone.
+    /// The plant without effects: the rigid-body model alone. Of a rig built by hand with a parameter outside its range
+    /// all states are not a number, as of [`Rig::plant`]; [`Params::validate`](crate::Params::validate) says which.
+    ///
+    /// ```
+    /// use furuta_model::{Plant, Rig, State};
+    /// let mut rig = Rig::builtin("qube-servo-2").expect("built in");
+    /// rig.params.pendulum.mass = -1.0;
+    /// let plant: Plant<f64> = rig.nominal_plant();
+    /// let mut x = plant.rest(State::hanging());
+    /// plant.step(&mut x, 0.0, 0.002);
+    /// assert!(plant.measure(&x).iter().all(|angle| angle.is_nan()));
+    /// assert_eq!(rig.params.validate().expect_err("a negative mass").key, "pendulum.mass");
+    /// ```
     #[must_use]
     pub fn nominal_plant<S: Scalar>(&self) -> Plant<S> {
-        match Plant::new(&self.params.cast(), &[]) {
-            Ok(plant) => plant,
-            Err(_) => unreachable!("no effects are not too many"),
-        }
+        Plant::new(&self.params.cast(), &[]).unwrap_or_else(|_| Plant::unknown())
     }
 }

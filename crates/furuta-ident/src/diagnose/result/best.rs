@@ -14,21 +14,3 @@ pub enum Best {
     #[default]
     Repaired,
 }
-
-impl Best {
-    /// What is to be said where it is not the repaired model.
-    #[must_use]
-    pub const fn sentence(self) -> Option<&'static str> {
-        match self {
-            Self::Given => Some(
-                "On data kept apart the rig file as given predicts best: it is what a repaired rig file holds. If the \
-                 pendulum was balanced, the controller hid what it suppresses: record it hanging, with a test signal.",
-            ),
-            Self::Refitted => Some(
-                "On data kept apart the rig file with refitted parameters predicts best: it is what a repaired rig \
-                 file holds, without the effects.",
-            ),
-            Self::Repaired => None,
-        }
-    }
-}

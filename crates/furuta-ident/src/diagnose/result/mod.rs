@@ -4,6 +4,7 @@
 //! meaning without a new [`SCHEMA`]. A number that could not be determined is `NaN` here and `null` in the JSON, never
 //! an invented zero.
 
+mod at_bound;
 mod best;
 mod comparison;
 mod curves;
@@ -19,6 +20,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub use self::at_bound::AtBound;
 pub use self::best::Best;
 pub use self::comparison::{Comparison, Difference};
 pub use self::curves::{CandidateEvidence, Curves, GapBar, RunCurves, TorqueByState, TorqueInTime};
@@ -195,6 +197,11 @@ impl Estimate {
     }
 }
 
+/// A unit as the JSON contract has it: 1 for a pure number.
+pub(crate) fn si(unit: &str) -> String {
+    if unit == "-" { "1" } else { unit }.to_owned()
+}
+
 /// A unit for people, who write none where the contract has `1`.
 pub(crate) fn plain(unit: &str) -> &str {
     if unit == "1" { "" } else { unit }
@@ -292,6 +299,10 @@ pub struct ParameterEstimate {
     pub unit: String,
     /// Whether these data determine the parameter (given the torque scale `mass*com`).
     pub identifiable: bool,
+    /// Whether the fit ended at a bound of what can be ([`Diagnosis::at_bound`] says which): something else took the
+    /// number's place.
+    #[serde(default)]
+    pub at_bound: bool,
 }
 
 /// RMS error of prediction over a fixed horizon from estimated initial states, by model.
@@ -414,7 +425,7 @@ pub struct Diagnosis {
     /// The rig file's parameters by `table.key`.
     pub parameters: BTreeMap<String, ParameterEstimate>,
     /// How large each effect that was not named could still be, what is ruled out most firmly (against its typical
-    /// size) first.
+    /// size) first. Empty where the model that they would stand beside is wrong ([`Diagnosis::why_no_limits`]).
     #[serde(default)]
     pub limits: Vec<Limit>,
     /// Prediction error on the data given.
@@ -422,7 +433,12 @@ pub struct Diagnosis {
     /// Prediction error on data kept apart; absent where there were too few.
     #[serde(default)]
     pub held_out: Option<HeldOut>,
-    /// Which of the three models predicts data kept apart best: the one that is written as a rig file.
+    /// Numbers of the refitted and the repaired model that no rig has: such a model is never the best. Left out of the
+    /// JSON where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub at_bound: Vec<AtBound>,
+    /// Which of the three models predicts data kept apart best, of those whose numbers can be: the one that is written
+    /// as a rig file. The rig file as given where nothing was judged on data kept apart.
     #[serde(default)]
     pub best: Best,
     /// Where the gap of the refitted model sits, the largest share first.
@@ -486,6 +502,7 @@ impl Diagnosis {
             limits: Vec::new(),
             gap,
             held_out: None,
+            at_bound: Vec::new(),
             best: Best::Repaired,
             location: Vec::new(),
             missing_torque: Vec::new(),

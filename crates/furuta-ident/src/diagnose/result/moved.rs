@@ -16,7 +16,8 @@ impl ParameterEstimate {
     #[must_use]
     pub fn has_moved(&self) -> bool {
         let way = (self.fitted - self.nominal).abs();
-        self.identifiable && way > DEVIATIONS * self.std && way > LEAST * self.nominal.abs()
+        self.at_bound
+            || self.identifiable && way > DEVIATIONS * self.std && way > LEAST * self.nominal.abs()
     }
 
     /// `6.18e-5 to 1.03e-4 kg m2, +66 %`, and what is to be thought of it where that is surprising.
@@ -25,6 +26,7 @@ impl ParameterEstimate {
     /// use furuta_ident::diagnose::result::ParameterEstimate;
     /// let constant = ParameterEstimate {
     ///     nominal: 0.042, fitted: 0.0105, std: 1e-4, tolerance: 0.1, unit: "N m/A".into(), identifiable: true,
+    ///     at_bound: false,
     /// };
     /// assert!(constant.has_moved());
     /// assert_eq!(
@@ -32,6 +34,8 @@ impl ParameterEstimate {
     ///     "0.0420 to 0.0105 N m/A, -75 %: 7.5 times what the sheet may be off; measure it, for something else may \
     ///      have taken its place"
     /// );
+    /// let constant = ParameterEstimate { at_bound: true, ..constant };
+    /// assert_eq!(constant.change(), "0.0420 to 0.0105 N m/A, -75 %: at its bound; something else took its place");
     /// ```
     #[must_use]
     pub fn change(&self) -> String {
@@ -43,7 +47,9 @@ impl ParameterEstimate {
             s => format!(", {:+.0} %", 100.0 * s),
         };
         let deviations = share.abs() / self.tolerance;
-        let remark = if self.fitted <= 0.0 && self.tolerance.is_finite() {
+        let remark = if self.at_bound {
+            ": at its bound; something else took its place".to_owned()
+        } else if self.fitted <= 0.0 && self.tolerance.is_finite() {
             ": no body is like that; something else took its place".to_owned()
         } else if deviations > SURPRISING {
             format!(

@@ -96,28 +96,49 @@ impl Diagnosis {
     }
 }
 
-/// "the prediction error of the arm falls from 0.46 to 0.0021 rad", for the angle on which the change is largest.
+/// "the prediction error of the arm falls from 0.46 to 0.0021 rad", for the angle on which the change is largest, and
+/// for each on which it rises.
 fn change(before: Channels, after: Channels) -> String {
     let ratio = |channel: Channel| {
         let ratio = before.get(channel) / after.get(channel);
         if ratio.is_finite() { ratio } else { 0.0 }
     };
-    let channel = if ratio(Channel::Alpha) > ratio(Channel::Theta) {
-        Channel::Alpha
-    } else {
-        Channel::Theta
-    };
-    let (before, after) = (before.get(channel), after.get(channel));
-    if before.is_finite() && after.is_finite() {
-        let error = format!("the prediction error of the {}", channel.part());
+    let mut channels = Channel::ALL;
+    channels.sort_by(|a, b| ratio(*b).total_cmp(&ratio(*a)));
+    let said = |channel: Channel| {
+        let (before, after) = (before.get(channel), after.get(channel));
         let (from, to) = (significant(before, 2), significant(after, 2));
-        if from == to {
-            return format!("{error} stays at {to} rad");
+        let verb = match () {
+            () if from == to => return ("stays", format!("stays at {to} rad")),
+            () if after < before => "falls",
+            () => "rises",
+        };
+        (verb, format!("{verb} from {from} to {to} rad"))
+    };
+    let is_known =
+        |channel: &Channel| before.get(*channel).is_finite() && after.get(*channel).is_finite();
+    let mut known = channels
+        .into_iter()
+        .filter(is_known)
+        .map(|channel| (channel, said(channel)));
+    let Some((best, (verb, first))) = known.next() else {
+        return "the prediction comes closer to the recordings".into();
+    };
+    let error = |channel: Channel, said: &str| {
+        format!("the prediction error of the {} {said}", channel.part())
+    };
+    match known.next() {
+        // What stays need not be said beside what rises.
+        Some((worse, ("rises", last))) if verb == "stays" => error(worse, &last),
+        Some((worse, ("rises", last))) => {
+            let link = if verb == "rises" { "and" } else { "but" };
+            format!(
+                "{}, {link} that of the {} {last}",
+                error(best, &first),
+                worse.part()
+            )
         }
-        let verb = if after < before { "falls" } else { "rises" };
-        format!("{error} {verb} from {from} to {to} rad")
-    } else {
-        "the prediction comes closer to the recordings".into()
+        _ => error(best, &first),
     }
 }
 

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::answer::significant;
 
-/// An effect that fits the recordings better, and predicts data kept apart worse or was not judged on them: suspected,
-/// not named.
+/// An effect that fits the recordings better, and predicts data kept apart worse or was not judged to the end:
+/// suspected, not named.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Suspected {
     /// Id in the catalogue.
@@ -38,6 +38,14 @@ impl Suspected {
         Self::because(
             spec,
             "the diagnosis ended before it was judged on data kept apart",
+        )
+    }
+
+    /// One of the best set so far, where the search ended before it was gone through.
+    pub(crate) fn unfinished(spec: &Spec) -> Self {
+        Self::because(
+            spec,
+            "the best fit so far has it; the diagnosis ended before others were tried in its place",
         )
     }
 

@@ -101,15 +101,21 @@ fn sentence_names_the_effect_and_the_larger_change() {
 }
 
 /// The headline is of data kept apart where there are such. It says so when they are predicted worse, and never that
-/// an error falls from 0.0011 to 0.0011.
+/// an error falls from 0.0011 to 0.0011. Where one angle's error rises, that of the other does not hide it.
 #[test]
 fn the_change_on_data_kept_apart_falls_rises_or_stays() {
     for (before, after, said) in [
         (
             [0.0026, 0.5],
             [0.12, 0.6],
-            "pendulum rises from 0.50 to 0.60",
+            "pendulum rises from 0.50 to 0.60 rad, and that of the arm rises from 0.0026 to 0.12",
         ),
+        (
+            [0.100, 0.02],
+            [0.090, 0.2],
+            "arm falls from 0.10 to 0.090 rad, but that of the pendulum rises from 0.020 to 0.20",
+        ),
+        ([0.02, 0.100], [0.2, 0.1001], "arm rises from 0.020 to 0.20"),
         ([0.5, 0.0026], [0.1, 0.0026], "arm falls from 0.50 to 0.10"),
         ([0.001_12, 0.5], [0.001_06, 0.5], "arm stays at 0.0011"),
     ] {
@@ -123,6 +129,58 @@ fn the_change_on_data_kept_apart_falls_rises_or_stays() {
         let end = format!("on data kept apart the prediction error of the {said} rad.");
         assert!(sentence.ends_with(&end), "{sentence}");
     }
+}
+
+/// What a repaired rig file holds is said with its reason: not judged, worse, or numbers that cannot be.
+#[test]
+fn what_is_written_is_said_with_its_reason() {
+    let at = |model| AtBound {
+        model,
+        parameter: "motor.torque_constant".into(),
+        value: 0.0105,
+        unit: "N m/A".into(),
+        reason: "a quarter of the rig file's".into(),
+    };
+    let [refitted, repaired] = [Best::Refitted, Best::Repaired].map(at);
+    let both = vec![refitted.clone(), repaired.clone()];
+    let mut diagnosis = spring();
+    assert_eq!(diagnosis.written(), None);
+    diagnosis.best = Best::Given;
+    let said = |d: &Diagnosis| d.written().expect("not the repaired model");
+    assert!(said(&diagnosis).starts_with("Nothing was judged on data kept apart"));
+    diagnosis.held_out = Some(HeldOut::default());
+    for (best, at_bound, start) in [
+        (
+            Best::Given,
+            vec![],
+            "On data kept apart the rig file as given predicts best",
+        ),
+        (
+            Best::Given,
+            both.clone(),
+            "The fitted models have numbers that cannot be: a repaired rig file holds the rig file as given.",
+        ),
+        (
+            Best::Refitted,
+            vec![repaired],
+            "The repaired model has numbers that cannot be; on data kept apart the rig file with refitted parameters",
+        ),
+        (
+            Best::Given,
+            vec![refitted],
+            "The refitted model has numbers that cannot be; on data kept apart the rig file as given predicts best",
+        ),
+    ] {
+        (diagnosis.best, diagnosis.at_bound) = (best, at_bound);
+        let said = said(&diagnosis);
+        assert!(said.starts_with(start), "{said}");
+    }
+    diagnosis.at_bound = both;
+    assert_eq!(diagnosis.bounds().count(), 1);
+    assert!(diagnosis.why_no_limits().is_some());
+    let json: serde_json::Value = serde_json::from_str(&diagnosis.to_json()).unwrap();
+    assert_eq!(json["at_bound"][1]["model"], "repaired");
+    assert_eq!(json["at_bound"][1]["value"], 0.0105);
 }
 
 #[test]
