@@ -19,8 +19,24 @@ fn negative_numbers_reach_the_range_checks() {
         &["simulate", "--rig", "qube-servo-2", "--rate", "-5.5"],
         &["study", "fong2014", "--duration", "-1"],
         &["simulate", "--rig", "qube-servo-2", "--band", "-1,5"],
-        &["design", "lqr", "--rig", "qube-servo-2", "--q", "-1,1,1,1", "--r", "1"],
-        &["diagnose", "x.csv", "--rig", "qube-servo-2", "--span", "-1..2"],
+        &[
+            "design",
+            "lqr",
+            "--rig",
+            "qube-servo-2",
+            "--q",
+            "-1,1,1,1",
+            "--r",
+            "1",
+        ],
+        &[
+            "diagnose",
+            "x.csv",
+            "--rig",
+            "qube-servo-2",
+            "--span",
+            "-1..2",
+        ],
     ] {
         let stderr = invalid(args);
         assert!(!stderr.contains("unexpected argument"), "{stderr}");
@@ -64,7 +80,10 @@ fn what_shapes_a_signal_needs_one() {
         ("steps has none", &["--input", "steps", "--lines", "3"]),
         ("noise has none", &["--input", "noise", "--order", "5"]),
         ("prbs has none", &["--input", "prbs", "--sweep", "linear"]),
-        ("chirp has none", &["--input", "chirp", "--harmonics", "detecting"]),
+        (
+            "chirp has none",
+            &["--input", "chirp", "--harmonics", "detecting"],
+        ),
     ] {
         let line = failure(&furuta(&[&simulate, more].concat()).output().expect("runs"));
         assert!(line.contains(of) && line.contains(more[2]), "{line}");

@@ -9,3 +9,4 @@ mod own_hypothesis;
 mod own_states;
 mod physics;
 mod single_precision;
+mod stages;

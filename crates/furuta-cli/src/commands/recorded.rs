@@ -49,8 +49,8 @@ fn span(text: &str) -> Result<Range<f64>, String> {
     let (from, to) = text.split_once("..").ok_or("give it as A..B, seconds")?;
     let seconds = |text: &str| text.trim().parse::<f64>().ok().filter(|s| s.is_finite());
     match (seconds(from), seconds(to)) {
-        (Some(from), Some(to)) if from < to => Ok(from..to),
-        _ => Err("give two numbers of seconds, the smaller first: 2.5..60".to_owned()),
+        (Some(from), Some(to)) if 0.0 <= from && from < to => Ok(from..to),
+        _ => Err("give two numbers of seconds from 0, the smaller first: 2.5..60".to_owned()),
     }
 }
 

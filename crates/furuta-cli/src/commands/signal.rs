@@ -221,9 +221,13 @@ impl SignalArgs {
                 }
                 signal.into()
             }
-            Kind::Prbs => {
-                Prbs::new(amplitude, self.order.unwrap_or(7), self.hold.unwrap_or(0.05), self.seed)?.into()
-            }
+            Kind::Prbs => Prbs::new(
+                amplitude,
+                self.order.unwrap_or(7),
+                self.hold.unwrap_or(0.05),
+                self.seed,
+            )?
+            .into(),
             Kind::Noise => Noise::new(amplitude, low, high, self.seed)?.into(),
         };
         let excitation = Excitation::new(signal, duration)?
