@@ -109,7 +109,7 @@ impl<'a> Site<'a> {
     /// use furuta_ctrl::Site;
     /// use furuta_model::{Effect, Rig};
     /// let mut rig = Rig::builtin("qube-servo-2").ok_or("no such rig")?;
-    /// rig.effects.push(Effect::new("pendulum.inertia.transverse", &[1e-5])?);
+    /// rig.effects.push(Effect::new("pendulum.inertia_transverse", &[1e-5])?);
     /// let site = Site::of(&rig, 0.002);
     /// assert!(site.coefficients()?.swing > rig.params.coefficients().swing);
     /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -45,8 +45,11 @@ fn ended_after(last: usize, recordings: &[Recording]) -> Diagnosis {
     outcome.expect("good recordings").diagnosis
 }
 
+/// Nor is what the best set so far has lost, although the search ended before others were tried in its place: it is
+/// suspected.
 #[test]
 fn what_is_named_early_is_named_at_the_end() {
+    let mut suspected = 0;
     for hidden in [
         &[("arm.coulomb", &[2e-3][..]), ("arm.spring", &[2e-3, 0.1])][..],
         // A drag that is in no catalogue.
@@ -62,6 +65,10 @@ fn what_is_named_early_is_named_at_the_end() {
                 .filter(|id| !names(&whole).contains(id))
                 .collect();
             assert_eq!(new, [""; 0], "after {last}: {:?}", early.unfinished);
+            for s in &early.suspected {
+                assert!(!names(&early).contains(&s.id.as_str()), "{s:?} is named");
+                suspected += usize::from(names(&whole).contains(&s.id.as_str()));
+            }
             // What does not explain the data has no names that were not judged.
             if early.verdict == Verdict::Unexplained && early.interrupted {
                 assert!(
@@ -72,28 +79,7 @@ fn what_is_named_early_is_named_at_the_end() {
             }
         }
     }
-}
-
-/// What the best set so far has is not lost, although the search ended before others were tried in its place.
-#[test]
-fn what_was_found_early_and_is_not_named_is_suspected() {
-    let recordings = recordings(&[("arm.coulomb", &[2e-3]), ("arm.spring", &[2e-3, 0.1])]);
-    let whole = ended_after(usize::MAX, &recordings);
-    let whole = names(&whole);
-    let mut suspected = Vec::new();
-    for last in [60, 90, 120, 150, 180, 250] {
-        let early = ended_after(last, &recordings);
-        let named = names(&early);
-        println!("after {last}: named {named:?}, {:?}", early.suspected);
-        let ids = early.suspected.iter().map(|s| s.id.clone());
-        let ids: Vec<String> = ids.filter(|id| !named.contains(&id.as_str())).collect();
-        assert_eq!(ids.len(), early.suspected.len(), "named and suspected");
-        suspected.extend(ids);
-    }
-    assert!(
-        suspected.iter().any(|id| whole.contains(&id.as_str())),
-        "{suspected:?} of {whole:?}"
-    );
+    assert!(suspected > 0, "what was found early was forgotten");
 }
 
 #[test]
