@@ -238,7 +238,7 @@ fn a_relay_tunes_for_the_spring_or_says_that_it_cannot() {
 fn a_controller_file_is_judged() {
     let folder = Folder::new("designs-judge");
     let judge = |name: &str, text: &str| {
-        let path = folder.file(name, text.to_owned());
+        let path = folder.file(name, text);
         let path = path.to_str().expect("a path").to_owned();
         json(&[
             "design",
@@ -275,10 +275,7 @@ fn a_controller_file_is_judged() {
     let lqi = judge("lqi.toml", "[controller]\nkind = \"lqi\"\n");
     let disk = |found: &Value| number(&found["margins"]["disk"]);
     assert!((disk(&pid) - disk(&lqi)).abs() < 1e-9);
-    let path = folder.file(
-        "sliding.toml",
-        "[controller]\nkind = \"lqr_sliding\"\n".to_owned(),
-    );
+    let path = folder.file("sliding.toml", "[controller]\nkind = \"lqr_sliding\"\n");
     let path = path.to_str().expect("a path");
     let said = refusal(&[
         "design",

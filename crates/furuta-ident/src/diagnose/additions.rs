@@ -91,7 +91,7 @@ pub(super) enum Earlier {
     New,
     /// It did not follow it.
     Left,
-    Fitted(Fit),
+    Fitted(Box<Fit>),
 }
 
 /// What is asked of additions.
@@ -223,7 +223,7 @@ impl Problem<'_> {
                 _ if instead.is_some_and(|i| i.spec.id == spec.id) => {}
                 Earlier::New => new.push(spec),
                 Earlier::Left => {}
-                Earlier::Fitted(fit) => known.push((spec, fit)),
+                Earlier::Fitted(fit) => known.push((spec, *fit)),
             }
         }
         let part = instead.and_then(|i| Some((i, self.thinned(from, savers.windows)?)));

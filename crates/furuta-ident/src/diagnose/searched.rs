@@ -42,7 +42,7 @@ impl Searched {
             Some(fit) if ids(&fit.model).eq(ids(&model)) => {
                 let mut fit = fit.clone();
                 fit.model = model;
-                Earlier::Fitted(fit)
+                Earlier::Fitted(Box::new(fit))
             }
             None if self.grown.contains(&set(&from.model)) => Earlier::Left,
             _ => Earlier::New,
