@@ -347,8 +347,8 @@ fn candidate(given: &Bound<'_, PyAny>) -> PyResult<Option<Vec<&'static Spec>>> {
     Ok(Some(found))
 }
 
-/// What is to be looked for beside what always is: ids of the catalogue, laws of the user's own, files with some; a list
-/// or one alone.
+/// What is to be looked for beside what always is: ids of the catalogue, laws of the user's own, files with some; a
+/// list or one alone.
 pub(crate) fn candidates(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<&'static Spec>> {
     let Some(given) = given else {
         return Ok(Vec::new());

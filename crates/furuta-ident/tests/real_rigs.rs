@@ -68,8 +68,8 @@ fn together(diagnosis: &Diagnosis, channel: Channel) -> [f64; 3] {
 }
 
 /// What is asked of every repair: of recordings that it has not seen it predicts neither angle worse than the better of
-/// the sheet as given and the refitted sheet, by more than 3 %. (What is known of errors on data kept apart.) A refitted
-/// sheet whose numbers cannot be is not written, however well it predicts, and is not asked.
+/// the sheet as given and the refitted sheet, by more than 3 %. (What is known of errors on data kept apart.) A
+/// refitted sheet whose numbers cannot be is not written, however well it predicts, and is not asked.
 fn does_no_harm(diagnosis: &Diagnosis) {
     let can_be = |model: Best| diagnosis.at_bound.iter().all(|b| b.model != model);
     assert!(can_be(diagnosis.best), "{:?}", diagnosis.at_bound);
