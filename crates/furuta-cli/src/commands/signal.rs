@@ -99,9 +99,10 @@ pub(crate) struct Built {
 }
 
 impl SignalArgs {
-    /// Refuses what shapes a test signal where there is none.
-    pub(crate) fn not_without_signal(&self) -> Result<(), Failure> {
-        match self.given().next() {
+    /// Refuses what shapes a test signal where there is none. Where the arm follows `noise`, that has the band.
+    pub(crate) fn not_without_signal(&self, noise: bool) -> Result<(), Failure> {
+        let has = |name| noise && name == "--band";
+        match self.given().find(|(name, _)| !has(*name)) {
             None => Ok(()),
             Some((name, _)) => Err(Failure::new(format!(
                 "{name} shapes a test signal, and none is asked for: give one (--input chirp, steps, multisine, ...), \

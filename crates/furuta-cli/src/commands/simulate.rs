@@ -183,7 +183,7 @@ const MOST_SAMPLES: f64 = 2e7;
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if args.controller.is_some() || matches!(args.input, Input::Test(Kind::Zero) | Input::Lqr) {
-        args.signal.not_without_signal()?;
+        args.signal.not_without_signal(args.arm_noise.is_some())?;
     }
     let output = args.output.as_ref().map(Output::path);
     if let Some(path) = output.filter(|path| is_another_kind(path)) {
