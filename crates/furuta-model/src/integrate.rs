@@ -114,9 +114,8 @@ impl<X, F: Fn(Stage, &X) -> X> Field<X> for F {
 }
 
 /// Numbers of more bytes than this are large: dual numbers with more than seven derivatives. The four stages then are a
-/// loop, which is less code for the compiler and for the processor to fetch: a step of the plant takes 0.7 to 0.9 of
-/// the time with 12 to 20 derivatives, and 1.3 times as long with four (the unrolled one beside it, before this was
-/// decided).
+/// loop, which is less code for the compiler and for the processor to fetch. With twelve to twenty derivatives a step
+/// takes less time so, with four it takes more: 64 lies between.
 const LARGE: usize = 64;
 
 /// One step of length `h` from `x` along `field`; local error `O(h⁵)`.
