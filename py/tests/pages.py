@@ -2,8 +2,8 @@
 
 A block marked `python` or `sh` is run; the names of a page's Python blocks are those of one session. Where a block
 marked `text` follows, it is what was printed, `...` standing for anything. `python py/tests/pages.py docs/tour.md`
-runs a page, and prints what differs. What takes long stands behind the comment `<!-- long -->`; with `--pictures` it puts the pictures that the page saves beside it, with
-`--write` it also writes what was printed into the page.
+runs a page, and prints what differs. What takes long stands behind the comment `<!-- long -->`. With `--pictures` it
+puts the pictures that the page saves beside it, with `--write` it also writes what was printed into the page.
 """
 
 from __future__ import annotations

@@ -85,7 +85,10 @@ def test_a_page_that_is_wrong_is_found(tmp_path):
 
 
 def test_what_takes_long_is_run_only_where_asked(tmp_path):
-    page = "```python\nx = 1\n```\n\n<!-- long -->\n```python\nx += 1\n```\n\n```python\nprint(x)\n```\n\n```text\n2\n```\n"
+    page = (
+        "```python\nx = 1\n```\n\n<!-- long -->\n```python\nx += 1\n```\n\n"
+        "```python\nprint(x)\n```\n\n```text\n2\n```\n"
+    )
     for long in (False, True):
         (tmp_path / str(long)).mkdir()
         *_, last = run(page, tmp_path / str(long), long=long)
