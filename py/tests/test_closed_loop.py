@@ -165,5 +165,5 @@ def test_controllers_and_their_files_have_a_loop(tmp_path):
     rig = rig.with_effect("motor.delay", delay=0.01)
     remembers = 'kind = "mpc"\ndelay = "motor"\n[estimator]\npredict = false'
     for section in ('kind = "lqr_sliding"', 'kind = "normal_form_sliding"', remembers):
-        with pytest.raises(furuta.DesignError, match="has no linear law here"):
+        with pytest.raises(furuta.DesignError, match="has no linear law"):
             furuta.closed_loop(rig, made(section))

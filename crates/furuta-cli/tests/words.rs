@@ -75,11 +75,17 @@ fn what_shapes_a_signal_needs_one() {
         );
     }
     for (of, more) in [
-        ("chirp has none", &["--input", "chirp", "--hold", "0.1"][..]),
-        ("step has none", &["--input", "step", "--band", "1,2"]),
-        ("steps has none", &["--input", "steps", "--lines", "3"]),
-        ("noise has none", &["--input", "noise", "--order", "5"]),
-        ("prbs has none", &["--input", "prbs", "--sweep", "linear"]),
+        (
+            "chirp as asked for",
+            &["--input", "chirp", "--hold", "0.1"][..],
+        ),
+        ("step as asked for", &["--input", "step", "--band", "1,2"]),
+        ("steps as asked for", &["--input", "steps", "--lines", "3"]),
+        ("noise as asked for", &["--input", "noise", "--order", "5"]),
+        (
+            "prbs as asked for",
+            &["--input", "prbs", "--sweep", "linear"],
+        ),
         (
             "chirp has none",
             &["--input", "chirp", "--harmonics", "detecting"],

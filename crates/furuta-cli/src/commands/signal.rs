@@ -30,7 +30,7 @@ pub(crate) enum Kind {
 }
 
 /// What shapes a test signal. What a signal has no use for is refused.
-#[derive(clap::Args, Debug)]
+#[derive(clap::Args, Clone, Debug)]
 pub(crate) struct SignalArgs {
     /// Size of a test signal: height of a step, largest of the steps, end of the ramp, amplitude of chirp and PRBS, RMS
     /// of multisine and noise. A part of the rig's command limit if not given.
@@ -85,6 +85,9 @@ enum Grid {
     Detecting,
 }
 
+/// Frequencies of multisine and noise where none are given, Hz.
+const BAND: [f64; 2] = [0.2, 6.0];
+
 /// Random phases that the search for a low peak begins from, apart from Schroeder's.
 pub(crate) const RESTARTS: u32 = 8;
 
@@ -102,52 +105,33 @@ impl SignalArgs {
     /// Refuses what shapes a test signal where there is none. Where the arm follows `noise`, that has the band.
     pub(crate) fn not_without_signal(&self, noise: bool) -> Result<(), Failure> {
         let has = |name| noise && name == "--band";
-        match self.given().find(|(name, _)| !has(*name)) {
+        match self.given().find(|name| !has(*name)) {
             None => Ok(()),
-            Some((name, _)) => Err(Failure::new(format!(
+            Some(name) => Err(Failure::new(format!(
                 "{name} shapes a test signal, and none is asked for: give one (--input chirp, steps, multisine, ...), \
                  or leave {name} out"
             ))),
         }
     }
 
-    /// What was given of what only some signals have, and which ones.
-    fn given(&self) -> impl Iterator<Item = (&'static str, &'static [Kind])> {
-        use Kind::{Chirp, Multisine, Noise, Prbs, Ramp, Step, Steps};
-        let all: [(_, _, &[Kind]); 7] = [
-            (
-                "--amplitude",
-                self.amplitude.is_some(),
-                &[Step, Steps, Ramp, Chirp, Multisine, Prbs, Noise],
-            ),
-            ("--band", self.band.is_some(), &[Chirp, Multisine, Noise]),
-            ("--hold", self.hold.is_some(), &[Steps, Prbs]),
-            ("--sweep", self.sweep.is_some(), &[Chirp]),
-            ("--lines", self.lines.is_some(), &[Multisine]),
-            ("--harmonics", self.harmonics.is_some(), &[Multisine]),
-            ("--order", self.order.is_some(), &[Prbs]),
+    /// What was given of what only some signals have.
+    fn given(&self) -> impl Iterator<Item = &'static str> {
+        let all = [
+            ("--amplitude", self.amplitude.is_some()),
+            ("--band", self.band.is_some()),
+            ("--hold", self.hold.is_some()),
+            ("--sweep", self.sweep.is_some()),
+            ("--lines", self.lines.is_some()),
+            ("--harmonics", self.harmonics.is_some()),
+            ("--order", self.order.is_some()),
         ];
-        let given = all.into_iter().filter(|(_, given, _)| *given);
-        given.map(|(name, _, kinds)| (name, kinds))
-    }
-
-    /// Refuses what shapes another signal than this one.
-    fn not_of_another(&self, kind: Kind) -> Result<(), Failure> {
-        let Some((name, kinds)) = self.given().find(|(_, kinds)| !kinds.contains(&kind)) else {
-            return Ok(());
-        };
-        let word = |kind: &Kind| format!("{kind:?}").to_lowercase();
-        let all: Vec<String> = kinds.iter().map(word).collect();
-        Err(Failure::new(format!(
-            "{name} is of {}: {} has none, leave it out",
-            all.join(", "),
-            word(&kind)
-        )))
+        let given = all.into_iter().filter(|(_, given)| *given);
+        given.map(|(name, _)| name)
     }
 
     /// Noise of this RMS in the band asked for, whatever its unit is.
     pub(crate) fn noise(&self, rms: f64) -> Result<Noise, Failure> {
-        let [low, high] = self.band.unwrap_or([0.2, 6.0]);
+        let [low, high] = self.band.unwrap_or(BAND);
         Ok(Noise::new(rms, low, high, self.seed)?)
     }
 
@@ -160,39 +144,39 @@ impl SignalArgs {
         rig: &Rig,
         part: f64,
     ) -> Result<Built, Failure> {
-        self.not_of_another(kind)?;
+        // What is of use to the signal is taken out; what is left then is refused.
+        let mut left = self.clone();
         let limit = rig.params.motor.command_limit;
         let unit = rig.params.motor.actuation.unit();
-        let amplitude = self.amplitude.unwrap_or(part * limit);
+        let amplitude = match kind {
+            Kind::Zero => 0.0,
+            _ => left.amplitude.take().unwrap_or(part * limit),
+        };
         if amplitude.is_nan() || amplitude.abs() > limit {
             return Err(Failure::new(format!(
                 "--amplitude {amplitude} {unit} is beyond the rig's command limit of {limit} {unit}"
             )));
         }
-        let sweep = self.sweep.unwrap_or(By::Linear);
-        let harmonics = self.harmonics.unwrap_or(Grid::Logarithmic);
-        let [low, high] = self.band.unwrap_or(match (kind, sweep) {
-            (Kind::Chirp, By::Linear) => [0.0, 8.0],
-            (Kind::Chirp, By::Logarithmic) => [0.1, 8.0],
-            _ => [0.2, 6.0],
-        });
         let mut notes = Vec::new();
         let signal: Signal = match kind {
             Kind::Zero => FreeDecay.into(),
             Kind::Step => Step::new(amplitude, 0.0)?.into(),
-            Kind::Steps => Steps::new(amplitude, self.hold.unwrap_or(0.7))?.into(),
+            Kind::Steps => Steps::new(amplitude, left.hold.take().unwrap_or(0.7))?.into(),
             Kind::Ramp => Ramp::new(0.0, amplitude, duration)?.into(),
             Kind::Chirp => {
-                let sweep = match sweep {
-                    By::Linear => Sweep::Linear,
-                    By::Logarithmic => Sweep::Logarithmic,
+                let (sweep, lowest) = match left.sweep.take().unwrap_or(By::Linear) {
+                    By::Linear => (Sweep::Linear, 0.0),
+                    By::Logarithmic => (Sweep::Logarithmic, 0.1),
                 };
+                let [low, high] = left.band.take().unwrap_or([lowest, 8.0]);
                 Chirp::new(amplitude, high, low, duration, sweep)?.into()
             }
             Kind::Multisine => {
+                let [low, high] = left.band.take().unwrap_or(BAND);
+                let harmonics = left.harmonics.take().unwrap_or(Grid::Logarithmic);
                 let fundamental = Multisine::fundamental_for(duration);
                 let lines = match harmonics {
-                    Grid::Logarithmic => Harmonics::Logarithmic(self.lines.unwrap_or(12)),
+                    Grid::Logarithmic => Harmonics::Logarithmic(left.lines.take().unwrap_or(12)),
                     Grid::Detecting => Harmonics::Detecting(self.seed),
                 };
                 let phases = match harmonics {
@@ -224,13 +208,22 @@ impl SignalArgs {
             }
             Kind::Prbs => Prbs::new(
                 amplitude,
-                self.order.unwrap_or(7),
-                self.hold.unwrap_or(0.05),
+                left.order.take().unwrap_or(7),
+                left.hold.take().unwrap_or(0.05),
                 self.seed,
             )?
             .into(),
-            Kind::Noise => Noise::new(amplitude, low, high, self.seed)?.into(),
+            Kind::Noise => {
+                left.band = None;
+                self.noise(amplitude)?.into()
+            }
         };
+        if let Some(name) = left.given().next() {
+            let kind = format!("{kind:?}").to_lowercase();
+            return Err(Failure::new(format!(
+                "a {kind} as asked for has no {name}: leave it out"
+            )));
+        }
         let excitation = Excitation::new(signal, duration)?
             .faded(self.fade, self.fade)?
             .limited(limit)?;

@@ -60,11 +60,8 @@ impl Load<f64> {
         type Number = Jet<f64, 4>;
         let smooth = smooth(plant);
         let at = equilibrium(&smooth, hold)?;
-        let mut i = 0;
-        let x = State::from(at.x.to_array().map(|v| {
-            i += 1;
-            Number::variable(v, i - 1)
-        }));
+        let x = at.x.to_array();
+        let x = State::from(core::array::from_fn(|i| Number::variable(x[i], i)));
         let torque = smooth
             .cast::<Number>()
             .effect_torques(&x, Number::constant(at.volts));

@@ -22,17 +22,13 @@ pub use error::PlantError;
 pub use own::MAX_OWN_STATES;
 pub use state::{PlantState, Twist};
 
-use crate::dynamics::{self, Angle};
-use crate::effects::{
-    Acts, Clock, Drive, Effect, EndStop, Instant, Law, Relaxation, Resonance, Winding,
-};
+use crate::effects::{Acts, Clock, Drive, Effect, EndStop, Law, Relaxation, Resonance, Winding};
 use crate::params::{Coefficients, Params};
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::vectors::{Vectorised, in_vectors};
 use arrayvec::ArrayVec;
 use drive::Bodies;
-use friction::{Balance, softly};
+use friction::softly;
 
 /// The most effects one plant can have.
 pub const MAX_EFFECTS: usize = 8;
@@ -373,71 +369,6 @@ impl<S: Scalar> Plant<S> {
         self.effects.iter().fold(u, |u, e| e.voltage(t, u))
     }
 
-    /// Torques and inertia at one moment, with `c` for the body that the arm belongs to, and the effects that these
-    /// bodies feel.
-    #[inline(always)]
-    fn balance(
-        &self,
-        c: &Coefficients<S>,
-        clock: Clock<S>,
-        x: &State<S>,
-        volts: S,
-        memory: S,
-        of: Bodies,
-    ) -> Balance<S> {
-        let angle = Angle::of(x.alpha);
-        let (b, g) = (dynamics::bias(c, angle, x), dynamics::gravity(c, angle));
-        let at = Instant {
-            clock,
-            x,
-            angle,
-            coefficients: &self.coefficients,
-            memory,
-            volts,
-        };
-        let (torque, limit) = self.with_effects(dynamics::torque(c, x, volts), &at, of);
-        Balance {
-            free: [torque[0] - b[0] - g[0], torque[1] - b[1] - g[1]],
-            inverse: dynamics::mass_matrix(c, angle).inverse(),
-            limit,
-        }
-    }
-
-    /// What the effects alone add to the torques on `[arm, pendulum]` at the start of a run, N m.
-    pub(crate) fn effect_torques(&self, x: &State<S>, volts: S) -> [S; 2] {
-        let at = Instant {
-            clock: Clock::at(S::ZERO),
-            x,
-            angle: Angle::of(x.alpha),
-            coefficients: &self.coefficients,
-            memory: S::ZERO,
-            volts,
-        };
-        self.with_effects([S::ZERO; 2], &at, Bodies::Whole).0
-    }
-
-    /// [`Plant::balance`] as a call, for where events are looked for.
-    #[inline(never)]
-    fn balance_outside(
-        &self,
-        c: &Coefficients<S>,
-        clock: Clock<S>,
-        x: &State<S>,
-        volts: S,
-        memory: S,
-        of: Bodies,
-    ) -> Balance<S> {
-        in_vectors::<S, _>(BalanceOf {
-            plant: self,
-            coefficients: c,
-            clock,
-            x,
-            volts,
-            memory,
-            of,
-        })
-    }
-
     /// `dx/dt` at time `t` (s) with `volts` (V) at the motor, for integrators that know no events ([`Plant::step`]
     /// does).
     ///
@@ -553,34 +484,5 @@ impl<S: Scalar> Plant<S> {
             return shown;
         }
         self.effects.iter().fold(shown, |y, e| e.reading(y))
-    }
-}
-
-/// What [`Plant::balance`] is asked.
-struct BalanceOf<'a, S> {
-    plant: &'a Plant<S>,
-    coefficients: &'a Coefficients<S>,
-    clock: Clock<S>,
-    x: &'a State<S>,
-    volts: S,
-    memory: S,
-    of: Bodies,
-}
-
-impl<S: Scalar> Vectorised for BalanceOf<'_, S> {
-    type Output = Balance<S>;
-
-    #[inline(always)]
-    fn call(self) -> Balance<S> {
-        let Self {
-            clock,
-            x,
-            volts,
-            memory,
-            of,
-            ..
-        } = self;
-        self.plant
-            .balance(self.coefficients, clock, x, volts, memory, of)
     }
 }

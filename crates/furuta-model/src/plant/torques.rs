@@ -1,9 +1,13 @@
-//! What the effects do to bodies at one moment.
+//! What acts on bodies at one moment: the equations of motion, and what the effects add to them.
 
 use super::Plant;
 use super::drive::Bodies;
-use crate::effects::{Acts, Instant, Law};
+use super::friction::Balance;
+use crate::dynamics::{self, Angle};
+use crate::effects::{Acts, Clock, Instant, Law};
+use crate::params::Coefficients;
 use crate::scalar::Scalar;
+use crate::state::State;
 use crate::vectors::{Vectorised, in_vectors};
 
 /// The torques on `[arm, pendulum]` with those of the effects that these bodies feel, and the largest torques of dry
@@ -40,6 +44,71 @@ impl<S: Scalar> Vectorised for Torques<'_, '_, S> {
 }
 
 impl<S: Scalar> Plant<S> {
+    /// Torques and inertia at one moment, with `c` for the body that the arm belongs to, and the effects that these
+    /// bodies feel.
+    #[inline(always)]
+    pub(super) fn balance(
+        &self,
+        c: &Coefficients<S>,
+        clock: Clock<S>,
+        x: &State<S>,
+        volts: S,
+        memory: S,
+        of: Bodies,
+    ) -> Balance<S> {
+        let angle = Angle::of(x.alpha);
+        let (b, g) = (dynamics::bias(c, angle, x), dynamics::gravity(c, angle));
+        let at = Instant {
+            clock,
+            x,
+            angle,
+            coefficients: &self.coefficients,
+            memory,
+            volts,
+        };
+        let (torque, limit) = self.with_effects(dynamics::torque(c, x, volts), &at, of);
+        Balance {
+            free: [torque[0] - b[0] - g[0], torque[1] - b[1] - g[1]],
+            inverse: dynamics::mass_matrix(c, angle).inverse(),
+            limit,
+        }
+    }
+
+    /// What the effects alone add to the torques on `[arm, pendulum]` at the start of a run, N m.
+    pub(crate) fn effect_torques(&self, x: &State<S>, volts: S) -> [S; 2] {
+        let at = Instant {
+            clock: Clock::at(S::ZERO),
+            x,
+            angle: Angle::of(x.alpha),
+            coefficients: &self.coefficients,
+            memory: S::ZERO,
+            volts,
+        };
+        self.with_effects([S::ZERO; 2], &at, Bodies::Whole).0
+    }
+
+    /// [`Plant::balance`] as a call, for where events are looked for.
+    #[inline(never)]
+    pub(super) fn balance_outside(
+        &self,
+        c: &Coefficients<S>,
+        clock: Clock<S>,
+        x: &State<S>,
+        volts: S,
+        memory: S,
+        of: Bodies,
+    ) -> Balance<S> {
+        in_vectors::<S, _>(BalanceOf {
+            plant: self,
+            coefficients: c,
+            clock,
+            x,
+            volts,
+            memory,
+            of,
+        })
+    }
+
     /// `torque` and what the effects add to it that these bodies feel, and the largest torques of dry friction, N m.
     #[inline(always)]
     pub(super) fn with_effects(
@@ -70,4 +139,33 @@ impl<S: Scalar> Plant<S> {
 #[inline(never)]
 fn called<S: Scalar>(torques: Torques<'_, '_, S>) -> ([S; 2], [S; 2]) {
     in_vectors::<S, _>(torques)
+}
+
+/// What [`Plant::balance`] is asked.
+struct BalanceOf<'a, S> {
+    plant: &'a Plant<S>,
+    coefficients: &'a Coefficients<S>,
+    clock: Clock<S>,
+    x: &'a State<S>,
+    volts: S,
+    memory: S,
+    of: Bodies,
+}
+
+impl<S: Scalar> Vectorised for BalanceOf<'_, S> {
+    type Output = Balance<S>;
+
+    #[inline(always)]
+    fn call(self) -> Balance<S> {
+        let Self {
+            clock,
+            x,
+            volts,
+            memory,
+            of,
+            ..
+        } = self;
+        self.plant
+            .balance(self.coefficients, clock, x, volts, memory, of)
+    }
 }
