@@ -167,7 +167,7 @@ const ROWS_OF_TEXT: usize = 2;
 /// The same where samples are counted from 1.
 const ROWS_OF_SAMPLES: usize = 1;
 
-/// The same with indices, counted from 0, where rows would be named, of which so many are before index 0.
+/// The same with indices, counted from 0, where rows would be named; `rows_before` of them are before index 0.
 fn by_index(
     read: Result<Read, RecordingError>,
     rows_before: usize,

@@ -15,7 +15,7 @@ use furuta_model::State;
 /// assert_eq!((steps.at(0).theta, steps.at(1).theta, steps.at(2).theta), (0.0, 0.0, 0.5));
 /// ```
 pub trait Ahead<T: Real> {
-    /// The reference so many samples from now; 0: now.
+    /// The reference `samples` from now; 0: now.
     fn at(&self, samples: u32) -> State<T>;
 }
 

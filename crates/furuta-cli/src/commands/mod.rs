@@ -11,6 +11,7 @@ mod export;
 mod foresight;
 mod identify;
 mod latency;
+mod progress;
 mod recorded;
 mod replay;
 mod rigs;

@@ -13,11 +13,8 @@ mod region;
 mod shahzad2022;
 mod swing_up;
 
-use std::time::Duration;
-
 use furuta_model::params::RANGES;
 use furuta_model::{Params, Rig};
-use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::failure::Failure;
 
@@ -78,16 +75,6 @@ fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> 
         Ok(x) if (least..=most).contains(&x) => Ok(x),
         _ => Err(format!("must be a number from {least} to {most} {unit}")),
     }
-}
-
-/// A progress bar over `count` runs, where there is a terminal.
-pub(crate) fn bar(count: u64) -> ProgressBar {
-    let bar = ProgressBar::new(count);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {prefix} {eta} left") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
 }
 
 /// A rig with some of its file's values replaced, each given as KEY=VALUE.

@@ -4,7 +4,6 @@ use super::brake::{Brake, Braking};
 use super::catch::Catch;
 use super::fault::Fault;
 use super::mode::Mode;
-use super::transitions::{CATCH_BRAKE, LAST_BRAKE, SMALL_JUMP};
 use crate::compensation::Compensation;
 use crate::config::Config;
 use crate::controllers::{
@@ -21,6 +20,14 @@ use crate::thresholds::{SPEC, Thresholds, within};
 use crate::trajectory::{Follower, FollowerState};
 use furuta_model::Plant;
 use furuta_model::linear_plant::smooth;
+
+/// A jump of the command at the catch that is small enough, of the command limit.
+pub(super) const SMALL_JUMP: f64 = 0.1;
+
+/// Balancing is given up where full braking would stop the arm beyond this share of its limit.
+pub(super) const LAST_BRAKE: f64 = 0.9;
+/// No catch is tried where it would stop beyond this: the distance from the other is a hysteresis.
+pub(super) const CATCH_BRAKE: f64 = 0.7;
 
 /// Swing-up, catch and balance of one rig at one sample period. Configuration only: see [`SupervisorState`].
 #[derive(Clone, Debug)]

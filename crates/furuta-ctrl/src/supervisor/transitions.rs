@@ -2,20 +2,12 @@
 
 use super::fault::Fault;
 use super::mode::{Mode, Request};
-use super::system::{Supervisor, SupervisorState};
+use super::system::{CATCH_BRAKE, LAST_BRAKE, SMALL_JUMP, Supervisor, SupervisorState};
 use crate::controllers::Controller;
 use crate::real::{Real, c, wrap};
 use crate::reference::arm_at;
 use crate::trajectory::FollowerState;
 use furuta_model::State;
-
-/// A jump of the command at the catch that is small enough, of the command limit.
-pub(super) const SMALL_JUMP: f64 = 0.1;
-
-/// Balancing is given up where full braking would stop the arm beyond this share of its limit.
-pub(super) const LAST_BRAKE: f64 = 0.9;
-/// No catch is tried where it would stop beyond this: the distance from the other is a hysteresis.
-pub(super) const CATCH_BRAKE: f64 = 0.7;
 
 impl<T: Real> Supervisor<T> {
     /// The mode from this sample on.

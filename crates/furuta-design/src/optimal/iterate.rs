@@ -82,7 +82,7 @@ fn defects(model: &Model, course: &Course) -> Vec<SVector<f64, 4>> {
         .collect()
 }
 
-/// Follows the best steps from `course` for at most so many `iterations`.
+/// Follows the best steps from `course` for at most `iterations` steps.
 pub(super) fn search(
     model: &Model,
     course: Course,

@@ -1,7 +1,6 @@
 //! Rotor and arm as two bodies, with backlash or a spring between them.
 
-use super::own::{FIRST, STATES};
-use super::state::{Contact, Twist};
+use super::state::{Contact, FIRST_OWN, STATES, Twist};
 use super::{MAX_SUBSTEPS, Plant, PlantState};
 use crate::dynamics::Angle;
 use crate::effects::{Acts, Clock, Drive, Effect, Instant};
@@ -58,11 +57,11 @@ impl<S: Scalar> TwoBody<S> {
     #[inline(always)]
     fn each_inner(&self, f: impl Fn(usize, S) -> S) -> [S; STATES] {
         let mut inner = self.inner;
-        for (i, x) in inner.iter_mut().enumerate().take(FIRST) {
+        for (i, x) in inner.iter_mut().enumerate().take(FIRST_OWN) {
             *x = f(i, *x);
         }
         if self.own {
-            for (i, x) in inner.iter_mut().enumerate().skip(FIRST) {
+            for (i, x) in inner.iter_mut().enumerate().skip(FIRST_OWN) {
                 *x = f(i, *x);
             }
         }

@@ -19,8 +19,7 @@ mod trial;
 mod twisting;
 
 pub use error::PlantError;
-pub use own::MAX_OWN_STATES;
-pub use state::{PlantState, Twist};
+pub use state::{MAX_OWN_STATES, PlantState, Twist};
 
 use crate::effects::{Acts, Clock, Drive, Effect, EndStop, Law, Relaxation, Resonance, Winding};
 use crate::params::{Coefficients, Params};

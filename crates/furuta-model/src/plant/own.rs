@@ -2,24 +2,18 @@
 
 use super::Plant;
 use super::drive::{Bodies, Moment, TwoBody, steps_for};
+use super::state::{FIRST_OWN, STATES};
 use crate::dynamics::Angle;
 use crate::effects::{Acts, Clock, Instant, Own};
 use crate::scalar::Scalar;
 use crate::state::State;
-
-/// The most users' own laws with a state that one plant can have.
-pub const MAX_OWN_STATES: usize = 2;
-/// Their place among the inner states: behind those of a cable and a winding.
-pub(super) const FIRST: usize = 2;
-/// How many inner states there can be.
-pub(super) const STATES: usize = FIRST + MAX_OWN_STATES;
 
 impl<S: Scalar> Plant<S> {
     /// The laws with a state, each with its place among the inner states.
     #[inline(always)]
     pub(super) fn with_states(&self) -> impl Iterator<Item = (usize, &Own<S>)> {
         let own = self.effects.iter().filter_map(|e| e.with_state());
-        own.zip(FIRST..STATES).map(|(own, place)| (place, own))
+        own.zip(FIRST_OWN..STATES).map(|(own, place)| (place, own))
     }
 
     /// Torques on `[arm, pendulum]` of those that these bodies feel, N m.

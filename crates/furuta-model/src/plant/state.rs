@@ -1,10 +1,16 @@
 //! Everything about a plant that changes.
 
 use super::MAX_DELAY_SAMPLES;
-use super::own::STATES;
 use crate::scalar::Scalar;
 use crate::state::State;
 use arrayvec::ArrayVec;
+
+/// The most users' own laws with a state that one plant can have.
+pub const MAX_OWN_STATES: usize = 2;
+/// Their place among the inner states: behind those of a cable and a winding.
+pub(super) const FIRST_OWN: usize = 2;
+/// How many inner states there can be.
+pub(super) const STATES: usize = FIRST_OWN + MAX_OWN_STATES;
 
 /// Everything about a plant that changes: time, mechanical state, and the memory of its effects. [`crate::Plant::rest`]
 /// makes one.

@@ -3,8 +3,7 @@
 
 use super::drive::{Bodies, Moment, TwoBody};
 use super::friction::{Dry, turns};
-use super::own::STATES;
-use super::state::Contact;
+use super::state::{Contact, STATES};
 use super::step::{Driven, clocks};
 use super::{Plant, PlantState};
 use crate::effects::{Acts, Clock};

@@ -10,8 +10,8 @@ use furuta_model::Rig;
 use serde_json::json;
 
 use crate::commands::emulate::positive;
+use crate::commands::progress::bar;
 use crate::commands::run::load_controller;
-use crate::commands::study::bar;
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::print::significant;

@@ -11,7 +11,8 @@ use furuta_model::{Plant, State};
 use serde_json::{Value, json};
 
 use super::parts::PartArgs;
-use super::{bar, hertz, rig_with, seconds};
+use super::{hertz, rig_with, seconds};
+use crate::commands::progress::bar;
 use crate::failure::Failure;
 use crate::streams;
 

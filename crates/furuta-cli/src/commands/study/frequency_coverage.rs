@@ -6,8 +6,9 @@ use furuta_ident::frequency::coverage::{Drive, Outcome, Row, Study};
 use furuta_model::Rig;
 use serde_json::{Value, json};
 
-use super::{bar, hertz, seconds};
+use super::{hertz, seconds};
 use crate::commands::emulate::positive;
+use crate::commands::progress::bar;
 use crate::failure::Failure;
 use crate::streams;
 

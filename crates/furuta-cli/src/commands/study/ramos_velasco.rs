@@ -11,8 +11,8 @@ use furuta_design::ramos_velasco::{
 use furuta_model::Rig;
 use serde_json::{Value, json};
 
-use super::bar;
 use crate::commands::emulate::positive;
+use crate::commands::progress::bar;
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::print::significant;

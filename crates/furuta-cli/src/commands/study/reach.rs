@@ -5,8 +5,9 @@ use std::io::Write;
 use furuta_design::reach::Search;
 use serde_json::json;
 
-use super::{bar, rig_with};
+use super::rig_with;
 use crate::commands::emulate::positive;
+use crate::commands::progress::bar;
 use crate::failure::Failure;
 use crate::streams;
 

@@ -13,8 +13,9 @@ use furuta_model::{Rig, State};
 use serde_json::json;
 
 use super::parts::{PartArgs, Parts};
-use super::{bar, rig_with};
+use super::rig_with;
 use crate::commands::emulate::positive;
+use crate::commands::progress::bar;
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::streams;

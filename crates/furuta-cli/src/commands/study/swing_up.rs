@@ -13,8 +13,9 @@ use furuta_model::Rig;
 use serde_json::json;
 
 use super::parts::{PartArgs, Parts};
-use super::{bar, rig_with};
+use super::rig_with;
 use crate::commands::emulate::positive;
+use crate::commands::progress::bar;
 use crate::commands::run::load_controller;
 use crate::failure::Failure;
 use crate::outputs::{self, Output};

@@ -28,7 +28,7 @@ impl<const M: usize> Rows<f64, M> {
         Self::each(predicted, limit, [1.0; M], price)
     }
 
-    /// Of the changes of `command` from each time to the next, which follow after so many samples; the first from the
+    /// Of the changes of `command` from each time to the next, which follow after `samples`; the first from the
     /// last command that was given. By at most `step` in a sample, at all cost.
     pub(super) fn changes(
         command: &Predicted<4, M>,
