@@ -33,6 +33,9 @@ VENV_WHEEL := .venv-wheel
 VENV_PEERS := .venv-peers
 # PyO3 asks this interpreter for its version; one answer for every build, or cargo builds it again each time.
 export PYO3_PYTHON := $(CURDIR)/$(VENV)/bin/python
+# Each crate is compiled in a few large pieces, as nothing is built twice here: an incremental build cuts it into many
+# small ones, whose code runs for longer.
+export CARGO_INCREMENTAL ?= 0
 # Where the Python tests find the command-line program (as maturin and cargo do, this honours CARGO_TARGET_DIR).
 TARGET := $(or $(CARGO_TARGET_DIR),$(CURDIR)/target)
 # The machine at hand, as cargo calls it: in firmware/ the microcontroller is what is built for.
