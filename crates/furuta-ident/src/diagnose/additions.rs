@@ -10,6 +10,7 @@ use super::evidence::Evidence;
 use super::hypothesis::{FIRST_EFFECT, Hypothesis};
 use super::savers::Savers;
 use super::screen::{self, Screen};
+use super::thinned::Part;
 use crate::shooting::{Effort, MAX_FREE, Model, Problem, is_late};
 
 /// Strength (in units of the typical one) of an effect that changes nothing and still has a slope.
@@ -116,15 +117,6 @@ struct FitStart {
 }
 
 impl Problem<'_> {
-    /// Where to start a fit with `spec` added to `from`.
-    pub(super) fn starts(&self, from: &Fit, spec: &'static Spec, screen: &Screen) -> Vec<Vec<f64>> {
-        let shapes = self.shapes(from, spec, screen);
-        self.bases(from)
-            .iter()
-            .flat_map(|base| shapes.iter().map(|z| with_base(z, base)))
-            .collect()
-    }
-
     /// Where the base parameters of a fit with one more effect may start. Those refitted without the effect may be far
     /// off: where the gap is large, the data sheet is a better start.
     fn bases(&self, from: &Fit) -> Vec<[f64; FIRST_EFFECT]> {
@@ -226,24 +218,13 @@ impl Problem<'_> {
                 Earlier::Fitted(fit) => known.push((spec, *fit)),
             }
         }
-        let part = instead.and_then(|i| Some((i, self.thinned(from, savers.windows)?)));
+        let part = instead.and_then(|i| {
+            let part = self.part_showing(from, i.known, savers.windows)?;
+            Some((i, part))
+        });
         let mut fits = match part {
             Some((instead, part)) => {
-                let goal = part.cost(instead.known) + (instead.goal - instead.known.cost);
-                let candidates = (&new[..], Vec::new());
-                let there = (part.problem).quickly(&part.start, candidates, Some(goal), asked);
-                let least = part.start.cost - savers.close * (part.start.cost - goal);
-                let here = there
-                    .into_par_iter()
-                    .filter(|(_, fit)| fit.cost <= least)
-                    .map(|(spec, fit)| {
-                        let effort = Effort::QUICK.towards(instead.goal);
-                        (
-                            spec,
-                            self.fit(&fit.model, fit.z.clone(), &from.states, effort),
-                        )
-                    });
-                known.par_extend(here);
+                known.par_extend(self.near_in_part(from, &new, (instead, &part), asked));
                 known
             }
             None => {
@@ -286,6 +267,49 @@ impl Problem<'_> {
         trials
     }
 
+    /// Fits of candidates in the place of an effect: those that come near in a part of the windows, and, where with
+    /// that effect nothing is left, as near as what is like it does.
+    fn near_in_part(
+        &self,
+        from: &Fit,
+        new: &[&'static Spec],
+        (instead, part): (&Instead<'_>, &Part<'_>),
+        asked: &Asked<'_>,
+    ) -> impl ParallelIterator<Item = (&'static Spec, Fit)> {
+        let here = part.of(instead.known);
+        // What that effect leaves above the noise, another one may not.
+        let above = (here.cost - part.problem.floor()).max(0.0);
+        let goal = here.cost + above + (instead.goal - instead.known.cost);
+        let there = (part.problem).quickly(&part.start, (new, Vec::new()), Some(goal), asked);
+        let least = part.start.cost - asked.savers.close * (part.start.cost - goal);
+        let explained = self.explains(instead.known);
+        let ended = move |fit: Fit| {
+            if !explained || fit.cost <= goal {
+                return Some(fit);
+            }
+            let effort = Effort::FULL.towards(goal);
+            let ended = (part.problem).fit(&fit.model, fit.z.clone(), &fit.states, effort);
+            if ended.cost <= goal {
+                return Some(ended);
+            }
+            let moved = (part.problem).moved(&here, &fit.model, Some(&ended), goal)?;
+            (moved.cost <= goal).then_some(moved)
+        };
+        there
+            .into_par_iter()
+            .filter(move |(_, fit)| fit.cost <= least)
+            .filter_map(move |(spec, fit)| {
+                let there = ended(fit)?;
+                let states = if explained {
+                    &instead.known.states
+                } else {
+                    &from.states
+                };
+                let effort = Effort::QUICK.towards(instead.goal);
+                Some((spec, self.fit(&there.model, there.z, states, effort)))
+            })
+    }
+
     /// A larger model that fits worse than the smaller one has lost its way: it is fitted from there, with next to
     /// nothing of what was added, so that all numbers move together.
     fn started_from_smaller(&self, from: &Fit, lost: Fit, savers: &Savers) -> Fit {
@@ -311,7 +335,7 @@ impl Problem<'_> {
 
     /// Quick fits of the new candidates that the screen leaves, beside those known already; none of those that cannot
     /// reach a cost, if one is given.
-    fn quickly(
+    pub(super) fn quickly(
         &self,
         from: &Fit,
         (new, mut fits): (&[&'static Spec], Vec<(&'static Spec, Fit)>),

@@ -7,13 +7,12 @@
 //! with the entry in place.
 
 use furuta_model::{Spec, effects};
-use rayon::prelude::*;
 
 use super::Fit;
-use super::additions::can_hold;
+use super::additions::{Asked, Earlier, can_hold};
 use super::evidence::Evidence;
 use super::result::Suspected;
-use super::screen::Screen;
+use super::savers::Savers;
 use crate::shooting::{Effort, Problem};
 
 /// Entries on request that stand in the place of effects that were found.
@@ -26,9 +25,9 @@ pub(super) struct StandIns {
 
 impl StandIns {
     /// Looks for them, and the fit in which they stand in the place of some effects.
-    pub(super) fn find(problem: &Problem<'_>, mut fit: Fit) -> (Self, Fit) {
+    pub(super) fn find(problem: &Problem<'_>, mut fit: Fit, savers: &Savers) -> (Self, Fit) {
         let mut all = Self::default();
-        while let Some((spec, other, better)) = all.contested(problem, &fit) {
+        while let Some((spec, other, better)) = all.contested(problem, &fit, savers) {
             all.suspected.push(Suspected::explained_better(spec, other));
             all.specs.push(other);
             fit = better;
@@ -79,25 +78,20 @@ impl StandIns {
         &self,
         problem: &Problem<'_>,
         fit: &Fit,
+        savers: &Savers,
     ) -> Option<(&'static Spec, &'static Spec, Fit)> {
         let limit = fit.cost - problem.tolerance(fit);
         let contests = |spec: &'static Spec| {
             let without = problem.without(fit, spec.id, Effort::FULL);
-            let mut screen = None;
-            let better: Vec<_> = others(spec)
+            let others: Vec<_> = others(spec)
                 .filter(|other| can_hold(&without.model, other))
-                .map(|other| {
-                    let screen = screen.get_or_insert_with(|| Screen::new(problem, &without));
-                    (spec, other, added(problem, &without, other, screen, limit))
-                })
-                .filter(|(_, _, better)| better.as_ref().is_some_and(|b| b.cost < limit))
                 .collect();
-            better
+            let better = added(problem, &without, &others, limit, savers);
+            better.map(move |(other, better)| (spec, other, better))
         };
         self.named(fit)
             .filter(|spec| others(spec).next().is_some())
-            .flat_map(contests)
-            .filter_map(|(spec, other, better)| Some((spec, other, better?)))
+            .filter_map(contests)
             .min_by(|a, b| a.2.cost.total_cmp(&b.2.cost))
     }
 
@@ -126,24 +120,25 @@ fn others(spec: &'static Spec) -> impl Iterator<Item = &'static Spec> {
     effects::on_request().filter(|other| other.look_alikes.contains(&spec.id))
 }
 
-/// The best fit with one more effect, as long as it can come down to `goal`.
+/// The best fit with one more effect, if it comes down to less than `goal`.
 fn added(
     problem: &Problem<'_>,
     from: &Fit,
-    spec: &'static Spec,
-    screen: &Screen,
+    specs: &[&'static Spec],
     goal: f64,
-) -> Option<Fit> {
-    let model = from.model.with(spec);
-    let quick = problem
-        .starts(from, spec, screen)
-        .into_par_iter()
-        .map(|z| problem.fit(&model, z, &from.states, Effort::QUICK.towards(goal)))
-        .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-    Some(problem.fit(
-        &model,
-        quick.z.clone(),
-        &quick.states,
-        Effort::FULL.towards(goal),
-    ))
+    savers: &Savers,
+) -> Option<(&'static Spec, Fit)> {
+    let asked = Asked {
+        instead: None,
+        earlier: &|_| Earlier::New,
+        savers,
+        report: &|_| {},
+    };
+    let quick = problem.quickly(from, (specs, Vec::new()), Some(goal), &asked);
+    let effort = Effort::FULL.towards(goal);
+    quick
+        .into_iter()
+        .map(|(spec, fit)| (spec, problem.fit(&fit.model, fit.z, &fit.states, effort)))
+        .filter(|(_, better)| better.cost < goal)
+        .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))
 }

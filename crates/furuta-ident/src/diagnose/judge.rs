@@ -44,7 +44,7 @@ pub(super) struct Judged {
 impl Judge<'_> {
     /// The names that hold. Entries on request that explain more than a name stand in its place meanwhile.
     pub(super) fn judge(&self, named: Fit, rivals: Vec<Rival>) -> Judged {
-        let (stand_ins, standing) = StandIns::find(self.problem, named);
+        let (stand_ins, standing) = StandIns::find(self.problem, named, self.search.savers());
         // Nothing is left with them: they are what was sought.
         if !stand_ins.is_empty() && self.problem.explains(&standing) {
             return Judged {

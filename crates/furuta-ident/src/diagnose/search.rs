@@ -53,6 +53,11 @@ pub(super) struct Rival {
     pub(super) near: Vec<Trial>,
 }
 
+/// Whether `simple` looks like `spec` with fewer parameters.
+fn is_simpler(simple: &Spec, spec: &Spec) -> bool {
+    spec.look_alikes.contains(&simple.id) && simple.parameters.len() < spec.parameters.len()
+}
+
 /// A search over one problem.
 pub(super) struct Search<'a> {
     problem: &'a Problem<'a>,
@@ -159,6 +164,11 @@ impl<'a> Search<'a> {
     /// Whether its best fit explains the data.
     pub(super) fn explains(&self) -> bool {
         self.problem.explains(&self.closest())
+    }
+
+    /// What it leaves out to save time.
+    pub(super) fn savers(&self) -> &'static Savers {
+        self.savers
     }
 
     /// Whether nothing is left to go through.
@@ -302,13 +312,33 @@ impl<'a> Search<'a> {
         ranked.iter().take(beam).find(open).map(|s| (*s).clone())
     }
 
-    /// Tries the set without each of its effects: one in which some do not convince is no answer.
+    /// Tries the set without each of its effects, and with a simpler look-alike in the place of each: one in which some
+    /// do not convince is no answer, and more parameters must earn their place.
     fn reduce(&mut self, here: &Set) {
         let fit = self.known[here].fit.clone();
+        let goal = fit.cost + self.problem.tolerance(&fit);
         let mut convinces = true;
-        for (_, smaller) in self.without_each(&fit) {
+        let mut simpler = Vec::new();
+        for (spec, smaller) in self.without_each(&fit) {
             convinces &= self.problem.evidence(&smaller, &fit).convinces();
+            let like = self
+                .problem
+                .addable(&smaller)
+                .filter(|c| is_simpler(c, spec));
+            simpler.extend(like.map(|c| (smaller.clone(), smaller.model.with(c))));
             self.keep(smaller, true);
+        }
+        let fits: Vec<(Fit, Fit)> = simpler
+            .into_par_iter()
+            .filter_map(|(smaller, h)| {
+                let known = self.known.get(&set(&h)).map(|n| &n.fit);
+                Some((smaller, self.problem.moved(&fit, &h, known, goal)?))
+            })
+            .filter(|(_, fit)| fit.cost <= goal)
+            .collect();
+        for (smaller, fit) in fits {
+            let eligible = self.problem.evidence(&smaller, &fit).convinces();
+            self.keep(fit, eligible);
         }
         if let Some(node) = self.known.get_mut(here) {
             node.eligible &= convinces;
@@ -373,28 +403,21 @@ impl<'a> Search<'a> {
             if self.problem.stop.wanted() {
                 return;
             }
-            // Those that come near with values that can be, and those that are nested in what they stand for, are fitted
-            // from where this set ended.
+            // Those that come near with values that can be are fitted from where this set ended.
             let limit = self.near(&fit, &smaller);
+            let is_near = |fit: &Fit| fit.cost < limit && possible(&smaller.model, fit);
             let again: Vec<Hypothesis> = self
                 .problem
                 .addable(&smaller)
                 .filter(|c| c.id != spec.id)
-                .map(|c| (c, smaller.model.with(c)))
-                .filter(|(c, h)| {
-                    let is_near = |fit: &Fit| fit.cost < limit && possible(&smaller.model, fit);
-                    let near = self.known.get(&set(h)).is_some_and(|n| is_near(&n.fit));
-                    let nested = spec.look_alikes.contains(&c.id)
-                        && c.parameters.len() < spec.parameters.len();
-                    near || nested
-                })
-                .map(|(_, h)| h)
+                .map(|c| smaller.model.with(c))
+                .filter(|h| self.known.get(&set(h)).is_some_and(|n| is_near(&n.fit)))
                 .collect();
             let fits: Vec<Fit> = again
                 .into_par_iter()
                 .flat_map_iter(|h| {
                     let known = self.known.get(&set(&h)).map(|n| &n.fit);
-                    let from_here = self.moved(&fit, &h, known);
+                    let from_here = self.problem.moved(&fit, &h, known, goal);
                     from_here
                         .into_iter()
                         .chain(known.map(|k| self.finished(k, goal)))
@@ -415,37 +438,6 @@ impl<'a> Search<'a> {
         let effort = Effort::FULL.towards(goal);
         self.problem
             .fit(&fit.model, fit.z.clone(), &fit.states, effort)
-    }
-
-    /// A neighbour's hypothesis fitted from where `here` ended: what both have stays, what it alone has is as in
-    /// `known`, or as what has the same name in the effect that it replaces.
-    fn moved(&self, here: &Fit, to: &Hypothesis, known: Option<&Fit>) -> Option<Fit> {
-        let sheet = &to.sheet;
-        let mut z = here.z[..to.offset(0)].to_vec();
-        let physical = here.model.physical(&here.z);
-        let replaced = here.model.effects.iter().position(|e| !to.has(e.id));
-        for spec in &to.effects {
-            if let Some(values) = here.model.values(&here.z, spec.id) {
-                z.extend(values);
-                continue;
-            }
-            if let Some(values) = known.and_then(|k| k.model.values(&k.z, spec.id)) {
-                z.extend(values);
-                continue;
-            }
-            for p in spec.parameters {
-                let same = replaced.and_then(|i| {
-                    let names = here.model.effects[i].parameters;
-                    let k = names.iter().position(|q| q.name == p.name)?;
-                    Some((physical[here.model.offset(i) + k] - p.off) / p.typical(&sheet.params))
-                });
-                z.push(same.unwrap_or(p.starts[0]));
-            }
-        }
-        z.extend(&here.z[here.model.shared()..]);
-        let goal = here.cost + self.problem.tolerance(here);
-        let effort = Effort::FULL.towards(goal);
-        (z.len() == to.len()).then(|| self.problem.fit(to, z, &here.states, effort))
     }
 
     /// The set without each of its effects that need not stay: the better of what was known and what is found from where
@@ -518,6 +510,42 @@ impl<'a> Search<'a> {
 }
 
 impl Problem<'_> {
+    /// A neighbour's hypothesis fitted from where `here` ended: what both have stays, what it alone has is as in
+    /// `known`, or as what has the same name in the effect that it replaces. Given up where it cannot come down to `goal`.
+    pub(super) fn moved(
+        &self,
+        here: &Fit,
+        to: &Hypothesis,
+        known: Option<&Fit>,
+        goal: f64,
+    ) -> Option<Fit> {
+        let sheet = &to.sheet;
+        let mut z = here.z[..to.offset(0)].to_vec();
+        let physical = here.model.physical(&here.z);
+        let replaced = here.model.effects.iter().position(|e| !to.has(e.id));
+        for spec in &to.effects {
+            if let Some(values) = here.model.values(&here.z, spec.id) {
+                z.extend(values);
+                continue;
+            }
+            if let Some(values) = known.and_then(|k| k.model.values(&k.z, spec.id)) {
+                z.extend(values);
+                continue;
+            }
+            for p in spec.parameters {
+                let same = replaced.and_then(|i| {
+                    let names = here.model.effects[i].parameters;
+                    let k = names.iter().position(|q| q.name == p.name)?;
+                    Some((physical[here.model.offset(i) + k] - p.off) / p.typical(&sheet.params))
+                });
+                z.push(same.unwrap_or(p.starts[0]));
+            }
+        }
+        z.extend(&here.z[here.model.shared()..]);
+        let effort = Effort::FULL.towards(goal);
+        (z.len() == to.len()).then(|| self.fit(to, z, &here.states, effort))
+    }
+
     /// A fit without one of its effects, from where it ended.
     pub(super) fn without(&self, here: &Fit, id: &str, effort: Effort) -> Fit {
         let z = here.model.reduced(&here.z, id);

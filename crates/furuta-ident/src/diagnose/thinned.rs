@@ -8,6 +8,11 @@ use crate::shooting::{Effort, Problem, Window};
 pub(super) const FAR: f64 = 3.0;
 /// Windows that are taken together: a drive's twist is carried from one to the next.
 const TOGETHER: usize = 4;
+/// What lasts gains in a part at least this share of what the part's samples would have of its gain in all windows.
+const EVEN: f64 = 0.5;
+/// The cost of two fits that differ by D has a standard deviation of 2 sqrt(D), in units of what is left per sample. Of
+/// a gain of this size, a fifth is three deviations of itself: what lacks more in the part lacks it in all windows.
+const TOLD: f64 = 180.0;
 
 impl<'a> Problem<'a> {
     /// Whether a fit is far from the data in more than half of the windows. A kick is not: the others are near.
@@ -24,6 +29,15 @@ impl<'a> Problem<'a> {
     /// A part of the windows where that is enough to see what is missing; `None` where all may be needed.
     pub(super) fn thinned(&self, fit: &Fit, most: usize) -> Option<Part<'a>> {
         self.is_far(fit).then(|| self.part(fit, most)).flatten()
+    }
+
+    /// A part in which what `known` gains over `from` shows as it does in all windows; `None` where all are needed.
+    pub(super) fn part_showing(&self, from: &Fit, known: &Fit, most: usize) -> Option<Part<'a>> {
+        let part = self.part(from, most)?;
+        let gain = part.start.cost - part.of(known).cost;
+        let share = part.problem.floor() / self.floor();
+        let shows = gain > EVEN * share * (from.cost - known.cost);
+        (shows && gain > TOLD * self.per_sample(known)).then_some(part)
     }
 
     /// About `most` windows of every recording's whole length, and the fit to them from where `fit` ended; `None` where
@@ -62,9 +76,9 @@ pub(super) struct Part<'a> {
 }
 
 impl Part<'_> {
-    /// What a fit to the whole leaves of the part.
-    pub(super) fn cost(&self, fit: &Fit) -> f64 {
-        only(&self.kept, &fit.costs).sum()
+    /// A fit to the whole, seen in the part.
+    pub(super) fn of(&self, fit: &Fit) -> Fit {
+        fit.in_windows(&self.kept)
     }
 }
 

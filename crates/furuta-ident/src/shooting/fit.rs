@@ -63,6 +63,24 @@ impl<M: Model> Fit<M> {
         self.cost = left + prior_weight(left, floor) * self.priors.iter().sum::<f64>();
     }
 
+    /// The same in the windows that are `kept`, what is known beforehand not counted.
+    pub(crate) fn in_windows(&self, kept: &[bool]) -> Self {
+        let windows = || (0..self.costs.len()).filter(|&i| kept[i]);
+        let costs: Vec<f64> = windows().map(|i| self.costs[i]).collect();
+        Self {
+            model: self.model.clone(),
+            z: self.z.clone(),
+            states: windows().map(|i| self.states[i]).collect(),
+            in_vain: windows().map(|i| self.in_vain[i]).collect(),
+            cost: costs.iter().sum(),
+            costs,
+            priors: self.priors.clone(),
+            widened: self.widened,
+            std: self.std.clone(),
+            past: self.past.clone(),
+        }
+    }
+
     /// What the prior of everything that windows share costs, and of the zeros of each recording.
     pub(crate) fn prior_by_recording(&self) -> (f64, Vec<f64>) {
         let layout = self.model.layout();
