@@ -292,7 +292,7 @@ impl Problem<'_> {
             if ended.cost <= goal {
                 return Some(ended);
             }
-            let moved = (part.problem).moved(&here, &fit.model, Some(&ended), goal)?;
+            let moved = (part.problem).moved(&here, &fit.model, Some(&ended), effort)?;
             (moved.cost <= goal).then_some(moved)
         };
         there

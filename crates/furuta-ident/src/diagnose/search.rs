@@ -316,7 +316,6 @@ impl<'a> Search<'a> {
     /// do not convince is no answer, and more parameters must earn their place.
     fn reduce(&mut self, here: &Set) {
         let fit = self.known[here].fit.clone();
-        let goal = fit.cost + self.problem.tolerance(&fit);
         let mut convinces = true;
         let mut simpler = Vec::new();
         for (spec, smaller) in self.without_each(&fit) {
@@ -332,9 +331,11 @@ impl<'a> Search<'a> {
             .into_par_iter()
             .filter_map(|(smaller, h)| {
                 let known = self.known.get(&set(&h)).map(|n| &n.fit);
-                Some((smaller, self.problem.moved(&fit, &h, known, goal)?))
+                let limit = self.near(&fit, &smaller);
+                let effort = Effort::FULL.towards(limit);
+                let moved = self.problem.moved(&fit, &h, known, effort)?;
+                (moved.cost <= limit).then_some((smaller, moved))
             })
-            .filter(|(_, fit)| fit.cost <= goal)
             .collect();
         for (smaller, fit) in fits {
             let eligible = self.problem.evidence(&smaller, &fit).convinces();
@@ -417,7 +418,8 @@ impl<'a> Search<'a> {
                 .into_par_iter()
                 .flat_map_iter(|h| {
                     let known = self.known.get(&set(&h)).map(|n| &n.fit);
-                    let from_here = self.problem.moved(&fit, &h, known, goal);
+                    let effort = Effort::FULL.towards(goal);
+                    let from_here = self.problem.moved(&fit, &h, known, effort);
                     from_here
                         .into_iter()
                         .chain(known.map(|k| self.finished(k, goal)))
@@ -511,13 +513,13 @@ impl<'a> Search<'a> {
 
 impl Problem<'_> {
     /// A neighbour's hypothesis fitted from where `here` ended: what both have stays, what it alone has is as in
-    /// `known`, or as what has the same name in the effect that it replaces. Given up where it cannot come down to `goal`.
+    /// `known`, or as what has the same name in the effect that it replaces.
     pub(super) fn moved(
         &self,
         here: &Fit,
         to: &Hypothesis,
         known: Option<&Fit>,
-        goal: f64,
+        effort: Effort,
     ) -> Option<Fit> {
         let sheet = &to.sheet;
         let mut z = here.z[..to.offset(0)].to_vec();
@@ -542,7 +544,6 @@ impl Problem<'_> {
             }
         }
         z.extend(&here.z[here.model.shared()..]);
-        let effort = Effort::FULL.towards(goal);
         (z.len() == to.len()).then(|| self.fit(to, z, &here.states, effort))
     }
 
