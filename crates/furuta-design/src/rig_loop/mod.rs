@@ -86,8 +86,8 @@ impl Law {
 pub enum LawError {
     /// It switches, or remembers something.
     #[error(
-        "kind = \"{kind}\" has no linear law with these settings: it switches, or remembers more than an integral of the \
-         arm's angle; see how it does with furuta simulate --controller"
+        "kind = \"{kind}\" has no linear law with these settings: it switches, or remembers more than an integral of \
+         the arm's angle; see how it does with furuta simulate --controller"
     )]
     NotLinear {
         /// Its kind.
