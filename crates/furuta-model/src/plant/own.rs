@@ -3,7 +3,6 @@
 use super::Plant;
 use super::drive::{Bodies, Moment, TwoBody, steps_for};
 use super::state::{FIRST_OWN, STATES};
-use crate::dynamics::Angle;
 use crate::effects::{Acts, Clock, Instant, Own};
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -52,24 +51,6 @@ impl<S: Scalar> Plant<S> {
         self.own_starts(&mut inner);
         let instant = self.instant(x, clock, volts, S::ZERO);
         self.own_torque(&instant, Bodies::Whole, &inner)
-    }
-
-    /// What laws see of a moment.
-    fn instant<'a>(
-        &'a self,
-        x: &'a State<S>,
-        clock: Clock<S>,
-        volts: S,
-        memory: S,
-    ) -> Instant<'a, S> {
-        Instant {
-            clock,
-            x,
-            angle: Angle::of(x.alpha),
-            coefficients: &self.coefficients,
-            memory,
-            volts,
-        }
     }
 
     /// The states at the start of a run.

@@ -44,6 +44,25 @@ impl<S: Scalar> Vectorised for Torques<'_, '_, S> {
 }
 
 impl<S: Scalar> Plant<S> {
+    /// What laws see of a moment.
+    #[inline(always)]
+    pub(super) fn instant<'a>(
+        &'a self,
+        x: &'a State<S>,
+        clock: Clock<S>,
+        volts: S,
+        memory: S,
+    ) -> Instant<'a, S> {
+        Instant {
+            clock,
+            x,
+            angle: Angle::of(x.alpha),
+            coefficients: &self.coefficients,
+            memory,
+            volts,
+        }
+    }
+
     /// Torques and inertia at one moment, with `c` for the body that the arm belongs to, and the effects that these
     /// bodies feel.
     #[inline(always)]
@@ -56,16 +75,9 @@ impl<S: Scalar> Plant<S> {
         memory: S,
         of: Bodies,
     ) -> Balance<S> {
-        let angle = Angle::of(x.alpha);
+        let at = self.instant(x, clock, volts, memory);
+        let angle = at.angle;
         let (b, g) = (dynamics::bias(c, angle, x), dynamics::gravity(c, angle));
-        let at = Instant {
-            clock,
-            x,
-            angle,
-            coefficients: &self.coefficients,
-            memory,
-            volts,
-        };
         let (torque, limit) = self.with_effects(dynamics::torque(c, x, volts), &at, of);
         Balance {
             free: [torque[0] - b[0] - g[0], torque[1] - b[1] - g[1]],
@@ -76,14 +88,7 @@ impl<S: Scalar> Plant<S> {
 
     /// What the effects alone add to the torques on `[arm, pendulum]` at the start of a run, N m.
     pub(crate) fn effect_torques(&self, x: &State<S>, volts: S) -> [S; 2] {
-        let at = Instant {
-            clock: Clock::at(S::ZERO),
-            x,
-            angle: Angle::of(x.alpha),
-            coefficients: &self.coefficients,
-            memory: S::ZERO,
-            volts,
-        };
+        let at = self.instant(x, Clock::at(S::ZERO), volts, S::ZERO);
         self.with_effects([S::ZERO; 2], &at, Bodies::Whole).0
     }
 
@@ -157,15 +162,13 @@ impl<S: Scalar> Vectorised for BalanceOf<'_, S> {
 
     #[inline(always)]
     fn call(self) -> Balance<S> {
-        let Self {
-            clock,
-            x,
-            volts,
-            memory,
-            of,
-            ..
-        } = self;
-        self.plant
-            .balance(self.coefficients, clock, x, volts, memory, of)
+        self.plant.balance(
+            self.coefficients,
+            self.clock,
+            self.x,
+            self.volts,
+            self.memory,
+            self.of,
+        )
     }
 }
