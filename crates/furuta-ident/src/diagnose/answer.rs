@@ -1,5 +1,7 @@
 //! The answer: what was found, fitted over long horizons, judged on data kept apart, and put into words and numbers.
 
+use std::sync::Arc;
+
 use super::additions::Trial;
 use super::find::{Found, Work};
 use super::gap::gap;
@@ -124,25 +126,24 @@ impl Work<'_> {
         let unknown = vec![f64::NAN; found.rivals.len()];
         let (stop, end) = (self.deadlines.stop, self.deadlines.end);
         let judged = (!stop.wanted()).then(|| {
-            let before = self.unseen(&found.refitted);
-            let after = match found.unseen.take() {
-                Some(after) => after,
-                None if found.named.model.effects.is_empty() => before.clone(),
-                None => self.unseen(&found.named),
+            let apart = &self.apart;
+            let before = apart.unseen(&found.refitted);
+            let after = match found.named.model.effects.is_empty() {
+                true => Arc::clone(&before),
+                false => apart.unseen(&found.named),
             };
             let whole = found.custom.as_ref().map_or(&after.errors, |c| &c.errors);
             let held_out = held_out::compared(self.data, &before.errors, whole);
             let gain = |without: &Fit| {
-                let without = if without.model.effects.is_empty() {
-                    before.clone()
-                } else {
-                    self.apart(without, true, false)
+                let without = match without.model.effects.is_empty() {
+                    true => Arc::clone(&before),
+                    false => apart.errors(without),
                 };
                 held_out::removed(self.data, &without.errors, &after.errors)
             };
             let gains: Vec<f64> = found.rivals.iter().map(|r| gain(&r.without)).collect();
-            let repaired = found.custom.as_ref().map(|c| self.unseen(&c.fit));
-            let given = self.apart(&found.as_given, false, true);
+            let repaired = found.custom.as_ref().map(|c| apart.unseen(&c.fit));
+            let given = apart.as_it_is(&found.as_given);
             let repaired = repaired.as_ref().unwrap_or(&after);
             let best = held_out::best(&given, [&before, repaired], possible);
             (held_out, gains, best)

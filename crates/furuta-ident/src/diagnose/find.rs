@@ -5,10 +5,10 @@ use std::sync::Arc;
 use furuta_model::{Spec, effects};
 
 use super::additions::Trial;
+use super::apart::Apart;
 use super::custom::{self, Custom};
 use super::deadlines::Deadlines;
 use super::filtered::makes_late;
-use super::held_out::{self, Folds, Unseen};
 use super::hypothesis::{Hypothesis, Sheet};
 use super::judge::{Judge, Judged};
 use super::progress::Teller;
@@ -29,7 +29,7 @@ pub(super) struct Work<'a> {
     /// Short windows, until it is time to judge; and the same until there is no time at all.
     pub(super) short: Problem<'a>,
     pub(super) calm: Problem<'a>,
-    pub(super) folds: Folds,
+    pub(super) apart: Apart<'a>,
     /// Whether the readings were filtered.
     pub(super) filtered: bool,
     pub(super) options: Options<'a>,
@@ -51,8 +51,6 @@ pub(super) struct Found {
     pub(super) custom: Option<Custom>,
     /// Each candidate added to the refitted sheet alone.
     pub(super) first: Vec<Trial>,
-    /// What the names leave on data kept apart, where they were judged.
-    pub(super) unseen: Option<Unseen>,
     /// The names fitted over long horizons, where that was done.
     pub(super) finished: Option<Fit>,
     /// What was left out for want of time.
@@ -89,17 +87,6 @@ impl Work<'_> {
         by_values
             .map(|(spec, why)| Suspected::contradicted(spec, why))
             .chain(late.map(|spec| Suspected::filtered(spec)))
-    }
-
-    /// What a fit leaves on data kept apart.
-    pub(super) fn apart(&self, fit: &Fit, refit: bool, horizons: bool) -> Unseen {
-        let asked = held_out::Asked { refit, horizons };
-        held_out::unseen(self.data, &self.folds, fit, asked, self.deadlines.end)
-    }
-
-    /// The same of a fit whose parameters follow, over all horizons.
-    pub(super) fn unseen(&self, fit: &Fit) -> Unseen {
-        self.apart(fit, true, true)
     }
 
     /// Refits the sheet, looks for names, and judges them.
@@ -180,7 +167,7 @@ impl Work<'_> {
 
         let judge = Judge {
             problem: calm,
-            unseen: &|fit: &Fit| self.unseen(fit),
+            apart: &self.apart,
             finished: &|fit: &Fit| horizons::finish(self.data, fit, true, stop),
             base: &refitted,
             search: &search,
@@ -197,7 +184,6 @@ impl Work<'_> {
         let Judged {
             named,
             rivals,
-            mut unseen,
             finished,
             ..
         } = judged;
@@ -216,8 +202,9 @@ impl Work<'_> {
             unfinished.push(Part::Expression);
         } else if !explains(&named) && self.options.pendulum.is_whole() {
             self.teller.stage("looking for an expression");
-            let without = unseen.get_or_insert_with(|| self.unseen(&named));
-            custom = custom::propose(calm, &self.folds, &refitted, (&named, &without.errors));
+            let without = self.apart.unseen(&named);
+            let folds = &self.apart.folds;
+            custom = custom::propose(calm, folds, &refitted, (&named, &without.errors));
             if end.wanted() {
                 unfinished.push(Part::Expression);
             }
@@ -230,7 +217,6 @@ impl Work<'_> {
             suspected,
             custom,
             first,
-            unseen,
             finished,
             unfinished,
         };

@@ -166,6 +166,29 @@ pub(super) struct Asked {
     pub(super) horizons: bool,
 }
 
+impl Asked {
+    /// Errors and horizons of a model whose parameters are fitted to the other parts.
+    pub(super) const ALL: Self = Self {
+        refit: true,
+        horizons: true,
+    };
+    /// Its errors alone.
+    pub(super) const ERRORS: Self = Self {
+        refit: true,
+        horizons: false,
+    };
+    /// Errors and horizons of a model taken as it is.
+    pub(super) const AS_IT_IS: Self = Self {
+        refit: false,
+        horizons: true,
+    };
+
+    /// Whether what is asked here tells what `other` asks.
+    pub(super) const fn includes(self, other: Self) -> bool {
+        self.refit == other.refit && (self.horizons || !other.horizons)
+    }
+}
+
 /// What a model leaves on every part. Where `stop` is wanted, fits end where they are: what is left then says nothing.
 pub(super) fn unseen(
     data: &Data,

@@ -7,6 +7,7 @@ use furuta_model::Spec;
 use furuta_model::effects::Acts;
 
 use super::Fit;
+use super::apart::Apart;
 use super::constancy;
 use super::contested::StandIns;
 use super::evidence;
@@ -20,8 +21,7 @@ use crate::stop::Stop;
 /// What names are judged with.
 pub(super) struct Judge<'a> {
     pub(super) problem: &'a Problem<'a>,
-    /// The errors of a fit on data kept apart.
-    pub(super) unseen: &'a (dyn Fn(&Fit) -> Unseen + Sync),
+    pub(super) apart: &'a Apart<'a>,
     /// A fit of an explained model over long horizons: its numbers are told.
     pub(super) finished: &'a dyn Fn(&Fit) -> Fit,
     /// What is left where there is no time to judge.
@@ -35,8 +35,6 @@ pub(super) struct Judged {
     pub(super) named: Fit,
     pub(super) rivals: Vec<Rival>,
     pub(super) suspected: Vec<Suspected>,
-    /// What the named effects leave on data kept apart, where they were judged.
-    pub(super) unseen: Option<Unseen>,
     /// The named effects fitted over long horizons, where that was done.
     pub(super) finished: Option<Fit>,
 }
@@ -51,7 +49,6 @@ impl Judge<'_> {
                 rivals: self.search.rivals(&standing),
                 named: standing,
                 suspected: Vec::new(),
-                unseen: None,
                 finished: None,
             };
         }
@@ -63,7 +60,6 @@ impl Judge<'_> {
             },
             named: standing,
             suspected: Vec::new(),
-            unseen: None,
             finished: None,
         };
         if !self.problem.explains(&judged.named) {
@@ -76,7 +72,6 @@ impl Judge<'_> {
             judged.suspected.extend(contested);
             judged.rivals = self.search.rivals(&named);
             judged.named = named;
-            judged.unseen = None;
         }
         if left {
             let scattered = constancy::scattered(self.problem, &judged.named);
@@ -92,7 +87,6 @@ impl Judge<'_> {
             named,
             rivals,
             suspected: Vec::new(),
-            unseen: None,
             finished: None,
         };
         self.lasting(&mut judged);
@@ -128,7 +122,6 @@ impl Judge<'_> {
         judged.suspected.push(why);
         judged.rivals = self.search.rivals(&smaller);
         judged.named = smaller;
-        judged.unseen = None;
     }
 
     /// Whether data kept apart say nothing of an effect.
@@ -154,13 +147,12 @@ impl Judge<'_> {
                 judged.rivals = Vec::new();
                 return;
             }
-            let known = judged.unseen.take();
-            let here = known.unwrap_or_else(|| (self.unseen)(&judged.named));
+            let here = self.apart.unseen(&judged.named);
             let worst = judged
                 .rivals
                 .iter()
                 .filter(|r| !self.is_untold(r.spec) && !stand_ins.has(r.spec))
-                .map(|r| (r, (self.unseen)(&r.without)))
+                .map(|r| (r, self.apart.unseen(&r.without)))
                 .filter(|(_, without)| !holds(&here, without))
                 .min_by(|a, b| a.1.level().total_cmp(&b.1.level()));
             if self.stop.wanted() {
@@ -168,7 +160,6 @@ impl Judge<'_> {
                 continue;
             }
             let Some((rival, without)) = worst else {
-                judged.unseen = Some(here);
                 return;
             };
             let why = Suspected::new(rival.spec, here.horizons, without.horizons);
@@ -178,7 +169,6 @@ impl Judge<'_> {
             } else {
                 let smaller = rival.without.clone();
                 self.drop(judged, smaller, why);
-                judged.unseen = Some(without);
             }
         }
     }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::Fit;
 use super::result::Limit;
-use super::screen::{self, Screen};
+use super::screen::{self, Score, Screen};
 use crate::shooting::{MAX_FREE, Model, Problem};
 
 /// 95 % of a normal distribution lie within this many standard deviations, to both sides or below.
@@ -87,8 +87,7 @@ fn upper_bound(
         let score = screen.score(problem, named, &h, &here)?;
         (score.square > 0.0).then_some(score)
     };
-    let at = |strength: f64| {
-        let score = score(strength)?;
+    let limit = |strength: f64, score: &Score| {
         let (best, deviation) = (
             strength * score.product / score.square,
             named.widened * strength * (per_sample / score.square).sqrt(),
@@ -98,14 +97,15 @@ fn upper_bound(
         } else {
             best.abs() + TWO_SIDED * deviation
         };
-        Some((limit, deviation))
+        (limit, deviation)
     };
+    let first = score(FIRST)?;
     // A user's own law may do more the smaller its number is: of that there is no largest one.
-    let square = |strength: f64| Some(score(strength)?.square);
-    if square(FIRST)? <= square(0.5 * FIRST)? {
+    if spec.own.is_some() && first.square <= score(0.5 * FIRST)?.square {
         return None;
     }
     // What sticks is not in proportion to its strength: the second test is made where it matters.
-    let first = at(FIRST)?;
-    at(first.0.clamp(TESTED[0], TESTED[1])).or(Some(first))
+    let first = limit(FIRST, &first);
+    let second = first.0.clamp(TESTED[0], TESTED[1]);
+    Some(score(second).map_or(first, |score| limit(second, &score)))
 }

@@ -14,6 +14,7 @@
 
 mod additions;
 mod answer;
+mod apart;
 mod asked;
 mod bounds;
 mod compare;
@@ -62,6 +63,7 @@ pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
 
 use crate::insufficient::{self, Insufficient};
 use crate::shooting::{self, Problem};
+use apart::Apart;
 use deadlines::Deadlines;
 use find::Work;
 use hypothesis::{Hypothesis, Sheet};
@@ -164,7 +166,7 @@ fn search(
         data: &data,
         short: Problem::new(&data, windows.clone()).until(deadlines.hurry),
         calm: Problem::new(&data, windows).until(deadlines.end),
-        folds: held_out::folds(&data),
+        apart: Apart::new(&data, deadlines.end),
         filtered: filtered.is_some(),
         options,
         deadlines,
