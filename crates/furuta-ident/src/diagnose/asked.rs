@@ -3,7 +3,7 @@
 use furuta_model::Spec;
 use furuta_model::effects::Offered;
 
-use super::additions::{can_hold, lacks_room};
+use super::candidates::{can_hold, lacks_room};
 use super::hypothesis::Hypothesis;
 
 /// Those of the entries that can be looked for beside what the rig file has, each id once; and a notice about each of

@@ -9,7 +9,8 @@
 use furuta_model::{Spec, effects};
 
 use super::Fit;
-use super::additions::{Asked, Earlier, can_hold};
+use super::additions::{Asked, Earlier};
+use super::candidates::can_hold;
 use super::evidence::Evidence;
 use super::result::Suspected;
 use super::savers::Savers;

@@ -4,7 +4,7 @@ use furuta_model::effects::spec;
 
 use super::result::{NamedEffect, Zero};
 use super::search::Rival;
-use super::{Fit, additions, repair};
+use super::{Fit, candidates, repair};
 use crate::recording::Recording;
 use crate::shooting::Problem;
 
@@ -30,7 +30,7 @@ pub(super) fn effects(
                 .near
                 .iter()
                 .map(|t| t.spec)
-                .chain(additions::same_class(rival.spec))
+                .chain(candidates::same_class(rival.spec))
                 .map(|s| s.id.to_owned())
                 .collect(),
         })

@@ -24,6 +24,8 @@ use super::Fit;
 use super::hypothesis::{FIRST_EFFECT, Hypothesis, TIMING};
 use crate::shooting::{ImpulseResponse, Model, Problem, Windows, ZEROS, impulse_responses};
 
+/// Strength (in units of the typical one) at which a candidate that starts from none is tried.
+pub(super) const TOUCH: f64 = 0.3;
 /// Curvature of what is held: nothing moves it.
 const HELD: f64 = 1e100;
 /// An angle over which a torque's slope is taken, rad.

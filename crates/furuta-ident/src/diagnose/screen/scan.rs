@@ -8,9 +8,8 @@ use furuta_model::effects::{Acts, Clock, Instant, Kind, Law, ParameterSpec};
 use furuta_model::{Effect, Spec, State};
 use rayon::prelude::*;
 
-use super::super::additions::TOUCH;
 use super::sums::{Second, Sums};
-use super::{Looks, SLOPE, Screen, is_scanned, looks};
+use super::{Looks, SLOPE, Screen, TOUCH, is_scanned, looks};
 
 /// Places that are handed to the fit.
 pub(super) const PLACES: usize = 2;
