@@ -52,6 +52,8 @@ pub(super) struct Criteria {
     pub(super) confusable: f64,
     /// By which factor the mean squared error of data kept apart may grow over long windows and whole runs.
     pub(super) no_worse: f64,
+    /// The same over short windows.
+    pub(super) alike: f64,
 }
 
 /// The criteria of every diagnosis.
@@ -88,6 +90,8 @@ pub(super) const CRITERIA: Criteria = Criteria {
     confusable: 0.10,
     // Over long windows, dry friction and an unstable upright make errors of their own.
     no_worse: 1.1,
+    // Mean squared errors over short windows are known to some per cent.
+    alike: 1.02,
 };
 
 impl Criteria {
@@ -141,6 +145,7 @@ mod tests {
             scatters,
             confusable,
             no_worse,
+            alike,
         } = CRITERIA;
         let rows = [
             (
@@ -238,6 +243,11 @@ mod tests {
                 "no_worse",
                 "factor by which the mean squared error of data kept apart may grow over 2 s and whole runs",
                 no_worse,
+            ),
+            (
+                "alike",
+                "the same over windows of a quarter and of half a second",
+                alike,
             ),
         ];
         let rows = rows.map(|(name, what, value)| format!("| `{name}` | {what} | {value} |\n"));

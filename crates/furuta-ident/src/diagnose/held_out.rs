@@ -95,9 +95,6 @@ pub(super) struct Unseen {
     pub(super) horizons: [f64; 4],
 }
 
-/// Mean squared errors over short windows of data kept apart are known to some per cent.
-const ALIKE: f64 = 1.02;
-
 /// The largest of three models that predicts no worse than the smaller ones: a window of a quarter of a second does not
 /// see what half a second shows upright, so that no horizon stands for another. One of the two fitted models whose
 /// numbers cannot be (`possible`) is none of them.
@@ -134,7 +131,12 @@ impl Unseen {
 
     /// Whether this model predicts no worse at any horizon, as far as errors on data kept apart are known.
     pub(super) fn is_no_worse_than(&self, other: &Self) -> bool {
-        let most = [ALIKE, ALIKE, CRITERIA.no_worse, CRITERIA.no_worse];
+        let most = [
+            CRITERIA.alike,
+            CRITERIA.alike,
+            CRITERIA.no_worse,
+            CRITERIA.no_worse,
+        ];
         (0..most.len()).all(|i| {
             let ratio = self.horizons[i] / other.horizons[i];
             ratio.is_nan() || ratio < most[i]
