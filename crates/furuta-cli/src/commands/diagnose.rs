@@ -8,8 +8,8 @@ use furuta_ident::diagnose::{Options, Outcome, Request, diagnose_with};
 use furuta_ident::{Pendulum, Task, report};
 use furuta_model::effects::own;
 use furuta_model::{Rig, Spec, effects};
-use indicatif::{ProgressBar, ProgressStyle};
 
+use super::progress;
 use super::recorded::RecordedArgs;
 use crate::failure::Failure;
 use crate::interrupt;
@@ -173,12 +173,7 @@ pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
 
 /// Diagnoses with a progress bar where there is a terminal; Ctrl-C ends it early.
 pub(crate) fn search(request: &Request<'_>, options: Options<'_>) -> Result<Outcome, Failure> {
-    let bar = ProgressBar::new(100);
-    let template = "{spinner} {elapsed:>4} [{bar:12}] {pos:>3} % {prefix} {wide_msg}";
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style.progress_chars("=> "));
-    }
-    bar.enable_steady_tick(Duration::from_millis(100));
+    let bar = progress::stages();
     let flag = interrupt::flag_then_exit();
     let options = Options {
         stop: Some(flag),
