@@ -128,16 +128,18 @@ impl Work<'_> {
         let judged = (!stop.wanted()).then(|| {
             let apart = &self.apart;
             let before = apart.unseen(&found.refitted);
-            let after = match found.named.model.effects.is_empty() {
-                true => Arc::clone(&before),
-                false => apart.unseen(&found.named),
+            let after = if found.named.model.effects.is_empty() {
+                Arc::clone(&before)
+            } else {
+                apart.unseen(&found.named)
             };
             let whole = found.custom.as_ref().map_or(&after.errors, |c| &c.errors);
             let held_out = held_out::compared(self.data, &before.errors, whole);
             let gain = |without: &Fit| {
-                let without = match without.model.effects.is_empty() {
-                    true => Arc::clone(&before),
-                    false => apart.errors(without),
+                let without = if without.model.effects.is_empty() {
+                    Arc::clone(&before)
+                } else {
+                    apart.errors(without)
                 };
                 held_out::removed(self.data, &without.errors, &after.errors)
             };

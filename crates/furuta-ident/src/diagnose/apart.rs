@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use furuta_model::Spec;
+
 use super::Fit;
 use super::held_out::{self, Asked, Folds, Unseen};
 use crate::shooting::Data;
@@ -18,10 +20,19 @@ pub(super) struct Apart<'a> {
 
 /// What one model leaves.
 struct Known {
-    effects: Vec<&'static str>,
+    effects: Vec<&'static Spec>,
     z: Vec<f64>,
     asked: Asked,
     unseen: Arc<Unseen>,
+}
+
+impl Known {
+    fn is_of(&self, fit: &Fit) -> bool {
+        let effects = &fit.model.effects;
+        self.z == fit.z
+            && self.effects.len() == effects.len()
+            && self.effects.iter().zip(effects).all(|(a, b)| a.is_same(b))
+    }
 }
 
 impl<'a> Apart<'a> {
@@ -50,9 +61,8 @@ impl<'a> Apart<'a> {
     }
 
     fn of(&self, fit: &Fit, asked: Asked) -> Arc<Unseen> {
-        let effects: Vec<&'static str> = fit.model.effects.iter().map(|e| e.id).collect();
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let answers = |k: &Known| k.asked.includes(asked) && k.effects == effects && k.z == fit.z;
+        let answers = |k: &Known| k.asked.includes(asked) && k.is_of(fit);
         if let Some(k) = known().iter().find(|k| answers(k)) {
             return Arc::clone(&k.unseen);
         }
@@ -60,7 +70,7 @@ impl<'a> Apart<'a> {
         let unseen = Arc::new(unseen);
         if !self.stop.wanted() {
             known().push(Known {
-                effects,
+                effects: fit.model.effects.clone(),
                 z: fit.z.clone(),
                 asked,
                 unseen: Arc::clone(&unseen),
