@@ -1,13 +1,13 @@
 //! All windows linearised at once, their initial states eliminated: what is left is a quadratic in the parameters.
 
-use furuta_model::State;
 use nalgebra::{DMatrix, DVector, Matrix4, SMatrix, Vector4};
 use rayon::prelude::*;
 
 use super::data::{Data, Window};
 use super::model::{Layout, Model};
 use super::predict::some;
-use super::window::{Start, WindowNormal, normal};
+use super::start::Start;
+use super::window::{WindowNormal, normal};
 
 /// The most numbers that one window can depend on.
 pub(crate) const MAX_FREE: usize = 24;
@@ -47,11 +47,7 @@ impl Response {
         for i in 0..layout.local() {
             by -= self.by_parameters.column(i) * step[layout.place(recording, i)];
         }
-        let x = start.x.to_array();
-        Start {
-            x: State::from(std::array::from_fn(|i| x[i] - by[i])),
-            ..*start
-        }
+        start.less(&by)
     }
 }
 

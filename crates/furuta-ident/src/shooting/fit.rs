@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use super::data::{Data, Window};
 use super::eliminate::{Reduced, reduced};
 use super::model::{Model, Prior};
-use super::window::Start;
+use super::start::Start;
 use crate::least_squares::{LeastSquares, Rules, minimise};
 use crate::stop::Stop;
 

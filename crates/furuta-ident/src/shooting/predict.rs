@@ -10,6 +10,7 @@ use furuta_model::{Plant, PlantState, Scalar, State, Twist};
 
 use super::data::{Run, Window};
 use super::model::Observed;
+use super::start::{Rotor, Start};
 
 /// How many past commands a lag remembers: half a second at 500 Hz and more.
 const PAST: usize = 256;
@@ -60,18 +61,19 @@ fn shifted<S: Scalar>(x: State<S>, by: [S; 2]) -> State<S> {
     State::new(x.theta + by[0], x.alpha + by[1], x.theta_dot, x.alpha_dot)
 }
 
-/// Runs the plant over a window from `x0` and lets `each` see each predicted sample. `s` may be any state of the plant.
+/// Runs the plant over a window from its start and lets `each` see each predicted sample. `s` may be any state of the
+/// plant.
 #[inline(always)]
 pub(super) fn predict<S: Scalar<Real = f64>>(
     seen: &Observed<S>,
     s: &mut PlantState<S>,
     run: &Run,
     w: &Window,
-    (x0, before): (State<S>, Option<&Before>),
+    from: &Start<S>,
     each: &mut impl Each<S>,
 ) {
     if run.is_uneven() {
-        predict_uneven(seen, s, run, w, (x0, before), each);
+        predict_uneven(seen, s, run, w, from, each);
         return;
     }
     let (plant, late, h) = (
@@ -85,10 +87,10 @@ pub(super) fn predict<S: Scalar<Real = f64>>(
     let rest = (late - S::from_f64(samples * h)).scale(1.0 / h);
     let samples = samples as usize;
     // One loop for what leads in and the window: the step is compiled into it.
-    let first = begin(seen, s, run, w.start, samples, (x0, before));
+    let first = begin(seen, s, run, w.start, samples, from);
     for k in first..w.start + w.len {
         if k == w.start {
-            arrive(seen, s, run, (first, k), x0);
+            arrive(seen, s, run, (first, k), from.x);
         }
         let (t, start, before) = (s.t.value(), s.x, plant.seen(s));
         plant.step(s, S::from_f64(run.command(k, samples)), h);
@@ -136,7 +138,7 @@ fn predict_uneven<S: Scalar<Real = f64>>(
     s: &mut PlantState<S>,
     run: &Run,
     w: &Window,
-    (x0, before): (State<S>, Option<&Before>),
+    from: &Start<S>,
     each: &mut impl Each<S>,
 ) {
     let (plant, late) = (
@@ -146,7 +148,7 @@ fn predict_uneven<S: Scalar<Real = f64>>(
     let zero = seen.zero(run.recording);
     let (mut next, last) = (w.start + 1, w.start + w.len);
     let mut k = first_sample(run, w.start, late.value());
-    enter(seen, s, run, k, 0, (x0, before));
+    enter(seen, s, run, k, 0, from);
     while next <= last && k < last {
         let h = run.interval(k);
         let (t, start, before) = (s.t.value(), s.x, plant.seen(s));
@@ -195,7 +197,7 @@ fn run_to(
     seen: &Observed<f64>,
     run: &Run,
     w: &Window,
-    (x0, before): (State<f64>, Option<&Before>),
+    from: &Start,
     at: usize,
 ) -> Box<PlantState<f64>> {
     let plant = seen.plant_in(run.recording);
@@ -203,7 +205,7 @@ fn run_to(
     if run.is_uneven() {
         let late = seen.late_in(run.recording).total();
         let [first, end] = [w.start, at].map(|k| first_sample(run, k, late));
-        enter(seen, &mut s, run, first, 0, (x0, before));
+        enter(seen, &mut s, run, first, 0, from);
         for k in first..end {
             step(plant, &mut s, run.u[k], run.interval(k));
         }
@@ -212,7 +214,7 @@ fn run_to(
     let late = (seen.late_in(run.recording).total() / run.h + 0.1)
         .floor()
         .max(0.0) as usize;
-    enter(seen, &mut s, run, w.start, late, (x0, before));
+    enter(seen, &mut s, run, w.start, late, from);
     for k in w.start..at {
         plant.step(&mut s, run.command(k, late), run.h);
     }
@@ -220,33 +222,30 @@ fn run_to(
 }
 
 /// The state at the end of a window.
-pub(super) fn end(
-    seen: &Observed<f64>,
-    run: &Run,
-    w: &Window,
-    from: (State<f64>, Option<&Before>),
-) -> State<f64> {
+pub(super) fn end(seen: &Observed<f64>, run: &Run, w: &Window, from: &Start) -> State<f64> {
     let s = run_to(seen, run, w, from, w.start + w.len);
-    let plant = seen.plant_in(run.recording);
-    shifted(plant.seen(&s), seen.zero(run.recording).map(|z| -z))
+    measured(seen, run, &s)
 }
 
-/// What the window before says about the time before this one's start; nothing where the plant has no drive.
+/// The state as the recording's encoders count it.
+fn measured(seen: &Observed<f64>, run: &Run, s: &PlantState<f64>) -> State<f64> {
+    let plant = seen.plant_in(run.recording);
+    shifted(plant.seen(s), seen.zero(run.recording).map(|z| -z))
+}
+
+/// What the window before says about the time before this one's start.
 pub(super) fn before(
     seen: &Observed<f64>,
     run: &Run,
-    (w, from): (&Window, (State<f64>, Option<&Before>)),
+    (w, from): (&Window, &Start),
     next: &Window,
-) -> Option<Before> {
+) -> Rotor {
     let plant = seen.plant_in(run.recording);
-    if !plant.has_drive() {
-        return None;
-    }
     let first = next.start - lead(plant, run, next.start);
     let s = run_to(seen, run, w, from, first);
-    Some(Before {
+    Rotor::Follows(Before {
         sample: first,
-        x: shifted(plant.seen(&s), seen.zero(run.recording).map(|z| -z)),
+        x: measured(seen, run, &s),
         twist: plant.twist(&s),
     })
 }
@@ -257,22 +256,22 @@ fn lead<S: Scalar<Real = f64>>(plant: &Plant<S>, run: &Run, start: usize) -> usi
     start.min((seconds / run.h).ceil() as usize)
 }
 
-/// Sets the plant to sample `start` of a run with the mechanical state `x0`, its effects remembering what was before;
-/// the commands are `late` samples late.
+/// Sets the plant to sample `start` of a run as a window starts there, its effects remembering what was before; the
+/// commands are `late` samples late.
 fn enter<S: Scalar<Real = f64>>(
     seen: &Observed<S>,
     s: &mut PlantState<S>,
     run: &Run,
     start: usize,
     late: usize,
-    (x0, before): (State<S>, Option<&Before>),
+    from: &Start<S>,
 ) {
-    let first = begin(seen, s, run, start, late, (x0, before));
+    let first = begin(seen, s, run, start, late, from);
     let plant = seen.plant_in(run.recording);
     for k in first..start {
         plant.step(s, S::from_f64(run.command(k, late)), run.h);
     }
-    arrive(seen, s, run, (first, start), x0);
+    arrive(seen, s, run, (first, start), from.x);
 }
 
 /// Sets the plant to the sample from which the entry at `start` is led in, which is returned; it may be `start` itself.
@@ -283,21 +282,25 @@ fn begin<S: Scalar<Real = f64>>(
     run: &Run,
     start: usize,
     late: usize,
-    (x0, before): (State<S>, Option<&Before>),
+    from: &Start<S>,
 ) -> usize {
     let plant = seen.plant_in(run.recording);
     let zero = seen.zero(run.recording);
-    let x0 = shifted(x0, zero);
     // How the rotor stands against the arm comes from the motion before.
     let first = start - lead(plant, run, start);
-    let before = before.filter(|b| b.sample == first);
-    let past = run.past(first, late, PAST);
-    let at = if first == start {
-        x0
-    } else {
-        let x = before.map_or_else(|| run.seen(first), |b| b.x);
-        shifted(x.map(S::from_f64), zero)
+    let before = match from.rotor {
+        Rotor::Follows(before) if before.sample == first => Some(before),
+        _ => None,
     };
+    let x = if first == start {
+        from.x
+    } else {
+        before
+            .map_or_else(|| run.seen(first), |b| b.x)
+            .map(S::from_f64)
+    };
+    let at = shifted(x, zero);
+    let past = run.past(first, late, PAST);
     plant.enter(s, at, run.time(first), &past, run.h);
     s.t += seen.late_in(run.recording).clock(late as f64 * run.h);
     remember(plant, s, run, first, late, zero);

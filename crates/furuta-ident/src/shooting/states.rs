@@ -5,10 +5,12 @@ use furuta_model::State;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
+use super::data::Window;
 use super::eliminate::Reduced;
 use super::fit::{FOLLOWING, Fit, Problem};
 use super::model::Model;
-use super::window::{Start, Windows};
+use super::start::{Rotor, Start};
+use super::window::Windows;
 
 /// A step that throws more than this share of the windows far off is a bad step: its windows are not looked after one
 /// by one.
@@ -51,7 +53,7 @@ impl Problem<'_> {
             std: vec![f64::NAN; z.len()],
             past: vec![0.0; z.len()],
         };
-        if windows.plain().plant.has_drive() {
+        if windows.infers_rotor() {
             self.solve_states_behind(&windows, &mut fit);
         }
         fit.add_up(self.floor());
@@ -98,23 +100,32 @@ impl Problem<'_> {
 
     /// Where a drive gives way: tells each window how the one before says that the rig stood.
     fn lead_in(&self, windows: &Windows, states: &mut [Start]) {
-        if !windows.plain().plant.has_drive() {
+        if !windows.infers_rotor() {
             return;
         }
-        let before: Vec<_> = (0..states.len())
+        let led: Vec<Rotor> = (0..states.len())
             .into_par_iter()
             .map(|i| {
-                let w = &self.windows[i];
-                let last = i.checked_sub(1)?;
-                let previous = &self.windows[last];
-                let follows = previous.run == w.run && previous.start + previous.len == w.start;
-                let from = (previous, &states[last]);
-                follows.then(|| windows.before(self.data, from, w))?
+                match i
+                    .checked_sub(1)
+                    .map(|last| (&self.windows[last], &states[last]))
+                {
+                    Some(from) if self.is_next(from.0, i) => {
+                        windows.before(self.data, from, &self.windows[i])
+                    }
+                    _ => Rotor::Measured,
+                }
             })
             .collect();
-        for (state, before) in states.iter_mut().zip(before) {
-            state.before = before;
+        for (state, rotor) in states.iter_mut().zip(led) {
+            state.rotor = rotor;
         }
+    }
+
+    /// Whether the `i`-th window begins where this one ends.
+    fn is_next(&self, previous: &Window, i: usize) -> bool {
+        let w = &self.windows[i];
+        previous.run == w.run && previous.start + previous.len == w.start
     }
 
     /// Where the step leads, the initial states following.
@@ -176,22 +187,24 @@ impl Problem<'_> {
             .map(|i| {
                 let w = &self.windows[i];
                 let mut starts = vec![];
-                if i > 0
-                    && self.windows[i - 1].run == w.run
-                    && self.windows[i - 1].start + self.windows[i - 1].len == w.start
-                {
-                    starts.push(windows.end(self.data, &self.windows[i - 1], &f.states[i - 1]));
+                let Start { x, rotor } = f.states[i];
+                let at = |x| Start { x, rotor };
+                if i > 0 && self.is_next(&self.windows[i - 1], i) {
+                    starts.push(at(windows.end(
+                        self.data,
+                        &self.windows[i - 1],
+                        &f.states[i - 1],
+                    )));
                 }
-                let Start { x, before } = f.states[i];
-                starts.push(State::new(x.theta, x.alpha, 0.0, x.alpha_dot));
+                starts.push(at(State::new(x.theta, x.alpha, 0.0, x.alpha_dot)));
                 for half in [4, 10] {
                     let g = self.data.guess(w, half);
-                    starts.push(g);
-                    starts.push(State::new(g.theta, g.alpha, 0.0, g.alpha_dot));
+                    starts.push(at(g));
+                    starts.push(at(State::new(g.theta, g.alpha, 0.0, g.alpha_dot)));
                 }
                 let mut best = (f.states[i], f.costs[i]);
-                for x in starts {
-                    let found = windows.solve(self.data, w, &Start { x, before }, RESCUE);
+                for start in starts {
+                    let found = windows.solve(self.data, w, &start, RESCUE);
                     if found.1 < best.1 {
                         best = found;
                     }

@@ -1,0 +1,308 @@
+//! Solving for a window's start, a nuisance, the parameters held.
+
+use furuta_model::{Jet, PlantState};
+use nalgebra::{Cholesky, Matrix4, Vector4};
+
+use super::data::{Data, Window};
+use super::predict::some;
+use super::start::{Rotor, Start};
+use super::window::{WindowNormal, Windows, cost, normal};
+use crate::least_squares::{LeastSquares, Rules, minimise};
+
+/// How an initial state is solved for: Gauss-Newton steps with next to no damping, since four states and hundreds of
+/// samples leave little doubt.
+const RULES: Rules = Rules {
+    iterations: 10,
+    damping: 1e-6,
+    ease: (0.1, 1e-9),
+    stiffen: (100.0, 1e-4),
+    most: 1e6,
+    abandoned: 0.0,
+};
+/// A step that is predicted to gain less than this plus this share of the cost is not simulated.
+const LEAST_STEP: (f64, f64) = (0.01, 1e-3);
+/// Half widths of the polynomials that say where a window may start, samples.
+const SMOOTHED: [usize; 3] = [10, 5, 20];
+/// A start that costs more than this many times the best end is not followed.
+const FAR_OFF: f64 = 4.0;
+
+/// A window is linear between two starts where it costs at one, within this share, what its linear form at the other
+/// says. Where bodies stick, slide or meet otherwise from one than from the other, the costs differ by far more.
+const LINEAR: f64 = 0.1;
+/// The initial state of one window as a problem of its own.
+struct Initial<'a> {
+    windows: &'a Windows,
+    data: &'a Data,
+    w: &'a Window,
+    s: std::cell::RefCell<Box<PlantState<Jet<f64, 4>>>>,
+}
+
+/// A start, its cost, and the window linearised there if that was asked for.
+struct Tried {
+    start: Start,
+    cost: f64,
+    normal: Option<WindowNormal<4>>,
+}
+
+impl Initial<'_> {
+    fn at(&self, start: Start, linearise: bool) -> Tried {
+        if !linearise {
+            let cost = cost(&self.windows.plain, self.data, self.w, &start);
+            return Tried {
+                start,
+                cost,
+                normal: None,
+            };
+        }
+        let s = &mut self.s.borrow_mut();
+        let normal = normal(&self.windows.seen, s, self.data, self.w, &start, None);
+        Tried {
+            start,
+            cost: normal.cost,
+            normal: Some(normal),
+        }
+    }
+}
+
+impl LeastSquares<Tried> for Initial<'_> {
+    type Linear = WindowNormal<4>;
+    type Step = Vector4<f64>;
+
+    fn cost(&self, place: &Tried) -> f64 {
+        place.cost
+    }
+
+    fn linearise(&self, place: &mut Tried) -> WindowNormal<4> {
+        let known = place
+            .normal
+            .take()
+            .or_else(|| self.at(place.start, true).normal);
+        // A window that says nothing where there is none.
+        known.unwrap_or(WindowNormal {
+            cost: f64::INFINITY,
+            gradient: [0.0; 4],
+            matrix: [[0.0; 4]; 4],
+            blocks: Vec::new(),
+        })
+    }
+
+    fn step(&self, _: &Tried, n: &WindowNormal<4>, damping: f64) -> Option<(Vector4<f64>, f64)> {
+        let mut m = Matrix4::from_fn(|a, b| n.matrix[a][b]);
+        for i in 0..4 {
+            m[(i, i)] += damping * m[(i, i)] + 1e-9;
+        }
+        let gradient = Vector4::from(n.gradient);
+        let step = Cholesky::new(m)?.solve(&gradient);
+        Some((step, step.dot(&gradient)))
+    }
+
+    fn trial(&self, place: &Tried, _: &WindowNormal<4>, step: &Vector4<f64>, last: bool) -> Tried {
+        self.at(place.start.less(step), !last)
+    }
+
+    fn is_worth_a_step(&self, place: &Tried, predicted: f64, _: usize) -> bool {
+        predicted >= LEAST_STEP.0 + LEAST_STEP.1 * place.cost
+    }
+
+    fn reached(&self, _: &mut Tried, _: f64, _: usize) -> bool {
+        true
+    }
+}
+
+impl Windows {
+    /// Improves the start by damped Gauss-Newton steps, at most `iterations`; returns it and what it leaves.
+    pub(crate) fn solve(
+        &self,
+        data: &Data,
+        w: &Window,
+        start: &Start,
+        iterations: usize,
+    ) -> (Start, f64) {
+        let end = self.solved(data, w, start, iterations);
+        (end.start, end.cost)
+    }
+
+    fn solved(&self, data: &Data, w: &Window, start: &Start, iterations: usize) -> Solved {
+        let initial = Initial {
+            windows: self,
+            data,
+            w,
+            s: std::cell::RefCell::new(some(&self.seen.plant)),
+        };
+        let rules = Rules {
+            iterations,
+            ..RULES
+        };
+        let (end, normal) = minimise(&initial, initial.at(*start, true), &rules);
+        Solved {
+            start: end.start,
+            cost: end.cost,
+            normal,
+        }
+    }
+
+    /// Solves for the start of a window that is not known well: of its first quarter, then of its first half, then of
+    /// all of it. Near upright an error at the start is hundreds of times as large at the end of a second, and a step
+    /// that is right for the first samples leads the last ones astray.
+    fn grown(&self, data: &Data, w: &Window, guess: &Start) -> Solved {
+        let mut start = *guess;
+        for part in [4, 2] {
+            let first = Window {
+                len: w.len.div_ceil(part),
+                ..*w
+            };
+            start = self.solved(data, &first, &start, RULES.iterations).start;
+        }
+        self.solved(data, w, &start, RULES.iterations)
+    }
+
+    /// The best of several starts: what smoothing over several widths says, and the start given.
+    pub(crate) fn search(&self, data: &Data, w: &Window, known: Option<&Start>) -> (Start, f64) {
+        let rotor = known.map_or(Rotor::Measured, |k| k.rotor);
+        let guess = |half| Start {
+            x: data.guess(w, half),
+            rotor,
+        };
+        let mut best = known.map(|x| self.solved(data, w, x, RULES.iterations));
+        for half in SMOOTHED {
+            let guess = guess(half);
+            let may_win = |b: &Solved| b.may_be_beaten(&guess, cost(&self.plain, data, w, &guess));
+            if best.as_ref().is_none_or(may_win) {
+                let found = self.grown(data, w, &guess);
+                if best.as_ref().is_none_or(|b| found.cost < b.cost) {
+                    best = Some(found);
+                }
+            }
+        }
+        match best {
+            Some(best) => (best.start, best.cost),
+            None => (guess(SMOOTHED[0]), f64::INFINITY),
+        }
+    }
+}
+
+/// A start that was solved for.
+struct Solved {
+    start: Start,
+    cost: f64,
+    /// How the window looks there, unless the steps ran out.
+    normal: Option<WindowNormal<4>>,
+}
+
+impl Solved {
+    /// Whether solving from another start, which costs `begin`, may end elsewhere: not where the window costs there what
+    /// its linear form here says, nor where it costs far too much.
+    fn may_be_beaten(&self, start: &Start, begin: f64) -> bool {
+        let Some(normal) = &self.normal else {
+            return begin < FAR_OFF * self.cost;
+        };
+        let (there, here) = (start.x.to_array(), self.start.x.to_array());
+        let by: [f64; 4] = std::array::from_fn(|i| there[i] - here[i]);
+        let mut expected = self.cost;
+        for (i, row) in normal.matrix.iter().enumerate() {
+            expected += 2.0 * normal.gradient[i] * by[i];
+            expected += row.iter().zip(by).map(|(m, b)| by[i] * m * b).sum::<f64>();
+        }
+        begin < FAR_OFF * self.cost && (begin - expected).abs() > LINEAR * expected.abs()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use furuta_model::{Effect, Plant, Rig, State};
+
+    use super::*;
+    use crate::recording::Recording;
+    use crate::shooting::{Late, Observed};
+
+    const H: f64 = 0.002;
+    const SAMPLES: usize = 1500;
+
+    /// What the encoders of a rig with one effect see without rounding, cut into windows, and its true states.
+    struct Seen {
+        data: Data,
+        windows: Vec<Window>,
+        solver: Windows,
+        truth: Vec<State<f64>>,
+    }
+
+    fn seen(effect: &str, values: &[f64]) -> Seen {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let effect = Effect::new(effect, values).expect("an effect");
+        let plant: Plant<f64> = Plant::new(&rig.params, &[effect]).expect("a plant");
+        let mut s = plant.rest(State::hanging());
+        let (mut samples, mut truth) = (Vec::new(), Vec::new());
+        for k in 0..SAMPLES {
+            let t = H * k as f64;
+            let u = 2.0 * (9.0 * t).sin() + (23.0 * t).cos();
+            let x = plant.seen(&s);
+            samples.push([t, u, x.theta, x.alpha]);
+            truth.push(x);
+            plant.step(&mut s, u, H);
+        }
+        let (recording, _) = Recording::from_samples("swings", samples).expect("a recording");
+        let data = Data::new(&[recording], &rig);
+        let windows = data.windows(0.25, |_| true);
+        let solver = Windows::of(Observed::from_true_zeros(plant, Late::by(0.0)).cast());
+        Seen {
+            data,
+            windows,
+            solver,
+            truth,
+        }
+    }
+
+    /// A drive that gives way, and what is no more than a torque.
+    const KINDS: [(&str, &[f64]); 2] = [
+        ("drive.compliance", &[0.2, 5e-4, 0.4, 0.0]),
+        ("arm.quadratic", &[1e-4]),
+    ];
+
+    /// From a start that is far off. Steps end where they gain a hundredth of what a sample leaves, here of the noise
+    /// that rounding would be: the arm is then known to a hundredth of a count of its encoder, 3e-3 rad.
+    #[test]
+    fn a_start_is_solved_for() {
+        for (effect, values) in KINDS {
+            let seen = seen(effect, values);
+            for w in &seen.windows {
+                let guess = seen.data.guess(w, 10);
+                let x = State::new(
+                    guess.theta + 0.1,
+                    guess.alpha - 0.1,
+                    guess.theta_dot + 2.0,
+                    guess.alpha_dot - 2.0,
+                );
+                let rotor = Rotor::Measured;
+                let (start, _) = seen.solver.solve(&seen.data, w, &Start { x, rotor }, 10);
+                let (off, k) = (start.x.theta - seen.truth[w.start].theta, w.start);
+                assert!(off.abs() < 3e-5, "{effect}, sample {k}: off by {off} rad");
+            }
+        }
+    }
+
+    #[test]
+    fn the_gradient_of_a_start_is_the_slope_of_its_cost() {
+        for (effect, values) in KINDS {
+            let seen = seen(effect, values);
+            let w = &seen.windows[3];
+            // Smoothed over a tenth of a second, not where the gradient is zero.
+            let start = Start {
+                x: seen.data.guess(w, 25),
+                rotor: Rotor::Measured,
+            };
+            let (plant, data) = (&seen.solver.seen, &seen.data);
+            let n = normal(plant, &mut some(&plant.plant), data, w, &start, None);
+            for i in 0..4 {
+                let moved = |by: f64| {
+                    let mut step = Vector4::zeros();
+                    step[i] = -by;
+                    cost(&seen.solver.plain, data, w, &start.less(&step))
+                };
+                // Half the slope of a sum of squares, by a central difference that is good to 1e-5 of itself.
+                let slope = (moved(1e-5) - moved(-1e-5)) / 4e-5;
+                let close = (slope - n.gradient[i]).abs() < 1e-5 * slope.abs().max(1.0);
+                assert!(close, "{effect}, {i}: {slope} {}", n.gradient[i]);
+            }
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Where a window starts: its state, which is free, and how the rotor stands against the arm, which is not.
+
+use furuta_model::{Jet, State};
+use nalgebra::Vector4;
+
+use super::predict::Before;
+
+/// Where a window starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Start<S = f64> {
+    /// The state, which is free.
+    pub(crate) x: State<S>,
+    /// How the rotor stands against the arm.
+    pub(crate) rotor: Rotor,
+}
+
+/// How the rotor stands against the arm at a window's start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Rotor {
+    /// As the motion turns it that was measured before. Nothing where both are one body.
+    Measured,
+    /// As the motion turns it from how the window before says that it stood some time before.
+    Follows(Before),
+}
+
+impl Start {
+    /// Its state as the first four independent variables.
+    pub(super) fn variables<const N: usize>(&self) -> Start<Jet<f64, N>> {
+        let values = self.x.to_array();
+        Start {
+            x: State::from(std::array::from_fn(|i| Jet::variable(values[i], i))),
+            rotor: self.rotor,
+        }
+    }
+
+    /// Where a step of its state leads.
+    pub(super) fn less(&self, by: &Vector4<f64>) -> Self {
+        let x = self.x.to_array();
+        Self {
+            x: State::from(std::array::from_fn(|i| x[i] - by[i])),
+            ..*self
+        }
+    }
+}
