@@ -29,6 +29,7 @@ const FAR_OFF: f64 = 4.0;
 /// A window is linear between two starts where it costs at one, within this share, what its linear form at the other
 /// says. Where bodies stick, slide or meet otherwise from one than from the other, the costs differ by far more.
 const LINEAR: f64 = 0.1;
+
 /// The initial state of one window as a problem of its own.
 struct Initial<'a> {
     windows: &'a Windows,
@@ -190,8 +191,8 @@ struct Solved {
 }
 
 impl Solved {
-    /// Whether solving from another start, which costs `begin`, may end elsewhere: not where the window costs there what
-    /// its linear form here says, nor where it costs far too much.
+    /// Whether solving from another start, which costs `begin`, may end elsewhere: not where the window costs there
+    /// what its linear form here says, nor where it costs far too much.
     fn may_be_beaten(&self, start: &Start, begin: f64) -> bool {
         let Some(normal) = &self.normal else {
             return begin < FAR_OFF * self.cost;

@@ -106,15 +106,13 @@ impl Problem<'_> {
         let led: Vec<Rotor> = (0..states.len())
             .into_par_iter()
             .map(|i| {
-                match i
+                let last = i
                     .checked_sub(1)
-                    .map(|last| (&self.windows[last], &states[last]))
-                {
-                    Some(from) if self.is_next(from.0, i) => {
-                        windows.before(self.data, from, &self.windows[i])
-                    }
-                    _ => Rotor::Measured,
-                }
+                    .filter(|last| self.is_next(&self.windows[*last], i));
+                last.map_or(Rotor::Measured, |last| {
+                    let from = (&self.windows[last], &states[last]);
+                    windows.before(self.data, from, &self.windows[i])
+                })
             })
             .collect();
         for (state, rotor) in states.iter_mut().zip(led) {

@@ -156,8 +156,8 @@ pub(super) fn cost(seen: &Observed<f64>, data: &Data, w: &Window, start: &Start)
     }
 }
 
-/// A plant in the scalars that windows need. With more than four derivatives those beyond the initial state's are of
-/// the parameters.
+/// A plant in the two scalars that windows need. With more than four derivatives those beyond the initial state's are
+/// of the parameters.
 pub(crate) struct Windows<const N: usize = 4> {
     pub(super) seen: Observed<Jet<f64, N>>,
     pub(super) plain: Observed<f64>,
