@@ -32,6 +32,12 @@ pub(crate) trait LeastSquares<Place> {
 
     /// Called for each place that was reached, which it may improve; whether to go on after `gain`.
     fn reached(&self, place: &mut Place, gain: f64, iteration: usize) -> bool;
+
+    /// Called where no step helps; whether the place was improved otherwise, and steps are tried again.
+    fn mend(&self, place: &mut Place) -> bool {
+        let _ = place;
+        false
+    }
 }
 
 /// How the damping changes, and when the method ends.
@@ -84,12 +90,13 @@ pub(crate) fn minimise<Place, P: LeastSquares<Place>>(
             }
             linear = problem.linearise(&mut here);
         } else {
-            if predicted.abs() < rules.abandoned * before {
-                break;
-            }
             damping = (damping * rules.stiffen.0).max(rules.stiffen.1);
-            if damping > rules.most {
-                break;
+            if predicted.abs() < rules.abandoned * before || damping > rules.most {
+                if !problem.mend(&mut here) {
+                    break;
+                }
+                damping = rules.damping;
+                linear = problem.linearise(&mut here);
             }
         }
     }

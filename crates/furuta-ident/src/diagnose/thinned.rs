@@ -17,8 +17,7 @@ const TOLD: f64 = 180.0;
 impl<'a> Problem<'a> {
     /// Whether a fit is far from the data in more than half of the windows. A kick is not: the others are near.
     pub(super) fn is_far(&self, fit: &Fit) -> bool {
-        let floor = |w: &Window| (self.data.samples(w) - self.data.initial(w)).max(1.0);
-        let squares = |(w, cost): (&Window, &f64)| cost / floor(w);
+        let squares = |(w, cost): (&Window, &f64)| cost / self.data.floor(w);
         let mut squares: Vec<f64> = self.windows.iter().zip(&fit.costs).map(squares).collect();
         squares.sort_by(f64::total_cmp);
         squares

@@ -92,8 +92,14 @@ impl Data {
         states
     }
 
+    /// What a perfect model leaves in a window: one for each sample, less those that its initial state takes; at least
+    /// one.
+    pub(crate) fn floor(&self, w: &Window) -> f64 {
+        (self.samples(w) - self.initial(w)).max(1.0)
+    }
+
     /// How many numbers of a window's initial state its samples determine: two for each angle that is looked at.
-    pub(crate) fn initial(&self, w: &Window) -> f64 {
+    fn initial(&self, w: &Window) -> f64 {
         let looked_at = self.runs[w.run].state.looks_at();
         looked_at.iter().filter(|at| **at).count() as f64 * 2.0
     }

@@ -178,7 +178,7 @@ const RATIO_LASTS: usize = 5;
 /// Far from the noise the first steps may gain little: three are made before a fit is abandoned. A chi² per sample of
 /// less than two is not far.
 const PATIENCE: usize = 3;
-const NEAR: f64 = 2.0;
+pub(super) const NEAR: f64 = 2.0;
 /// Steps with which initial states follow their parameters.
 pub(super) const FOLLOWING: usize = 2;
 
@@ -203,10 +203,7 @@ impl<'a> Problem<'a> {
 
     /// Cost that a perfect model leaves: one per sample, less those of each window that its initial state takes.
     pub(crate) fn floor(&self) -> f64 {
-        self.windows
-            .iter()
-            .map(|w| (self.data.samples(w) - self.data.initial(w)).max(1.0))
-            .sum()
+        self.windows.iter().map(|w| self.data.floor(w)).sum()
     }
 
     /// Root mean square of the residuals over the noise: 1 is the floor.
@@ -349,6 +346,12 @@ impl Fitting<'_, '_> {
         iteration >= PATIENCE || here.cost < NEAR * self.floor
     }
 
+    /// Whether a gain that led to a cost is too small for another step.
+    fn is_small(&self, gain: f64, cost: f64) -> bool {
+        gain < self.effort.tolerance * cost.max(self.floor)
+            || gain < FINE * (cost - self.effort.reference)
+    }
+
     fn ratio(iteration: usize) -> f64 {
         RATIO / (1 + iteration / RATIO_LASTS) as f64
     }
@@ -387,19 +390,22 @@ impl<M: Model> LeastSquares<Fit<M>> for Fitting<'_, '_> {
 
     fn reached(&self, place: &mut Fit<M>, gain: f64, iteration: usize) -> bool {
         let before = place.cost + gain;
-        let is_small = |gain: f64, cost: f64| {
-            gain < self.effort.tolerance * cost.max(self.floor)
-                || gain < FINE * (cost - self.effort.reference)
-        };
         // Before a fit ends, every window is looked at once more.
-        let ends = is_small(gain, place.cost);
+        let ends = self.is_small(gain, place.cost);
         let reached = place.cost;
         self.problem.restart(place, ends);
-        let small = ends && is_small(reached - place.cost, place.cost);
+        let small = ends && self.is_small(reached - place.cost, place.cost);
         let missing = place.cost - self.effort.goal;
         let abandoned = self.may_end(place, iteration)
             && missing > Self::ratio(iteration) * (before - place.cost);
         !small && !abandoned
+    }
+
+    /// A fit that begins where it has to end takes no step: its windows are looked at all the same.
+    fn mend(&self, place: &mut Fit<M>) -> bool {
+        let reached = place.cost;
+        self.problem.restart(place, true);
+        !self.is_small(reached - place.cost, place.cost)
     }
 }
 
@@ -473,4 +479,47 @@ fn past(z: &[f64], r: &Reduced, bounds: &[(f64, f64)]) -> Vec<f64> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use furuta_model::{Plant, Rig, State};
+
+    use super::super::rig::AsGiven;
+    use super::*;
+    use crate::pendulum::Pendulum;
+    use crate::recording::Recording;
+
+    /// A fit that begins at its end takes no step; the one window that begins far off, with a pendulum that turns over,
+    /// is found all the same.
+    #[test]
+    fn a_window_astray_is_looked_at_where_no_step_helps() {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let plant: Plant<f64> = Plant::new(&rig.params, &[]).expect("a plant");
+        let mut s = plant.rest(State::hanging());
+        let samples = (0..1500).map(|k| {
+            let t = 0.002 * f64::from(k);
+            let u = 2.0 * (9.0 * t).sin() + (23.0 * t).cos();
+            let x = plant.seen(&s);
+            plant.step(&mut s, u, 0.002);
+            [t, u, x.theta, x.alpha]
+        });
+        let (recording, _) = Recording::from_samples("swings", samples).expect("a recording");
+        let data = Data::new(&[recording], &rig);
+        let problem = Problem::new(&data, data.windows(0.25, |_| true));
+        let model = AsGiven {
+            rig: &rig,
+            recordings: 1,
+            state: Pendulum::Swings,
+        };
+        let begun = problem.solve_states(&model, &vec![0.0; model.layout().len()], None);
+        let there = problem.fit(&model, begun.z, &begun.states, Effort::TIGHT);
+
+        let mut states = there.states.clone();
+        states[5].x.alpha_dot += 60.0;
+        let astray = problem.fit(&model, there.z.clone(), &states, Effort::FULL);
+        // Steps of a window's start end where they gain a hundredth of what a sample leaves.
+        let more = astray.cost - there.cost;
+        assert!(more < 0.01 * problem.windows.len() as f64, "{more} more");
+    }
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::data::Window;
 use super::eliminate::Reduced;
-use super::fit::{FOLLOWING, Fit, Problem};
+use super::fit::{FOLLOWING, Fit, NEAR, Problem};
 use super::model::Model;
 use super::start::{Rotor, Start};
 use super::window::Windows;
@@ -17,6 +17,11 @@ use super::window::Windows;
 const THROWN_OFF: f64 = 0.2;
 /// Steps with which a window that was thrown off is tried again.
 const RESCUE: usize = 5;
+
+/// A window fits far worse than the others where it leaves this many times as much for its samples as they do.
+const FAR_WORSE: f64 = 8.0;
+/// Near the noise, where it leaves more than they do by this many standard deviations of what noise alone leaves.
+const DEVIATIONS: f64 = 3.0;
 
 /// A window whose cost has changed by this share since it was started again in vain is tried once more.
 const MOVED: f64 = 0.1;
@@ -166,21 +171,33 @@ impl Problem<'_> {
     }
 
     /// Solves windows that fit far worse than the others again from other starts: where the window before ends, at
-    /// rest, and smoothed. Those that did in vain at about this cost are left out, unless `all` are wanted.
+    /// rest, and smoothed. Those that did in vain at about this cost are left out, and so are, near the noise, those
+    /// that are not far worse but clearly so, unless `all` are wanted.
     pub(super) fn restart<M: Model>(&self, f: &mut Fit<M>, all: bool) {
-        let mut sorted = f.costs.clone();
+        let floors: Vec<f64> = self.windows.iter().map(|w| self.data.floor(w)).collect();
+        let squares: Vec<f64> = f.costs.iter().zip(&floors).map(|(c, f)| c / f).collect();
+        let mut sorted = squares.clone();
         sorted.sort_by(f64::total_cmp);
-        let Some(median) = sorted.get(sorted.len() / 2) else {
+        let (Some(median), Some(most)) = (
+            sorted.get(sorted.len() / 2),
+            sorted.get(sorted.len() * 9 / 10),
+        ) else {
             return;
         };
-        let bad = (8.0 * median).max(sorted[sorted.len() * 9 / 10]);
-        if sorted[sorted.len() - 1] <= bad {
+        let is_bad = |i: usize| {
+            let others = match *median {
+                near if all && near < NEAR => near * (1.0 + DEVIATIONS * (2.0 / floors[i]).sqrt()),
+                far => FAR_WORSE * far,
+            };
+            squares[i] > others.max(*most)
+        };
+        let bad: Vec<usize> = (0..self.windows.len()).filter(|&i| is_bad(i)).collect();
+        if bad.is_empty() {
             return;
         }
         let windows = &Windows::<4>::new(&f.model, &f.z);
-        let again: Vec<(usize, Start, f64)> = (0..self.windows.len())
+        let again: Vec<(usize, Start, f64)> = bad
             .into_par_iter()
-            .filter(|&i| f.costs[i] > bad)
             .filter(|&i| all || (f.costs[i] - f.in_vain[i]).abs() > MOVED * f.costs[i])
             .map(|i| {
                 let w = &self.windows[i];
