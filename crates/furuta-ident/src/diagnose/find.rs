@@ -105,7 +105,7 @@ impl Work<'_> {
         const SEARCHING: &str = "searching";
         self.teller.stage(SEARCHING);
         let told = self.teller.candidates(SEARCHING);
-        let part = short.thinned(&refitted, savers::of(&self.options).windows);
+        let part = short.part(&refitted, savers::of(&self.options).windows);
         let few = |search: &Search<'_>| {
             search.explains() || search.closest().model.effects.len() <= USUAL
         };
@@ -239,8 +239,8 @@ impl Work<'_> {
         Search::new(problem, here, &|_| true, savers::of(&self.options), report)
     }
 
-    /// Goes on with a search from `start` as long as that is `wanted`: on the part where it was begun while that is far
-    /// from the data, then on all windows.
+    /// Goes on with a search from `start` as long as that is `wanted`: on the part where it was begun until nothing is
+    /// left there, or nothing more can be found, then on all windows.
     fn go_on<'s>(
         &'s self,
         mut search: Search<'s>,
@@ -249,11 +249,18 @@ impl Work<'_> {
         wanted: &dyn Fn(&Search<'s>) -> bool,
     ) -> Search<'s> {
         if let Some(part) = part.filter(|part| search.is_over(&part.problem)) {
-            let is_far = |search: &Search<'s>| {
-                !search.is_settled() || part.problem.is_far(&search.closest())
+            // Where a drive gives way a window takes from the one before how the rotor stands, and in a part many have
+            // none before them: what is near the data there may explain it.
+            let has_more = |search: &Search<'s>| {
+                let best = search.closest();
+                let is_told = match best.model.has_drive() {
+                    true => !part.problem.is_far(&best),
+                    false => part.problem.explains(&best),
+                };
+                !(search.is_settled() && is_told)
             };
-            search.run_while(|search| is_far(search) && wanted(search));
-            if is_far(&search) && !wanted(&search) {
+            search.run_while(|search| has_more(search) && wanted(search));
+            if has_more(&search) && !wanted(&search) {
                 return search;
             }
             search = search.onto(&self.short, start.clone());
@@ -280,21 +287,13 @@ impl Work<'_> {
         start.model = start
             .model
             .looking_for(usual.iter().copied().chain(effects::on_request()));
-        let smaller = match part {
-            Some(_) => None,
-            None => (self.short).part(&start, savers::of(&self.options).windows),
-        };
         // In the place of several stand entries on request, alone or beside some of the several.
         let mut narrow = start.clone();
         if let Some(several) = several {
             narrow.model = (narrow.model)
                 .looking_for(effects::on_request().chain(several.model.effects.iter().copied()));
         }
-        let part = part.or(smaller.as_ref());
-        let mut search = self.begun(part, &narrow, &told);
-        if smaller.is_none() {
-            search = search.knowing(known);
-        }
+        let mut search = self.begun(part, &narrow, &told).knowing(known);
         let most = several.map_or(USUAL + 1, |f| f.model.effects.len() - 1);
         let may_grow = |search: &Search<'_>| {
             let explains = search.explains();

@@ -311,6 +311,14 @@ impl Hypothesis {
         self.effects.iter().any(|e| e.acts.touches(inferred))
     }
 
+    /// Whether a drive gives way, so that windows take from those before how the rotor stands.
+    pub(super) fn has_drive(&self) -> bool {
+        let present = self.sheet.present.iter().map(|e| e.spec());
+        present
+            .chain(self.effects.iter().copied())
+            .any(|e| e.acts.includes(Acts::DRIVE))
+    }
+
     /// Whether bodies meet in blows.
     pub(super) fn has_blows(&self) -> bool {
         self.effects.iter().any(|e| e.acts.includes(Acts::BLOWS))

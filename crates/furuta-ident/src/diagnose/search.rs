@@ -43,6 +43,17 @@ struct Node {
     followed: Option<f64>,
 }
 
+impl Node {
+    /// The same set with its fit to other windows.
+    fn over(&self, fit: Fit) -> Self {
+        Self {
+            fit,
+            reduced: false,
+            ..*self
+        }
+    }
+}
+
 /// What could stand in the place of an effect.
 pub(super) struct Rival {
     /// The effect.
@@ -139,12 +150,12 @@ impl<'a> Search<'a> {
         while !self.problem.stop.wanted() && !self.is_through() && wanted(self) {
             let Some(next) = self.next() else { break };
             match self.known[&next] {
-                Node { grown: true, .. } => self.exchange(&next),
-                Node { reduced: true, .. } => self.grow(&next),
-                _ => {
+                Node { reduced: false, .. } => {
                     self.reduce(&next);
                     continue;
                 }
+                Node { grown: false, .. } => self.grow(&next),
+                _ => self.exchange(&next),
             }
             self.left -= 1;
         }
@@ -177,44 +188,31 @@ impl<'a> Search<'a> {
     }
 
     /// The search over a part of the windows goes on with all of them: the best set, and what came near it with values
-    /// that can be in the place of one of its effects, are fitted again from where `start`, without them, has the
-    /// windows begin, and what no fit moves is placed again. Where even the best is still far from the data, the rest
-    /// of the windows says no more.
+    /// that can be in the place of one of its effects, are fitted again, and what no fit moves is placed again. The
+    /// windows' starts are first solved for with the numbers of the part: those that fit `start` may be far from them,
+    /// and lead a fit astray. Where even the best is still far from the data, the rest of the windows says no more.
     pub(super) fn onto(self, problem: &'a Problem<'a>, start: Fit) -> Self {
         let ended = self.is_through();
-        let best = self.closest();
-        let here = set(&best.model);
-        let limits: Vec<(Hypothesis, f64)> = (best.model.effects.iter())
-            .filter_map(|e| self.known.get(&set(&best.model.without(e.id))))
-            .map(|node| (node.fit.model.clone(), self.near(&best, &node.fit)))
-            .collect();
-        let is_near = |s: &Set, fit: &Fit| {
-            let beside = |smaller: &Hypothesis| smaller.effects.iter().all(|e| fit.model.has(e.id));
-            let near = |(smaller, limit): &(Hypothesis, f64)| {
-                fit.cost < *limit && beside(smaller) && possible(smaller, fit)
-            };
-            *s == here || (s.len() == here.len() && limits.iter().any(near))
+        let best = set(&self.closest().model);
+        let fitted = |fit: &Fit, effort: Effort| {
+            let (model, z) = (fit.model.on_sheet_of(&start.model), fit.z.clone());
+            let there = problem.solve_states(&model, &z, Some(&start.states));
+            problem.placed_again(problem.fit(&model, z, &there.states, effort))
         };
+        let closest = match best == set(&self.fixed) {
+            true => start.clone(),
+            false => fitted(&self.known[&best].fit, Effort::FULL),
+        };
+        // Where with the best nothing is left, what comes as near is looked for.
+        let effort = match problem.explains(&closest) {
+            true => Effort::FULL.towards(closest.cost + problem.tolerance(&closest)),
+            false => Effort::FULL,
+        };
+        let mut again: Vec<(Set, Node)> = (self.beside_best().into_par_iter())
+            .map(|(s, node)| (s, node.over(fitted(&node.fit, effort))))
+            .collect();
+        again.push((best.clone(), self.known[&best].over(closest)));
         let over_part = Some(self.so_far());
-        let again: Vec<(Set, Node)> = (self.known.into_iter())
-            .filter(|(s, node)| is_near(s, &node.fit))
-            .collect();
-        let again: Vec<(Set, Node)> = again
-            .into_par_iter()
-            .map(|(s, node)| {
-                let (model, z) = (node.fit.model.on_sheet_of(&start.model), node.fit.z.clone());
-                let fit = problem.fit(&model, z, &start.states, Effort::FULL);
-                let fit = problem.placed_again(fit);
-                (
-                    s,
-                    Node {
-                        fit,
-                        reduced: false,
-                        ..node
-                    },
-                )
-            })
-            .collect();
         let mut search = Self::new(problem, start, self.acceptable, self.savers, self.report);
         search.first = self.first;
         search.over_part = over_part;
@@ -227,6 +225,26 @@ impl<'a> Search<'a> {
             }
         }
         search
+    }
+
+    /// The sets that are near the best one, with another effect in the place of one of its own.
+    fn beside_best(&self) -> Vec<(Set, &Node)> {
+        let best = self.closest();
+        let here = set(&best.model);
+        let limits: Vec<(&Hypothesis, f64)> = (best.model.effects.iter())
+            .filter_map(|e| self.known.get(&set(&best.model.without(e.id))))
+            .map(|node| (&node.fit.model, self.near(&best, &node.fit)))
+            .collect();
+        let is_near = |fit: &Fit| {
+            let beside = |smaller: &Hypothesis| smaller.effects.iter().all(|e| fit.model.has(e.id));
+            limits.iter().any(|(smaller, limit)| {
+                fit.cost < *limit && beside(smaller) && possible(smaller, fit)
+            })
+        };
+        (self.known.iter())
+            .filter(|(s, node)| **s != here && s.len() == here.len() && is_near(&node.fit))
+            .map(|(s, node)| (s.clone(), node))
+            .collect()
     }
 
     /// Goes on with the same windows in a problem whose fits have more time.
@@ -301,14 +319,19 @@ impl<'a> Search<'a> {
         self.known[best].fit.clone()
     }
 
-    /// The set to go through next.
+    /// The set to go through next: the best one to its end; of those beside it each grows.
     fn next(&self) -> Option<Set> {
         let ranked = self.ranked();
-        let open = |s: &&&Set| !(self.known[**s].grown && self.known[**s].exchanged);
-        let beam = match ranked.first() {
-            Some(s) if self.problem.chi(&self.known[*s].fit) > FAR => BEAM,
+        let best = ranked.first()?;
+        let node = &self.known[*best];
+        if !(node.reduced && node.grown && node.exchanged) {
+            return Some((*best).clone());
+        }
+        let beam = match self.problem.chi(&node.fit) {
+            far if far > FAR => BEAM,
             _ => 1,
         };
+        let open = |s: &&&Set| !self.known[**s].grown;
         ranked.iter().take(beam).find(open).map(|s| (*s).clone())
     }
 

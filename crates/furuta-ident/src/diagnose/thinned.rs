@@ -25,11 +25,6 @@ impl<'a> Problem<'a> {
             .is_some_and(|m| *m > FAR * FAR)
     }
 
-    /// A part of the windows where that is enough to see what is missing; `None` where all may be needed.
-    pub(super) fn thinned(&self, fit: &Fit, most: usize) -> Option<Part<'a>> {
-        self.is_far(fit).then(|| self.part(fit, most)).flatten()
-    }
-
     /// A part in which what `known` gains over `from` shows as it does in all windows; `None` where all are needed.
     pub(super) fn part_showing(&self, from: &Fit, known: &Fit, most: usize) -> Option<Part<'a>> {
         let part = self.part(from, most)?;
