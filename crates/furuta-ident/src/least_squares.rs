@@ -102,3 +102,71 @@ pub(crate) fn minimise<Place, P: LeastSquares<Place>>(
     }
     (here, Some(linear))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `x² + astray`: steps move `x` alone.
+    struct Parabola;
+
+    struct At {
+        x: f64,
+        astray: f64,
+    }
+
+    impl LeastSquares<At> for Parabola {
+        type Linear = f64;
+        type Step = f64;
+
+        fn cost(&self, at: &At) -> f64 {
+            at.x * at.x + at.astray
+        }
+
+        fn linearise(&self, at: &mut At) -> f64 {
+            at.x
+        }
+
+        fn step(&self, _: &At, slope: &f64, damping: f64) -> Option<(f64, f64)> {
+            let step = slope / (1.0 + damping);
+            Some((step, step * slope))
+        }
+
+        fn trial(&self, at: &At, _: &f64, step: &f64, _: bool) -> At {
+            At {
+                x: at.x - step,
+                ..*at
+            }
+        }
+
+        fn reached(&self, _: &mut At, _: f64, _: usize) -> bool {
+            true
+        }
+
+        fn mend(&self, at: &mut At) -> bool {
+            std::mem::take(&mut at.astray) > 0.0
+        }
+    }
+
+    const RULES: Rules = Rules {
+        iterations: 40,
+        damping: 1e-3,
+        ease: (0.2, 1e-8),
+        stiffen: (8.0, 1e-4),
+        most: 1e4,
+        abandoned: 1e-5,
+    };
+
+    #[test]
+    fn steps_go_to_the_minimum_and_where_none_helps_the_place_is_mended() {
+        for x in [3.0, 0.0] {
+            let (end, _) = minimise(&Parabola, At { x, astray: 1.0 }, &RULES);
+            assert!(
+                end.x.abs() < 1e-6 && end.astray == 0.0,
+                "{} {}",
+                end.x,
+                end.astray
+            );
+        }
+    }
+}

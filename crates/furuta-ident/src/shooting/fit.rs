@@ -206,6 +206,12 @@ impl<'a> Problem<'a> {
         self.windows.iter().map(|w| self.data.floor(w)).sum()
     }
 
+    /// Mean square of the residuals of each window, in units of the noise.
+    pub(crate) fn left_in_windows<M>(&self, fit: &Fit<M>) -> Vec<f64> {
+        let windows = self.windows.iter().zip(&fit.costs);
+        windows.map(|(w, cost)| cost / self.data.floor(w)).collect()
+    }
+
     /// Root mean square of the residuals over the noise: 1 is the floor.
     pub(crate) fn chi<M>(&self, fit: &Fit<M>) -> f64 {
         (fit.cost / self.floor()).sqrt()
@@ -393,7 +399,11 @@ impl<M: Model> LeastSquares<Fit<M>> for Fitting<'_, '_> {
         // Before a fit ends, every window is looked at once more.
         let ends = self.is_small(gain, place.cost);
         let reached = place.cost;
-        self.problem.restart(place, ends);
+        if ends {
+            self.problem.restart_worse(place);
+        } else {
+            self.problem.restart_far_worse(place);
+        }
         let small = ends && self.is_small(reached - place.cost, place.cost);
         let missing = place.cost - self.effort.goal;
         let abandoned = self.may_end(place, iteration)
@@ -404,7 +414,7 @@ impl<M: Model> LeastSquares<Fit<M>> for Fitting<'_, '_> {
     /// A fit that begins where it has to end takes no step: its windows are looked at all the same.
     fn mend(&self, place: &mut Fit<M>) -> bool {
         let reached = place.cost;
-        self.problem.restart(place, true);
+        self.problem.restart_worse(place);
         !self.is_small(reached - place.cost, place.cost)
     }
 }

@@ -1,6 +1,7 @@
 //! The engine that `diagnose`, `calibrate` and `validate` share: recordings cut into windows, predictions with exact
 //! sensitivities, initial states that are eliminated, and the fit of any model to all of it.
 
+mod astray;
 mod data;
 mod eliminate;
 mod fit;

@@ -1,13 +1,12 @@
-//! The windows' initial states: solved for at given parameters, followed through a step of them, started again where
-//! they went astray; and what a window says about the start of the next where a drive gives way.
+//! The windows' initial states: solved for at given parameters, and followed through a step of them; and what a window
+//! says about the start of the next where a drive gives way.
 
-use furuta_model::State;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::data::Window;
 use super::eliminate::Reduced;
-use super::fit::{FOLLOWING, Fit, NEAR, Problem};
+use super::fit::{FOLLOWING, Fit, Problem};
 use super::model::Model;
 use super::start::{Rotor, Start};
 use super::window::Windows;
@@ -16,15 +15,7 @@ use super::window::Windows;
 /// by one.
 const THROWN_OFF: f64 = 0.2;
 /// Steps with which a window that was thrown off is tried again.
-const RESCUE: usize = 5;
-
-/// A window fits far worse than the others where it leaves this many times as much for its samples as they do.
-const FAR_WORSE: f64 = 8.0;
-/// Near the noise, where it leaves more than they do by this many standard deviations of what noise alone leaves.
-const DEVIATIONS: f64 = 3.0;
-
-/// A window whose cost has changed by this share since it was started again in vain is tried once more.
-const MOVED: f64 = 0.1;
+pub(super) const RESCUE: usize = 5;
 
 /// A flexible coupling that takes more steps of the integrator a sample than this, four a radian, rings (or creeps)
 /// faster than half the sampling rate. It shows no more than a rigid one, and a fit that has no use for a coupling
@@ -126,7 +117,7 @@ impl Problem<'_> {
     }
 
     /// Whether the `i`-th window begins where this one ends.
-    fn is_next(&self, previous: &Window, i: usize) -> bool {
+    pub(super) fn is_next(&self, previous: &Window, i: usize) -> bool {
         let w = &self.windows[i];
         previous.run == w.run && previous.start + previous.len == w.start
     }
@@ -168,72 +159,5 @@ impl Problem<'_> {
         }
         trial.add_up(self.floor());
         trial
-    }
-
-    /// Solves windows that fit far worse than the others again from other starts: where the window before ends, at
-    /// rest, and smoothed. Those that did in vain at about this cost are left out, and so are, near the noise, those
-    /// that are not far worse but clearly so, unless `all` are wanted.
-    pub(super) fn restart<M: Model>(&self, f: &mut Fit<M>, all: bool) {
-        let floors: Vec<f64> = self.windows.iter().map(|w| self.data.floor(w)).collect();
-        let squares: Vec<f64> = f.costs.iter().zip(&floors).map(|(c, f)| c / f).collect();
-        let mut sorted = squares.clone();
-        sorted.sort_by(f64::total_cmp);
-        let (Some(median), Some(most)) = (
-            sorted.get(sorted.len() / 2),
-            sorted.get(sorted.len() * 9 / 10),
-        ) else {
-            return;
-        };
-        let is_bad = |i: usize| {
-            let others = match *median {
-                near if all && near < NEAR => near * (1.0 + DEVIATIONS * (2.0 / floors[i]).sqrt()),
-                far => FAR_WORSE * far,
-            };
-            squares[i] > others.max(*most)
-        };
-        let bad: Vec<usize> = (0..self.windows.len()).filter(|&i| is_bad(i)).collect();
-        if bad.is_empty() {
-            return;
-        }
-        let windows = &Windows::<4>::new(&f.model, &f.z);
-        let again: Vec<(usize, Start, f64)> = bad
-            .into_par_iter()
-            .filter(|&i| all || (f.costs[i] - f.in_vain[i]).abs() > MOVED * f.costs[i])
-            .map(|i| {
-                let w = &self.windows[i];
-                let mut starts = vec![];
-                let Start { x, rotor } = f.states[i];
-                let at = |x| Start { x, rotor };
-                if i > 0 && self.is_next(&self.windows[i - 1], i) {
-                    starts.push(at(windows.end(
-                        self.data,
-                        &self.windows[i - 1],
-                        &f.states[i - 1],
-                    )));
-                }
-                starts.push(at(State::new(x.theta, x.alpha, 0.0, x.alpha_dot)));
-                for half in [4, 10] {
-                    let g = self.data.guess(w, half);
-                    starts.push(at(g));
-                    starts.push(at(State::new(g.theta, g.alpha, 0.0, g.alpha_dot)));
-                }
-                let mut best = (f.states[i], f.costs[i]);
-                for start in starts {
-                    let found = windows.solve(self.data, w, &start, RESCUE);
-                    if found.1 < best.1 {
-                        best = found;
-                    }
-                }
-                (i, best.0, best.1)
-            })
-            .collect();
-        for (i, state, cost) in again {
-            if cost == f.costs[i] {
-                f.in_vain[i] = cost;
-            }
-            f.states[i] = state;
-            f.costs[i] = cost;
-        }
-        f.add_up(self.floor());
     }
 }

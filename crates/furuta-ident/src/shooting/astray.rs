@@ -1,0 +1,180 @@
+//! Windows whose initial states went astray: told by what they leave, and solved for again from other starts.
+
+use furuta_model::State;
+use rayon::prelude::*;
+
+use super::fit::{Fit, NEAR, Problem};
+use super::model::Model;
+use super::start::Start;
+use super::states::RESCUE;
+use super::window::Windows;
+
+/// A window fits far worse than the others where it leaves this many times as much for its samples as they do.
+const FAR_WORSE: f64 = 8.0;
+/// Near the noise it fits worse where it leaves more than they do by this many standard deviations of what noise alone
+/// leaves: some three windows of a thousand that are not astray do.
+const DEVIATIONS: f64 = 3.0;
+/// At most this share of all windows is looked at: where more fit badly, it is the model that is wrong.
+const AT_MOST: f64 = 0.1;
+/// A window whose cost has changed by this share since it was started again in vain is tried once more.
+const MOVED: f64 = 0.1;
+
+impl<M> Fit<M> {
+    /// Whether a window was started again in vain at about this cost.
+    fn was_in_vain(&self, window: usize) -> bool {
+        let cost = self.costs[window];
+        (cost - self.in_vain[window]).abs() <= MOVED * cost
+    }
+}
+
+impl Problem<'_> {
+    /// Between two steps of a fit: starts windows that fit far worse than the others again, but for those that were
+    /// started in vain.
+    pub(super) fn restart_far_worse<M: Model>(&self, fit: &mut Fit<M>) {
+        let worse = self.worse(fit, |_, _| FAR_WORSE);
+        let worse = worse.into_iter().filter(|i| !fit.was_in_vain(*i)).collect();
+        self.restart(fit, worse);
+    }
+
+    /// Before a fit ends: starts all windows that fit far worse again, and near the noise those that clearly fit worse.
+    pub(super) fn restart_worse<M: Model>(&self, fit: &mut Fit<M>) {
+        let clearly = |window: usize| {
+            let samples = self.data.floor(&self.windows[window]);
+            1.0 + DEVIATIONS * (2.0 / samples).sqrt()
+        };
+        let worse = self.worse(fit, |median, window| {
+            if median < NEAR {
+                clearly(window)
+            } else {
+                FAR_WORSE
+            }
+        });
+        self.restart(fit, worse);
+    }
+
+    /// The windows that leave more for their samples than the median window by a factor, which may depend on that
+    /// median and on the window.
+    fn worse<M>(&self, fit: &Fit<M>, factor: impl Fn(f64, usize) -> f64) -> Vec<usize> {
+        let left = self.left_in_windows(fit);
+        let mut sorted = left.clone();
+        sorted.sort_by(f64::total_cmp);
+        let share = |share: f64| sorted.get((sorted.len() as f64 * share) as usize);
+        let (Some(median), Some(most)) = (share(0.5), share(1.0 - AT_MOST)) else {
+            return Vec::new();
+        };
+        let is_worse = |i: &usize| left[*i] > (median * factor(*median, *i)).max(*most);
+        (0..left.len()).filter(is_worse).collect()
+    }
+
+    /// Solves for windows again from other starts: where the window before ends, at rest, and smoothed.
+    fn restart<M: Model>(&self, fit: &mut Fit<M>, windows: Vec<usize>) {
+        if windows.is_empty() {
+            return;
+        }
+        let solver = Windows::<4>::new(&fit.model, &fit.z);
+        let again: Vec<(usize, Start, f64)> = (windows.into_par_iter())
+            .map(|i| {
+                let mut best = (fit.states[i], fit.costs[i]);
+                for start in self.other_starts(&solver, fit, i) {
+                    let found = solver.solve(self.data, &self.windows[i], &start, RESCUE);
+                    if found.1 < best.1 {
+                        best = found;
+                    }
+                }
+                (i, best.0, best.1)
+            })
+            .collect();
+        for (i, start, cost) in again {
+            if cost == fit.costs[i] {
+                fit.in_vain[i] = cost;
+            }
+            (fit.states[i], fit.costs[i]) = (start, cost);
+        }
+        fit.add_up(self.floor());
+    }
+
+    /// Starts that a window may have instead of the one that it has.
+    fn other_starts<M>(&self, solver: &Windows<4>, fit: &Fit<M>, window: usize) -> Vec<Start> {
+        let Start { x, rotor } = fit.states[window];
+        let mut states = Vec::new();
+        if let Some(last) = window.checked_sub(1) {
+            let before = &self.windows[last];
+            if self.is_next(before, window) {
+                states.push(solver.end(self.data, before, &fit.states[last]));
+            }
+        }
+        let with_arm_at_rest = |x: State<f64>| State::new(x.theta, x.alpha, 0.0, x.alpha_dot);
+        states.push(with_arm_at_rest(x));
+        for half in [4, 10] {
+            let guess = self.data.guess(&self.windows[window], half);
+            states.extend([guess, with_arm_at_rest(guess)]);
+        }
+        states.into_iter().map(|x| Start { x, rotor }).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use furuta_model::{Plant, Rig};
+
+    use super::*;
+    use crate::pendulum::Pendulum;
+    use crate::recording::Recording;
+    use crate::shooting::{AsGiven, Data, Effort};
+
+    const H: f64 = 0.002;
+    /// The pendulum is let go this often, next to upright.
+    const FALLS: usize = 12;
+    const SECONDS: f64 = 1.0;
+
+    /// What the encoders of a rig see whose pendulum falls again and again, each fall a recording.
+    fn falls(rig: &Rig) -> Vec<Recording> {
+        let plant: Plant<f64> = Plant::new(&rig.params, &[]).expect("a plant");
+        let fall = |i: usize| {
+            let mut s = plant.rest(State::new(0.0, 0.02 + 0.002 * i as f64, 0.0, 0.0));
+            let samples: Vec<[f64; 4]> = (0..(SECONDS / H) as usize + 1)
+                .map(|k| {
+                    let [theta, alpha] = rig.sensors.quantised(plant.measure(&s));
+                    plant.step(&mut s, 0.0, H);
+                    [H * k as f64, 0.0, theta, alpha]
+                })
+                .collect();
+            let name = format!("fall-{i}");
+            Recording::from_samples(&name, samples)
+                .expect("a recording")
+                .0
+        };
+        (0..FALLS).map(fall).collect()
+    }
+
+    /// A model without a free number, whose fits take no step, and one window that falls the other way: steps of its
+    /// start alone do not turn it.
+    #[test]
+    fn a_window_that_went_astray_is_solved_for_again() {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let data = Data::new(&falls(&rig), &rig);
+        let problem = Problem::new(&data, data.windows(SECONDS, |_| true));
+        let model = AsGiven {
+            rig: &rig,
+            recordings: FALLS,
+            state: Pendulum::Swings,
+        };
+        let z = vec![0.0; model.layout().len()];
+        let solved = problem.solve_states(&model, &z, None);
+        assert!(
+            problem.chi(&solved).powi(2) < 1.5,
+            "{}",
+            problem.chi(&solved)
+        );
+        let mut starts = solved.states.clone();
+        starts[3].x.alpha = -starts[3].x.alpha;
+        let fit = problem.fit(&model, z, &starts, Effort::FULL);
+        assert!(
+            fit.cost < 1.01 * solved.cost,
+            "{} where {} is the best: {:?}",
+            fit.cost,
+            solved.cost,
+            fit.costs
+        );
+    }
+}
