@@ -11,7 +11,7 @@ use super::evidence::Evidence;
 use super::savers::Savers;
 use super::screen::{self, Screen};
 use super::starts::{FitStart, keep_scored, news};
-use super::thinned::Part;
+use super::subset::Subset;
 use crate::shooting::{Effort, Problem};
 
 /// Strength (in units of the typical one) of an effect that changes nothing and still has a slope.
@@ -55,7 +55,7 @@ pub(super) struct Asked<'a> {
 }
 
 impl Problem<'_> {
-    /// A fit in which a part of these windows placed what no fit moves, with the places looked for in all of them.
+    /// A fit in which a subset of these windows placed what no fit moves, with the places looked for in all of them.
     pub(super) fn placed_again(&self, mut here: Fit) -> Fit {
         let effects = here.model.effects.clone();
         for spec in effects.into_iter().filter(|e| screen::stays_placed(e)) {
@@ -79,7 +79,7 @@ impl Problem<'_> {
         entries.filter(|s| can_hold(&from.model, s))
     }
 
-    /// Fits every candidate added to `from`, the best first. Where `from` is far from the data, a part of the windows
+    /// Fits every candidate added to `from`, the best first. Where `from` is far from the data, a subset of the windows
     /// says which cannot stand in the place of another.
     pub(super) fn additions(&self, from: &Fit, asked: &Asked<'_>) -> Vec<Trial> {
         let (instead, savers) = (asked.instead, asked.savers);
@@ -93,13 +93,13 @@ impl Problem<'_> {
                 Earlier::Fitted(fit) => known.push((spec, *fit)),
             }
         }
-        let part = instead.and_then(|i| {
-            let part = self.part_showing(from, i.known, savers.windows)?;
-            Some((i, part))
+        let subset = instead.and_then(|i| {
+            let subset = self.subset_showing(from, i.known, savers.windows)?;
+            Some((i, subset))
         });
-        let mut fits = match part {
-            Some((instead, part)) => {
-                known.par_extend(self.near_in_part(from, &new, (instead, &part), asked));
+        let mut fits = match subset {
+            Some((instead, subset)) => {
+                known.par_extend(self.near_in_subset(from, &new, (instead, &subset), asked));
                 known
             }
             None => {
@@ -142,32 +142,32 @@ impl Problem<'_> {
         trials
     }
 
-    /// Fits of candidates in the place of an effect: those that come near in a part of the windows, and, where with
+    /// Fits of candidates in the place of an effect: those that come near in a subset of the windows, and, where with
     /// that effect nothing is left, as near as what is like it does.
-    fn near_in_part(
+    fn near_in_subset(
         &self,
         from: &Fit,
         new: &[&'static Spec],
-        (instead, part): (&Instead<'_>, &Part<'_>),
+        (instead, subset): (&Instead<'_>, &Subset<'_>),
         asked: &Asked<'_>,
     ) -> impl ParallelIterator<Item = (&'static Spec, Fit)> {
-        let here = part.of(instead.known);
+        let here = subset.of(instead.known);
         // What that effect leaves above the noise, another one may not.
-        let above = (here.cost - part.problem.floor()).max(0.0);
+        let above = (here.cost - subset.problem.floor()).max(0.0);
         let goal = here.cost + above + (instead.goal - instead.known.cost);
-        let there = (part.problem).quickly(&part.start, (new, Vec::new()), Some(goal), asked);
-        let least = part.start.cost - asked.savers.close * (part.start.cost - goal);
+        let there = (subset.problem).quickly(&subset.start, (new, Vec::new()), Some(goal), asked);
+        let least = subset.start.cost - asked.savers.close * (subset.start.cost - goal);
         let explained = self.explains(instead.known);
         let ended = move |fit: Fit| {
             if !explained || fit.cost <= goal {
                 return Some(fit);
             }
             let effort = Effort::FULL.towards(goal);
-            let ended = (part.problem).fit(&fit.model, fit.z.clone(), &fit.states, effort);
+            let ended = (subset.problem).fit(&fit.model, fit.z.clone(), &fit.states, effort);
             if ended.cost <= goal {
                 return Some(ended);
             }
-            let moved = (part.problem).moved(&here, &fit.model, Some(&ended), effort)?;
+            let moved = (subset.problem).moved(&here, &fit.model, Some(&ended), effort)?;
             (moved.cost <= goal).then_some(moved)
         };
         there

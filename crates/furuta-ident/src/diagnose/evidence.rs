@@ -8,6 +8,9 @@ use crate::shooting::{Problem, Window};
 use furuta_model::Spec;
 use furuta_model::effects::Law;
 
+/// A fit is far from the data where half of the windows leave more than this many times the noise.
+pub(super) const FAR: f64 = 3.0;
+
 /// What speaks for the larger of two nested hypotheses.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Evidence {
@@ -66,6 +69,13 @@ impl Problem<'_> {
             CRITERIA.explained
         };
         self.chi(fit).powi(2) <= most
+    }
+
+    /// Whether a fit is far from the data in more than half of the windows. A kick is not: the others are near.
+    pub(super) fn is_far(&self, fit: &Fit) -> bool {
+        let mut left = self.left_in_windows(fit);
+        left.sort_by(f64::total_cmp);
+        left.get(left.len() / 2).is_some_and(|m| *m > FAR * FAR)
     }
 
     /// What speaks for `larger` over `smaller`.

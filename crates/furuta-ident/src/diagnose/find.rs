@@ -14,9 +14,9 @@ use super::judge::{Judge, Judged};
 use super::progress::Teller;
 use super::request::Options;
 use super::result::{Part, Suspected};
-use super::search::{Rival, Search};
-use super::searched::Searched;
-use super::{Fit, constancy, horizons, savers, thinned};
+use super::search::{Rival, Search, Searched};
+use super::subset::Subset;
+use super::{Fit, constancy, horizons, savers};
 use crate::shooting::{Data, Effort, Problem};
 
 /// The most usual effects that are looked for together before those that few rigs have, so that these are found before
@@ -105,25 +105,25 @@ impl Work<'_> {
         const SEARCHING: &str = "searching";
         self.teller.stage(SEARCHING);
         let told = self.teller.candidates(SEARCHING);
-        let part = short.part(&refitted, savers::of(&self.options).windows);
+        let subset = short.subset(&refitted, savers::of(&self.options).windows);
         let few = |search: &Search<'_>| {
             search.explains() || search.closest().model.effects.len() <= USUAL
         };
-        let begun = self.begun(part.as_ref(), &refitted, &told);
-        let search = self.go_on(begun, part.as_ref(), &refitted, &few);
+        let begun = self.begun(subset.as_ref(), &refitted, &told);
+        let search = self.go_on(begun, subset.as_ref(), &refitted, &few);
         // What the usual effects leave may be one that few rigs have; what several of them explain may be one such.
         let several = search.explains().then(|| search.closest());
         let rare = match &several {
             _ if hurry.wanted() => None,
             Some(several) if several.model.effects.len() < 2 => None,
             _ => {
-                let known = (part.as_ref(), search.at_first());
+                let known = (subset.as_ref(), search.at_first());
                 self.among_all(&refitted, several.as_ref(), known)
             }
         };
         let mut search = match &rare {
             Some(_) => search,
-            None => self.go_on(search, part.as_ref(), &refitted, &|_| true),
+            None => self.go_on(search, subset.as_ref(), &refitted, &|_| true),
         };
         let cut = rare.is_none() && !search.is_through();
         let (mut named, mut rivals) = rare.unwrap_or_else(|| {
@@ -224,38 +224,38 @@ impl Work<'_> {
         found
     }
 
-    /// A search over short windows, on a part of them where there is one.
+    /// A search over short windows, on a subset of them where there is one.
     fn begun<'s>(
         &'s self,
-        part: Option<&'s thinned::Part<'s>>,
+        subset: Option<&'s Subset<'s>>,
         start: &Fit,
         report: &'s (dyn Fn(&str) + Sync),
     ) -> Search<'s> {
-        let (problem, mut here) = part.map_or_else(
+        let (problem, mut here) = subset.map_or_else(
             || (&self.short, start.clone()),
-            |part| (&part.problem, part.start.clone()),
+            |subset| (&subset.problem, subset.start.clone()),
         );
         here.model = start.model.clone();
         Search::new(problem, here, &|_| true, savers::of(&self.options), report)
     }
 
-    /// Goes on with a search from `start` as long as that is `wanted`: on the part where it was begun until nothing is
+    /// Goes on with a search from `start` as long as that is `wanted`: on the subset where it was begun until nothing is
     /// left there, or nothing more can be found, then on all windows.
     fn go_on<'s>(
         &'s self,
         mut search: Search<'s>,
-        part: Option<&'s thinned::Part<'s>>,
+        subset: Option<&'s Subset<'s>>,
         start: &Fit,
         wanted: &dyn Fn(&Search<'s>) -> bool,
     ) -> Search<'s> {
-        if let Some(part) = part.filter(|part| search.is_over(&part.problem)) {
-            // Where a drive gives way a window takes from the one before how the rotor stands, and in a part many have
+        if let Some(subset) = subset.filter(|subset| search.is_over(&subset.problem)) {
+            // Where a drive gives way a window takes from the one before how the rotor stands, and in a subset many have
             // none before them: what is near the data there may explain it.
             let has_more = |search: &Search<'s>| {
                 let best = search.closest();
                 let is_told = match best.model.has_drive() {
-                    true => !part.problem.is_far(&best),
-                    false => part.problem.explains(&best),
+                    true => !subset.problem.is_far(&best),
+                    false => subset.problem.explains(&best),
                 };
                 !(search.is_settled() && is_told)
             };
@@ -270,14 +270,14 @@ impl Work<'_> {
     }
 
     /// The names that explain the data, and their rivals, where what few rigs have is looked for as well; `None` where
-    /// something is left. All windows are looked at only where nothing is left in a part of them. One such effect
+    /// something is left. All windows are looked at only where nothing is left in a subset of them. One such effect
     /// beside the usual ones must do: larger sets imitate. Where `several` effects explain the data, fewer must do it
-    /// better. What the search for the usual ones has found in the `part` where it began need not be found again.
+    /// better. What the search for the usual ones has found in the `subset` where it began need not be found again.
     fn among_all<'s>(
         &'s self,
         refitted: &Fit,
         several: Option<&Fit>,
-        (part, known): (Option<&'s thinned::Part<'s>>, Searched),
+        (subset, known): (Option<&'s Subset<'s>>, Searched),
     ) -> Option<(Fit, Vec<Rival>)> {
         const STAGE: &str = "searching among rare effects";
         self.teller.stage(STAGE);
@@ -293,7 +293,7 @@ impl Work<'_> {
             narrow.model = (narrow.model)
                 .looking_for(effects::on_request().chain(several.model.effects.iter().copied()));
         }
-        let mut search = self.begun(part, &narrow, &told).knowing(known);
+        let mut search = self.begun(subset, &narrow, &told).knowing(known);
         let most = several.map_or(USUAL + 1, |f| f.model.effects.len() - 1);
         let may_grow = |search: &Search<'_>| {
             let explains = search.explains();
@@ -303,8 +303,8 @@ impl Work<'_> {
         search.run_while(may_grow);
         let is_rare = |e: &&Spec| effects::on_request().any(|rare| rare.id == e.id);
         let found = |search: &Search<'_>| search.closest().model.effects.iter().any(is_rare);
-        // What happens once need not happen in a part: where the usual effects explain that, all is looked at.
-        if several.is_none() && part.is_some() && search.explains() && !found(&search) {
+        // What happens once need not happen in a subset: where the usual effects explain that, all is looked at.
+        if several.is_none() && subset.is_some() && search.explains() && !found(&search) {
             search = search.onto(&self.short, start.clone());
             search.run_while(may_grow);
         }

@@ -3,8 +3,12 @@
 //! Every set that was fitted is kept with its best fit. The search takes the set with the best score that it has not
 //! been through, and tries what is one step away: one effect more, one fewer, another one in the place of one. A
 //! neighbour is fitted from where the set ended, so a fit that stopped short is found out by its neighbours. It ends
-//! when no neighbour of the best set is better; what came near the best is a rival. It may begin with a part of the
-//! windows (`thinned`) and go on with all.
+//! when no neighbour of the best set is better; what came near the best is a rival. It may begin with a subset of the
+//! windows (`super::subset`) and go on with all (`onto`).
+
+mod neighbours;
+mod onto;
+mod searched;
 
 use std::collections::BTreeMap;
 
@@ -14,12 +18,12 @@ use rayon::prelude::*;
 use super::Fit;
 use super::additions::{Asked, Instead, Trial};
 use super::criteria::CRITERIA;
-use super::evidence::possible;
+use super::evidence::{FAR, possible};
 use super::hypothesis::Hypothesis;
 use super::savers::Savers;
-use super::searched::{Searched, Set, set};
-use super::thinned::FAR;
 use crate::shooting::{Effort, Problem};
+pub(super) use searched::Searched;
+use searched::{Set, set};
 
 /// The most effects that are looked for together.
 pub(super) const MOST_EFFECTS: usize = 4;
@@ -83,8 +87,8 @@ pub(super) struct Search<'a> {
     left: usize,
     /// What an earlier search has fitted to these windows.
     earlier: Searched,
-    /// Where it began with a part of the windows, what was found there.
-    over_part: Option<Searched>,
+    /// Where it began with a subset of the windows, what was found there.
+    over_subset: Option<Searched>,
     /// What was added to the start.
     pub(super) first: Vec<Trial>,
 }
@@ -107,7 +111,7 @@ impl<'a> Search<'a> {
             report,
             left: 2 * MOST_SETS,
             earlier: Searched::default(),
-            over_part: None,
+            over_subset: None,
             first: Vec::new(),
         };
         search.keep(start, true);
@@ -121,7 +125,7 @@ impl<'a> Search<'a> {
 
     /// What was found over the windows with which it began.
     pub(super) fn at_first(&self) -> Searched {
-        self.over_part.clone().unwrap_or_else(|| self.so_far())
+        self.over_subset.clone().unwrap_or_else(|| self.so_far())
     }
 
     fn so_far(&self) -> Searched {
@@ -185,66 +189,6 @@ impl<'a> Search<'a> {
     /// Whether nothing is left to go through.
     pub(super) fn is_through(&self) -> bool {
         self.left == 0 || self.next().is_none()
-    }
-
-    /// The search over a part of the windows goes on with all of them: the best set, and what came near it with values
-    /// that can be in the place of one of its effects, are fitted again, and what no fit moves is placed again. The
-    /// windows' starts are first solved for with the numbers of the part: those that fit `start` may be far from them,
-    /// and lead a fit astray. Where even the best is still far from the data, the rest of the windows says no more.
-    pub(super) fn onto(self, problem: &'a Problem<'a>, start: Fit) -> Self {
-        let ended = self.is_through();
-        let best = set(&self.closest().model);
-        let fitted = |fit: &Fit, effort: Effort| {
-            let (model, z) = (fit.model.on_sheet_of(&start.model), fit.z.clone());
-            let there = problem.solve_states(&model, &z, Some(&start.states));
-            problem.placed_again(problem.fit(&model, z, &there.states, effort))
-        };
-        let closest = match best == set(&self.fixed) {
-            true => start.clone(),
-            false => fitted(&self.known[&best].fit, Effort::FULL),
-        };
-        // Where with the best nothing is left, what comes as near is looked for.
-        let effort = match problem.explains(&closest) {
-            true => Effort::FULL.towards(closest.cost + problem.tolerance(&closest)),
-            false => Effort::FULL,
-        };
-        let mut again: Vec<(Set, Node)> = (self.beside_best().into_par_iter())
-            .map(|(s, node)| (s, node.over(fitted(&node.fit, effort))))
-            .collect();
-        again.push((best.clone(), self.known[&best].over(closest)));
-        let over_part = Some(self.so_far());
-        let mut search = Self::new(problem, start, self.acceptable, self.savers, self.report);
-        search.first = self.first;
-        search.over_part = over_part;
-        search.known.extend(again);
-        if problem.is_far(&search.closest()) || problem.stop.wanted() {
-            search.left = if ended { 0 } else { search.left };
-        } else {
-            for node in search.known.values_mut() {
-                (node.grown, node.exchanged, node.followed) = (false, false, None);
-            }
-        }
-        search
-    }
-
-    /// The sets that are near the best one, with another effect in the place of one of its own.
-    fn beside_best(&self) -> Vec<(Set, &Node)> {
-        let best = self.closest();
-        let here = set(&best.model);
-        let limits: Vec<(&Hypothesis, f64)> = (best.model.effects.iter())
-            .filter_map(|e| self.known.get(&set(&best.model.without(e.id))))
-            .map(|node| (&node.fit.model, self.near(&best, &node.fit)))
-            .collect();
-        let is_near = |fit: &Fit| {
-            let beside = |smaller: &Hypothesis| smaller.effects.iter().all(|e| fit.model.has(e.id));
-            limits.iter().any(|(smaller, limit)| {
-                fit.cost < *limit && beside(smaller) && possible(smaller, fit)
-            })
-        };
-        (self.known.iter())
-            .filter(|(s, node)| **s != here && s.len() == here.len() && is_near(&node.fit))
-            .map(|(s, node)| (s.clone(), node))
-            .collect()
     }
 
     /// Goes on with the same windows in a problem whose fits have more time.
@@ -327,10 +271,8 @@ impl<'a> Search<'a> {
         if !(node.reduced && node.grown && node.exchanged) {
             return Some((*best).clone());
         }
-        let beam = match self.problem.chi(&node.fit) {
-            far if far > FAR => BEAM,
-            _ => 1,
-        };
+        let is_far = self.problem.chi(&node.fit) > FAR;
+        let beam = if is_far { BEAM } else { 1 };
         let open = |s: &&&Set| !self.known[**s].grown;
         ranked.iter().take(beam).find(open).map(|s| (*s).clone())
     }
@@ -531,64 +473,5 @@ impl<'a> Search<'a> {
                 }
             })
             .collect()
-    }
-}
-
-impl Problem<'_> {
-    /// A neighbour's hypothesis fitted from where `here` ended: what both have stays, what it alone has is as in
-    /// `known`, or as what has the same name in the effect that it replaces.
-    pub(super) fn moved(
-        &self,
-        here: &Fit,
-        to: &Hypothesis,
-        known: Option<&Fit>,
-        effort: Effort,
-    ) -> Option<Fit> {
-        let sheet = &to.sheet;
-        let mut z = here.z[..to.offset(0)].to_vec();
-        let physical = here.model.physical(&here.z);
-        let replaced = here.model.effects.iter().position(|e| !to.has(e.id));
-        for spec in &to.effects {
-            if let Some(values) = here.model.values(&here.z, spec.id) {
-                z.extend(values);
-                continue;
-            }
-            if let Some(values) = known.and_then(|k| k.model.values(&k.z, spec.id)) {
-                z.extend(values);
-                continue;
-            }
-            for p in spec.parameters {
-                let same = replaced.and_then(|i| {
-                    let names = here.model.effects[i].parameters;
-                    let k = names.iter().position(|q| q.name == p.name)?;
-                    Some((physical[here.model.offset(i) + k] - p.off) / p.typical(&sheet.params))
-                });
-                z.push(same.unwrap_or(p.starts[0]));
-            }
-        }
-        z.extend(&here.z[here.model.shared()..]);
-        (z.len() == to.len()).then(|| self.fit(to, z, &here.states, effort))
-    }
-
-    /// A fit without one of its effects, from where it ended.
-    pub(super) fn without(&self, here: &Fit, id: &str, effort: Effort) -> Fit {
-        let z = here.model.reduced(&here.z, id);
-        self.fit(&here.model.without(id), z, &here.states, effort)
-    }
-
-    /// Leaves out, one at a time, the effects that do not convince beside the others, the weakest first.
-    pub(super) fn simplified(&self, mut here: Fit) -> Fit {
-        loop {
-            let effort = Effort::FULL.above(here.cost);
-            let weakest = (here.model.effects.par_iter())
-                .map(|spec| self.without(&here, spec.id, effort))
-                .filter(|smaller| !self.evidence(smaller, &here).convinces())
-                .min_by(|a, b| a.cost.total_cmp(&b.cost));
-            match weakest {
-                Some(smaller) => here = smaller,
-                None => break,
-            }
-        }
-        here
     }
 }

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use furuta_model::Spec;
 
-use super::Fit;
-use super::additions::Earlier;
-use super::hypothesis::Hypothesis;
+use super::super::Fit;
+use super::super::additions::Earlier;
+use super::super::hypothesis::Hypothesis;
 
 /// A set of effects by their ids, sorted.
 pub(super) type Set = Vec<&'static str>;
@@ -23,7 +23,7 @@ pub(super) fn set(h: &Hypothesis) -> Set {
 
 /// What a search has found over the windows of one problem.
 #[derive(Clone, Default)]
-pub(super) struct Searched {
+pub(in super::super) struct Searched {
     pub(super) fits: BTreeMap<Set, Fit>,
     /// The sets to which one more effect was tried, of which entries.
     pub(super) grown: BTreeSet<Set>,
