@@ -5,9 +5,7 @@
 //! complement), so that an unstable plant can be fitted and an early error does not spoil what follows. Sensitivities
 //! are exact: the same plant is run on dual numbers.
 
-use std::collections::BTreeMap;
-
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::data::{Data, Window};
 use super::eliminate::{Reduced, reduced};
@@ -93,9 +91,6 @@ impl<M: Model> Fit<M> {
 /// Up to this mean square of the residuals over the noise's a fit leaves noise alone: the floor is estimated to 3 %
 /// (its square to 6), and models at the truth leave 1.00 to 1.06 (docs/diagnosis.md).
 pub(crate) const WHITE: f64 = 1.12;
-/// Of fewer blocks a variance says little.
-const BLOCKS: usize = 8;
-
 /// How much what is known beforehand counts where the windows leave this much.
 fn prior_weight(left: f64, floor: f64) -> f64 {
     (left / floor).max(1.0)
@@ -267,65 +262,6 @@ impl<'a> Problem<'a> {
         (here.std, here.widened) = self.deviations(&here, &r, &bounds);
         here.past = past(&here.z, &r, &bounds);
         here
-    }
-
-    /// Standard deviations, and by how much correlated errors widened them: `H⁻¹ (sum of score scoreᵀ) H⁻¹` over
-    /// blocks, and not below what white noise would give.
-    ///
-    /// A block is a window. Where more than the noise is left, the model is wrong in the same way for long, and blocks
-    /// of twice, four times and so on as many windows are tried as long as there are [`BLOCKS`] of them: the widest
-    /// deviation counts.
-    fn deviations<M>(&self, here: &Fit<M>, r: &Reduced, bounds: &[(f64, f64)]) -> (Vec<f64>, f64) {
-        let p = bounds.len();
-        let mut m = r.matrix.clone();
-        for i in 0..p {
-            m[(i, i)] += 1e-9;
-        }
-        let held = |i: usize| bounds[i].0 == bounds[i].1;
-        for i in (0..p).filter(|i| held(*i)) {
-            m.row_mut(i).fill(0.0);
-            m.column_mut(i).fill(0.0);
-            m[(i, i)] = 1e12;
-        }
-        let Some(inverse) = m.cholesky().map(|c| c.inverse()) else {
-            return (vec![f64::NAN; p], 1.0);
-        };
-        let variances = |windows: usize| {
-            let mut scores: BTreeMap<(usize, usize), DVector<f64>> = BTreeMap::new();
-            for (w, response) in self.windows.iter().zip(&r.windows) {
-                let score = scores
-                    .entry((w.run, w.start / (windows * w.len.max(1))))
-                    .or_insert_with(|| DVector::zeros(p));
-                *score += &response.score;
-            }
-            let mut meat = DMatrix::zeros(p, p);
-            for score in scores.values() {
-                meat += score * score.transpose();
-            }
-            ((&inverse * meat * &inverse).diagonal(), scores.len())
-        };
-        let mut variance: Vec<f64> = variances(1).0.iter().copied().collect();
-        let left = here.cost / self.floor();
-        let longer = std::iter::successors(Some(2), |windows| Some(2 * windows));
-        for windows in longer.take_while(|_| left > WHITE) {
-            let (wider, blocks) = variances(windows);
-            if blocks < BLOCKS {
-                break;
-            }
-            for (v, w) in variance.iter_mut().zip(wider.iter()) {
-                *v = v.max(*w);
-            }
-        }
-        let white = |i: usize| inverse[(i, i)] * left.max(1.0);
-        let free: Vec<f64> = (0..p)
-            .filter(|i| !held(*i) && white(*i) > 0.0)
-            .map(|i| variance[i] / white(i))
-            .collect();
-        let mean = free.iter().sum::<f64>() / free.len().max(1) as f64;
-        let std = (0..p)
-            .map(|i| variance[i].max(inverse[(i, i)]).sqrt())
-            .collect();
-        (std, mean.sqrt().max(1.0))
     }
 
     /// All windows linearised about a fit.

@@ -3,7 +3,10 @@
 
 mod astray;
 mod data;
+mod deviations;
 mod eliminate;
+#[cfg(test)]
+mod falls;
 mod fit;
 mod impulse;
 mod late;
