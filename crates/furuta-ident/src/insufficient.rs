@@ -2,6 +2,7 @@
 
 use furuta_model::Rig;
 
+use crate::answer::significant;
 use crate::recording::Recording;
 use crate::shooting::Data;
 
@@ -22,6 +23,22 @@ pub enum Insufficient {
         seconds: f64,
         /// Seconds that are needed.
         needed: f64,
+    },
+    /// The pendulum swings faster than a recording's samples can show.
+    #[error(
+        "{file} has a sample every {} s, in which the rig file's pendulum swings {} times; at least two samples a swing \
+         are needed: check that its time stamps are in seconds, or record one every {} s or faster",
+        significant(*period, 3),
+        significant(period / swing, 3),
+        significant(swing / 2.0, 2)
+    )]
+    TooCoarse {
+        /// The recording.
+        file: String,
+        /// Its sample period, s.
+        period: f64,
+        /// Time of one small swing of the hanging pendulum, s.
+        swing: f64,
     },
     /// Neither angle moves by more than a few counts.
     #[error(
@@ -46,6 +63,15 @@ const LEAST_MOTION: f64 = 10.0;
 pub(crate) fn check(recordings: &[Recording], rig: &Rig, data: &Data) -> Result<(), Insufficient> {
     if recordings.is_empty() {
         return Err(Insufficient::NoRecordings);
+    }
+    let c = rig.params.coefficients();
+    let swing = core::f64::consts::TAU * (c.pendulum / c.weight).sqrt();
+    if let Some(run) = data.runs.iter().find(|r| r.h > swing / 2.0) {
+        return Err(Insufficient::TooCoarse {
+            file: run.name.clone(),
+            period: run.h,
+            swing,
+        });
     }
     // Folded, since an empty sum of floats is -0.
     let seconds = data

@@ -428,6 +428,11 @@ fn what_cannot_be_diagnosed_is_refused() {
     assert_eq!(refuse(&[]), Insufficient::NoRecordings);
     let short = record(&rig, &plant, "short.csv", 1.0, 0.0);
     assert!(matches!(refuse(&[short]), Insufficient::TooShort { .. }));
+    // The pendulum swings once in 0.59 s.
+    let slow = (0..40).map(|k| [f64::from(k) * 0.3, 0.0, 0.1 * f64::from(k % 7), 3.1]);
+    let slow = Recording::from_samples("slow.csv", slow).expect("valid").0;
+    let error = refuse(&[slow]);
+    assert!(matches!(error, Insufficient::TooCoarse { .. }), "{error}");
     let mut csv = String::from("t,u,theta,alpha\n");
     for k in 0..1000 {
         writeln!(csv, "{},0.0,0.1,3.1415927", f64::from(k) * H).expect("a string takes everything");

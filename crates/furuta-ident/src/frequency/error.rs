@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::answer::significant;
+
 /// Why there is no frequency response, or no fit of one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -85,7 +87,9 @@ pub enum FrequencyError {
     },
     /// Recordings at different rates cannot be averaged.
     #[error(
-        "{second} has a sample every {given} s and {first} every {expected} s: give recordings of one sampling rate"
+        "{second} was recorded at {} Hz and {first} at {} Hz: give recordings of one sampling rate",
+        significant(1.0 / given, 4),
+        significant(1.0 / expected, 4)
     )]
     Rates {
         /// The first recording.
