@@ -21,6 +21,8 @@ use pyo3::types::{PyList, PyTuple};
 /// backlash, ...: `furuta.catalogue()`, "follows_state") are the fastest: they stand side by side in the lanes of the
 /// processor's vectors.
 ///
+/// One thread at a time: what another asks while a step is on its way raises a RuntimeError.
+///
 /// Parameters
 /// ----------
 /// rig : Rig or sequence of Rig

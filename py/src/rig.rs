@@ -281,9 +281,11 @@ impl PyRig {
         self.__getitem__(py, key).is_ok()
     }
 
+    /// Equal rigs have equal hashes; 0 and -0 are equal, and written differently: no number is hashed.
     fn __hash__(&self) -> u64 {
         let mut hasher = std::hash::DefaultHasher::new();
-        std::hash::Hash::hash(&self.rig.to_toml(), &mut hasher);
+        let effects: Vec<&str> = self.rig.effects.iter().map(|e| e.spec().id).collect();
+        std::hash::Hash::hash(&(&self.rig.name, effects), &mut hasher);
         std::hash::Hasher::finish(&hasher)
     }
 

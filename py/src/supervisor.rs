@@ -116,7 +116,7 @@ impl PySupervisor {
     /// Raises
     /// ------
     /// ControllerError
-    ///     A time that is not after the one before, or `held` that is not finite.
+    ///     A time that is not after the one before, `target` or `held` that is not finite.
     #[pyo3(signature = (t, theta, alpha, *, target=0.0, held=None))]
     fn step(
         &mut self,
@@ -130,6 +130,11 @@ impl PySupervisor {
             return Err(error::controller(format!(
                 "held = {held} V is not a finite number; leave it out where the motor holds the command of the sample \
                  before"
+            )));
+        }
+        if !target.is_finite() {
+            return Err(error::controller(format!(
+                "target = {target} rad is not a finite number"
             )));
         }
         let periods = match self.last {

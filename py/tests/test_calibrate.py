@@ -274,7 +274,7 @@ def test_what_is_asked_twice_or_not_at_all():
     for call in (furuta.calibrate, furuta.diagnose):
         with pytest.raises(furuta.RecordingError, match="holds the same samples as"):
             call([run, run], rig)
-    with pytest.raises(furuta.CalibrateError, match=r"arm\.inertia is in free and in fix"):
+    with pytest.raises(furuta.CalibrateError, match=r"`arm\.inertia` is both to be fitted and to be held"):
         furuta.calibrate(run, rig, free="arm.inertia", fix="arm.inertia")
     with pytest.raises(furuta.CalibrateError, match="experiments = 0"):
         furuta.plan_experiment(rig, experiments=0)

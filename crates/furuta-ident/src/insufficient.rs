@@ -3,7 +3,7 @@
 use furuta_model::Rig;
 
 use crate::answer::significant;
-use crate::recording::Recording;
+use crate::recording::{Recording, twice};
 use crate::shooting::Data;
 
 /// Why recordings are too few, too short or too quiet to say anything.
@@ -13,6 +13,14 @@ pub enum Insufficient {
     /// No recording was given.
     #[error("no recording was given: name at least one CSV file or MCAP log")]
     NoRecordings,
+    /// A recording is given twice: its noise would count as evidence twice.
+    #[error("{file}: holds the same samples as {as_given}: give each recording once")]
+    Twice {
+        /// The second of them.
+        file: String,
+        /// The first.
+        as_given: String,
+    },
     /// All recordings together are shorter than is needed.
     #[error(
         "the recordings hold {seconds:.2} s in stretches without a gap; at least {needed} s are needed: record longer, \
@@ -64,6 +72,7 @@ pub(crate) fn check(recordings: &[Recording], rig: &Rig, data: &Data) -> Result<
     if recordings.is_empty() {
         return Err(Insufficient::NoRecordings);
     }
+    each_once(recordings)?;
     let c = rig.params.coefficients();
     let swing = core::f64::consts::TAU * (c.pendulum / c.weight).sqrt();
     if let Some(run) = data.runs.iter().find(|r| r.h > swing / 2.0) {
@@ -106,4 +115,17 @@ pub(crate) fn check(recordings: &[Recording], rig: &Rig, data: &Data) -> Result<
         });
     }
     Ok(())
+}
+
+/// Whether no two of these recordings hold the same samples.
+pub(crate) fn each_once<'a>(
+    recordings: impl IntoIterator<Item = &'a Recording>,
+) -> Result<(), Insufficient> {
+    match twice(recordings) {
+        None => Ok(()),
+        Some((first, second)) => Err(Insufficient::Twice {
+            file: second.name.clone(),
+            as_given: first.name.clone(),
+        }),
+    }
 }

@@ -6,7 +6,7 @@ use furuta_model::Rig;
 
 use crate::insufficient;
 use crate::pendulum::Pendulum;
-use crate::recording::{Notice, NoticeKind, Recording, RecordingError, each_against_rig};
+use crate::recording::{Notice, NoticeKind, Recording, RecordingError, each_against_rig, twice};
 use crate::shooting::Data;
 
 /// A recording as it was read, with what was noticed on the way.
@@ -93,17 +93,16 @@ pub fn select(
     accept: bool,
     pendulum: Pendulum,
 ) -> Result<Selection, SelectionError> {
-    for (i, (recording, _)) in search.iter().enumerate() {
-        let mut before = search.iter().take(i);
-        if let Some((first, _)) = before.find(|(first, _)| same(first, recording)) {
+    for read in [&search, &verify] {
+        if let Some((first, second)) = twice(read.iter().map(|(recording, _)| recording)) {
             return Err(SelectionError::Twice {
-                file: recording.name.clone(),
+                file: second.name.clone(),
                 as_given: first.name.clone(),
             });
         }
     }
     for (unseen, _) in &verify {
-        if let Some((seen, _)) = search.iter().find(|(seen, _)| same(seen, unseen)) {
+        if let Some((seen, _)) = search.iter().find(|(seen, _)| seen.has_samples_of(unseen)) {
             return Err(SelectionError::Seen {
                 file: unseen.name.clone(),
                 as_given: seen.name.clone(),
@@ -219,9 +218,4 @@ fn left_out(notice: &Notice) -> Notice {
             why: notice.kind.to_string(),
         },
     }
-}
-
-/// Whether two recordings hold the same samples, whatever their files are called.
-fn same(a: &Recording, b: &Recording) -> bool {
-    (&a.t, &a.u, &a.theta, &a.alpha) == (&b.t, &b.u, &b.theta, &b.alpha)
 }

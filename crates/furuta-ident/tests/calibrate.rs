@@ -6,6 +6,7 @@ use common::{RunSetup, qube, record, sweep};
 use furuta_ident::calibrate::result::Why;
 use furuta_ident::calibrate::{CalibrateError, Calibration, Options, calibrate};
 use furuta_ident::recording::Recording;
+use furuta_ident::{Insufficient, Pendulum};
 use furuta_model::{Effect, Rig, State};
 
 /// The sheet that is off by these factors.
@@ -385,11 +386,36 @@ fn bad_input_is_named() {
             ..Options::default()
         },
     )
-    .expect_err("all held")
+    .expect_err("one wish contradicts the other")
     .to_string();
     assert!(
-        nothing.starts_with("these recordings determine none of"),
+        nothing.starts_with("`pendulum.inertia_axial` is both to be fitted and to be held"),
         "{nothing}"
+    );
+
+    // A body that ends before its centre of mass.
+    let options = Options {
+        body_length: Some(0.01),
+        ..Options::default()
+    };
+    let short = calibrate(std::slice::from_ref(&good), &real, &options).expect_err("no such body");
+    assert!(
+        matches!(short, CalibrateError::OutOfRange { what: "body length", min, .. } if min == real.params.pendulum.com),
+        "{short}"
+    );
+
+    // One recording under two names, the arm's alone and the whole rig's.
+    let options = Options {
+        beside: vec![(Pendulum::Removed, good.clone())],
+        ..Options::default()
+    };
+    let twice = calibrate(std::slice::from_ref(&good), &real, &options).expect_err("once");
+    assert!(
+        matches!(
+            twice,
+            CalibrateError::Insufficient(Insufficient::Twice { .. })
+        ),
+        "{twice}"
     );
 
     // A recording of something else.

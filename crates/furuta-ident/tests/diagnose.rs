@@ -426,6 +426,21 @@ fn what_cannot_be_diagnosed_is_refused() {
         .expect_err("must be refused")
     };
     assert_eq!(refuse(&[]), Insufficient::NoRecordings);
+    let long = record(&rig, &plant, "long.csv", 3.0, 0.0);
+    let twice = refuse(&[long.clone(), long.clone()]);
+    assert!(matches!(twice, Insufficient::Twice { .. }), "{twice}");
+    // Nor does one differ from itself.
+    let request = Request {
+        recordings: std::slice::from_ref(&long),
+        rig: &rig,
+        verify: &[],
+    };
+    let options = Options {
+        compare: std::slice::from_ref(&long),
+        ..Options::default()
+    };
+    let compared = diagnose_with(&request, options, &|_| ());
+    assert!(matches!(compared, Err(Insufficient::Twice { .. })));
     let short = record(&rig, &plant, "short.csv", 1.0, 0.0);
     assert!(matches!(refuse(&[short]), Insufficient::TooShort { .. }));
     // The pendulum swings once in 0.59 s.

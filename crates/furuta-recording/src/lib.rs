@@ -27,6 +27,7 @@ mod spikes;
 mod timing;
 mod transcode;
 mod trouble;
+mod twice;
 mod weak;
 
 use std::collections::BTreeMap;
@@ -43,6 +44,7 @@ pub use furuta_input::Limits;
 pub use notice::{Notice, NoticeKind};
 pub use select::Excerpt;
 pub use transcode::{Format, Transcoded, transcode};
+pub use twice::twice;
 
 /// What is read here, for messages.
 const WANTED: &str = "a recording";

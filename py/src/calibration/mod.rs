@@ -26,14 +26,13 @@ fn free_and_held(
     free: Option<Names>,
     held: [Option<Names>; 2],
 ) -> PyResult<(Vec<String>, Vec<String>)> {
-    let free = free.unwrap_or_default().0;
-    let held: Vec<String> = held.into_iter().flatten().flat_map(|n| n.0).collect();
-    match free.iter().find(|name| held.contains(name)) {
-        None => Ok((free, held)),
-        Some(name) => Err(error::calibrate(format!(
-            "{name} is in free and in fix (or hold): leave it out of one of them"
-        ))),
+    if free.as_ref().is_some_and(|free| free.0.is_empty()) {
+        return Err(error::calibrate(
+            "free names nothing: leave it out to fit all that the recordings determine",
+        ));
     }
+    let held: Vec<String> = held.into_iter().flatten().flat_map(|n| n.0).collect();
+    Ok((free.unwrap_or_default().0, held))
 }
 
 fn field<'py>(contract: &Bound<'py, PyDict>, name: &str) -> PyResult<Bound<'py, PyAny>> {

@@ -130,10 +130,14 @@ pub(crate) fn closed_loop<'py>(
         out.set_item("with_estimator", with_estimator)?;
     }
     if let Some(omega) = omega {
-        let response: Vec<_> = vector::<f64>("omega", &omega, error::design)?
-            .iter()
-            .map(|w| closed.response(*w))
-            .collect();
+        let omega: Vec<f64> = vector("omega", &omega, error::design)?;
+        if let Some(k) = omega.iter().position(|w| !w.is_finite()) {
+            return Err(error::design(format!(
+                "omega[{k}] = {} is not a finite number",
+                omega[k]
+            )));
+        }
+        let response: Vec<_> = omega.iter().map(|w| closed.response(*w)).collect();
         out.set_item("response", response.into_pyarray(py))?;
     }
     Ok(out)

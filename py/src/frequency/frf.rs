@@ -72,7 +72,7 @@ impl PyFrf {
         let frequency: Vec<f64> = vector("frequency", &frequency, refuse)?;
         let response: Vec<Complex<f64>> = vector("response", &response, refuse)?;
         let n = frequency.len();
-        let std = match std {
+        let std: Vec<f64> = match std {
             Some(std) => vector("std", &std, refuse)?,
             None => vec![0.0; n],
         };
@@ -93,6 +93,13 @@ impl PyFrf {
                 )));
             }
         }
+        if let Some((k, bad)) =
+            (std.iter().enumerate()).find(|(_, std)| std.is_nan() || **std < 0.0)
+        {
+            return Err(error::identification(format!(
+                "std[{k}] = {bad} must be 0 or positive; leave such lines out"
+            )));
+        }
         let ascends = frequency.windows(2).all(|f| f[0] < f[1]);
         if !ascends || frequency.first().is_none_or(|f| *f <= 0.0 || f.is_nan()) {
             return Err(error::identification(
@@ -102,6 +109,12 @@ impl PyFrf {
         if !(sample_period >= 0.0 && sample_period.is_finite()) {
             return Err(error::identification(format!(
                 "sample_period = {sample_period} s must be 0 or positive"
+            )));
+        }
+        let nyquist = 0.5 / sample_period;
+        if let Some(highest) = frequency.last().filter(|f| **f > nyquist * (1.0 + 1e-9)) {
+            return Err(error::identification(format!(
+                "frequency goes to {highest} Hz; samples {sample_period} s apart show nothing above {nyquist} Hz"
             )));
         }
         let frf = Frf {

@@ -125,6 +125,12 @@ impl PyTransferFit {
         frequency: Vector<'py>,
     ) -> PyResult<Array<'py, Complex<f64>>> {
         let frequency: Vec<f64> = vector("frequency", &frequency, error::identification)?;
+        if let Some(k) = frequency.iter().position(|f| !f.is_finite()) {
+            return Err(error::identification(format!(
+                "frequency[{k}] = {} is not a finite number",
+                frequency[k]
+            )));
+        }
         let response: Vec<_> = frequency.iter().map(|f| self.fit.response(*f)).collect();
         Ok(response.into_pyarray(py))
     }

@@ -17,6 +17,12 @@ pub enum CalibrateError {
         /// The keys, separated by commas.
         known: String,
     },
+    /// A parameter is to be fitted and to be held.
+    #[error("`{key}` is both to be fitted and to be held: leave it out of one of them")]
+    FreeAndHeld {
+        /// The key.
+        key: String,
+    },
     /// The recordings determine none of the parameters asked for.
     #[error(
         "these recordings determine none of {keys}: {reason}; `furuta identify plan --rig RIG` proposes recordings \

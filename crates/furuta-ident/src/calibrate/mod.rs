@@ -262,7 +262,7 @@ pub fn calibrate_with(
     };
     let data = Data::in_states(&all, rig, state);
     insufficient::check(&all, rig, &data)?;
-    check_options(options)?;
+    check_options(options, rig)?;
     let space = Space::new(rig, options.body_length, asks_transverse(options));
     let question = question(&space, options)?;
     let profiles = places(&space, &options.profile)?;
@@ -419,7 +419,7 @@ fn asks_transverse(options: &Options) -> bool {
     named.any(|key| key == TRANSVERSE)
 }
 
-fn check_options(options: &Options) -> Result<(), CalibrateError> {
+fn check_options(options: &Options, rig: &Rig) -> Result<(), CalibrateError> {
     let within = |what, value: f64, [min, max]: [f64; 2]| {
         if (min..=max).contains(&value) {
             return Ok(());
@@ -433,9 +433,16 @@ fn check_options(options: &Options) -> Result<(), CalibrateError> {
         })
     };
     within("horizon", options.horizon, HORIZON)?;
-    options
-        .body_length
-        .map_or(Ok(()), |length| within("body length", length, [1e-3, 10.0]))
+    // The tip lies beyond the centre of mass, of which the rig file may be wrong where it is to be fitted.
+    let is_fitted = options.free.iter().any(|key| key == "pendulum.com");
+    let least = if is_fitted {
+        1e-3
+    } else {
+        rig.params.pendulum.com
+    };
+    options.body_length.map_or(Ok(()), |length| {
+        within("body length", length, [least, 10.0])
+    })
 }
 
 /// Keys to places.
@@ -455,6 +462,11 @@ fn places(space: &Space, keys: &[String]) -> Result<Vec<usize>, CalibrateError> 
 fn question<'a>(space: &'a Space, options: &Options) -> Result<Question<'a>, CalibrateError> {
     let mut order = places(space, &options.free)?;
     let hold = places(space, &options.hold)?;
+    if let Some(both) = order.iter().find(|i| hold.contains(i)) {
+        return Err(CalibrateError::FreeAndHeld {
+            key: space.parameters[*both].key.clone(),
+        });
+    }
     let asked = !order.is_empty();
     if !asked {
         // Effects of the rig file come after the five that every rig has, before lengths and masses that a ruler and a

@@ -103,7 +103,7 @@ pub fn plan(rig: &Rig, options: &Options, rate: f64, count: usize) -> Result<Pla
             unit: "samples per second",
         });
     }
-    super::check_options(options)?;
+    super::check_options(options, rig)?;
     let space = Space::new(rig, options.body_length, super::asks_transverse(options));
     let question = question(&space, options)?;
     let jobs: Vec<((&str, Shape), f64)> = FAMILY

@@ -129,6 +129,7 @@ pub fn diagnose_with(
     options: Options<'_>,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Outcome, Insufficient> {
+    insufficient::each_once(request.recordings.iter().chain(options.compare))?;
     // Workers that wait for others take up further jobs on the same stack.
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(rayon::current_num_threads())

@@ -85,6 +85,20 @@ pub enum FrequencyError {
         /// The recording.
         file: String,
     },
+    /// A recording is given twice: its noise would be averaged with itself.
+    #[error("{file}: holds the same samples as {as_given}: give each recording once")]
+    Twice {
+        /// The second of them.
+        file: String,
+        /// The first.
+        as_given: String,
+    },
+    /// The input and the output are one column.
+    #[error("`{column}` is both input and output: name the column that answers the other")]
+    OneColumn {
+        /// The column.
+        column: String,
+    },
     /// Recordings at different rates cannot be averaged.
     #[error(
         "{second} was recorded at {} Hz and {first} at {} Hz: give recordings of one sampling rate",

@@ -2,7 +2,7 @@
 
 use super::error::{FrequencyError, FrequencyNotice};
 use super::spectra::{Settings, Stretch};
-use crate::recording::{Recording, Values};
+use crate::recording::{Recording, Values, twice};
 
 /// Signals of one or several recordings of one rig at one rate.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,12 +33,24 @@ impl<'a> Taken<'a> {
     /// The columns of these recordings, stretch by stretch.
     ///
     /// # Errors
-    /// No recording, a column that one does not have, different sampling rates, time stamps that scatter.
+    /// No recording, one given twice, a column that one does not have or that is both input and output, different
+    /// sampling rates, time stamps that scatter.
     pub fn from_recordings(
         recordings: &'a [Recording],
         columns: Columns<'_>,
     ) -> Result<Self, FrequencyError> {
         let first = recordings.first().ok_or(FrequencyError::NoData)?;
+        if columns.input == columns.output {
+            return Err(FrequencyError::OneColumn {
+                column: columns.input.to_owned(),
+            });
+        }
+        if let Some((once, again)) = twice(recordings) {
+            return Err(FrequencyError::Twice {
+                file: again.name.clone(),
+                as_given: once.name.clone(),
+            });
+        }
         let mut taken = Self {
             stretches: Vec::new(),
             sample_period: first.sample_period,

@@ -25,7 +25,13 @@ pub fn response_text(what: &str, frf: &Frf) -> Result<String, FrequencyError> {
         significant(frf.resolution(), 4)
     );
     text += "        Hz   magnitude        dB     phase  coherence  95 % within\n";
-    text += "              rad/V                   deg                        %\n";
+    // The unit of the usual columns; others have whatever was recorded.
+    let unit = match what {
+        "theta / u" | "alpha / u" => "rad/V",
+        "theta_dot / u" | "alpha_dot / u" => "rad/s/V",
+        _ => "",
+    };
+    text += &format!("{unit:>19}                   deg                        %\n");
     let (db, phase) = (frf.magnitude_db(), frf.phase_degrees());
     let radius = frf.confidence(0.95)?;
     let mut last = 0.0;

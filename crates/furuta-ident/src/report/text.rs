@@ -3,7 +3,8 @@
 use furuta_model::effects;
 
 use crate::diagnose::result::{
-    Channel, Channels, Diagnosis, NamedEffect, Part, VerificationRow, Zero, plain, significant,
+    AtBound, Channel, Channels, Diagnosis, NamedEffect, Part, VerificationRow, Zero, plain,
+    significant,
 };
 
 /// The answer for a person: what is missing and by how much, where the model disagrees, what is ruled out, what to
@@ -47,13 +48,22 @@ pub fn text(d: &Diagnosis, rig: &str) -> String {
         out.push("Numbers of the sheet that moved, refitted beside what is named:".into());
     }
     out.extend(moved.map(|(key, change)| format!("  {key:<28} {change}")));
-    let mut bounds = d.bounds().peekable();
-    if bounds.peek().is_some() {
-        out.push(String::new());
-        out.push("Numbers at a bound, where no rig is: something else took their place, or the rig file is \
-             wrong.".into());
+    let (left, resolved): (Vec<&AtBound>, Vec<&AtBound>) = d.bounds().partition(|b| d.keeps(b));
+    for (bounds, heading) in [
+        (
+            left,
+            "Numbers at a bound, where no rig is: something else took their place, or the rig file is wrong.",
+        ),
+        (
+            resolved,
+            "Numbers at a bound where the parameters alone are refitted; beside what is added none of them is:",
+        ),
+    ] {
+        if !bounds.is_empty() {
+            out.extend([String::new(), heading.to_owned()]);
+        }
+        out.extend((bounds.iter()).map(|b| format!("  {:<28} {}", b.parameter, b.text())));
     }
-    out.extend(bounds.map(|b| format!("  {:<28} {}", b.parameter, b.text())));
     out.push(String::new());
     let imitated = d.suspected.iter().any(|s| s.kept);
     let repaired = match (&d.custom, d.effects.is_empty()) {

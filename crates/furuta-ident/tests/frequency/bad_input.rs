@@ -232,6 +232,19 @@ fn recordings_with_gaps_and_feedback() {
         Taken::from_recordings(&slow, columns),
         Err(FrequencyError::Rates { .. })
     ));
+    let again = [slow[0].clone(), slow[0].clone()];
+    assert!(matches!(
+        Taken::from_recordings(&again, columns),
+        Err(FrequencyError::Twice { .. })
+    ));
+    let itself = Columns {
+        output: columns.input,
+        ..columns
+    };
+    assert!(matches!(
+        Taken::from_recordings(&slow[..1], itself),
+        Err(FrequencyError::OneColumn { .. })
+    ));
     let frf = Frf::of(
         &spectra(&u, &filtered(&u), 100).expect("good"),
         Estimator::H1,

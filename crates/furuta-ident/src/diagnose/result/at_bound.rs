@@ -45,6 +45,13 @@ impl Diagnosis {
         all.filter(move |(i, b)| !earlier(*i, b)).map(|(_, b)| b)
     }
 
+    /// Whether the repaired model has this number at a bound, too.
+    #[must_use]
+    pub fn keeps(&self, bound: &AtBound) -> bool {
+        let mut of_repaired = self.at_bound.iter().filter(|b| b.model == Best::Repaired);
+        of_repaired.any(|b| b.parameter == bound.parameter)
+    }
+
     /// What a repaired rig file holds, and why, where it is not the repaired model.
     #[must_use]
     pub fn written(&self) -> Option<String> {

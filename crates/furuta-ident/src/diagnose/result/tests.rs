@@ -132,6 +132,39 @@ fn the_change_on_data_kept_apart_falls_rises_or_stays() {
 }
 
 /// What a repaired rig file holds is said with its reason: not judged, worse, or numbers that cannot be.
+/// What the refitted sheet alone has at a bound is a sign of what is missing, and not the rig file's mistake.
+#[test]
+fn a_bound_is_said_of_the_model_that_has_it() {
+    let at = |model| AtBound {
+        model,
+        parameter: "arm.length".into(),
+        value: 0.167,
+        unit: "m".into(),
+        reason: "twice as far as a ruler errs".into(),
+    };
+    let said = |at_bound| {
+        let text = crate::report::text(
+            &Diagnosis {
+                at_bound,
+                ..spring()
+            },
+            "rig.toml",
+        );
+        [
+            "or the rig file is wrong",
+            "the parameters alone are refitted",
+        ]
+        .map(|s| text.contains(s))
+    };
+    assert_eq!(said(vec![]), [false, false]);
+    assert_eq!(said(vec![at(Best::Refitted)]), [false, true]);
+    assert_eq!(said(vec![at(Best::Repaired)]), [true, false]);
+    assert_eq!(
+        said(vec![at(Best::Refitted), at(Best::Repaired)]),
+        [true, false]
+    );
+}
+
 #[test]
 fn what_is_written_is_said_with_its_reason() {
     let at = |model| AtBound {
