@@ -206,6 +206,45 @@ def test_plot(recording):
     assert [axes.get_ylabel() for axes in figure.axes] == ["magnitude [dB]", "phase [deg]", "coherence"]
 
 
+@pytest.mark.parametrize(
+    "model, error, says",
+    [
+        (np.ones(3), ValueError, r"flat has shape \(3,\); it must be a TransferFit or .* numbers of shape \(8,\)"),
+        (2.0, ValueError, r"flat has shape \(\)"),
+        (np.ones((8, 1)), ValueError, r"flat has shape \(8, 1\)"),
+        ("ones", TypeError, r"flat must be a TransferFit or .*; a str was given"),
+        ([1, [2, 3]], TypeError, "flat must be .*; a list was given"),
+        (furuta.Frf([1, 2], [1, 1]), TypeError, "flat must be .*; a Frf was given"),
+        (None, TypeError, "flat must be .*; a NoneType was given"),
+    ],
+)
+def test_what_cannot_be_laid_over_a_response(model, error, says):
+    pytest.importorskip("matplotlib")
+    response = furuta.Frf(np.arange(1, 9), np.ones(8) + 1j)
+    with pytest.raises(error, match=says):
+        response.plot(flat=model)
+    assert len(response.plot(flat=[1j] * 8).axes[0].lines) == 2
+
+
+def test_what_is_no_system_or_no_frequency():
+    control = pytest.importorskip("control")
+    for given in (3, "s", np.eye(2), furuta.Frf([1, 2], [1, 1])):
+        says = f"system must be a python-control .* a {type(given).__name__} was given"
+        for frequency in ([1, 2], None):
+            with pytest.raises(TypeError, match=says):
+                furuta.Frf.from_control(given, frequency)
+    system = control.tf([1], [1, 1])
+    for frequency, says in (
+        ("a", "frequency must be an array of numbers, Hz, ascending: .*'a'"),
+        ([1j], "frequency must be an array of numbers, Hz, ascending"),
+        ([], r"frequency has shape \(0,\); it must be \(N,\), N at least 1"),
+        ([[1, 2], [3, 4]], r"frequency has shape \(2, 2\)"),
+    ):
+        with pytest.raises(furuta.IdentificationError, match=says):
+            furuta.Frf.from_control(system, frequency)
+    assert furuta.Frf.from_control(system, 1.0).response[0] == pytest.approx(1 / (1 + 2j * np.pi))
+
+
 def test_a_hidden_spring_is_named(recording):
     rig = furuta.Rig.load("qube-servo-2")
     real = rig.with_effect("arm.spring", stiffness=0.004, rest=0.0)

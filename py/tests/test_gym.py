@@ -171,3 +171,136 @@ def test_no_step_before_a_reset():
             call()
     with pytest.raises(ValueError, match=r"references\[1\] = nan rad"):
         furuta.gym.RotaryPendulum(references=(0.0, float("nan")))
+
+
+NAN = float("nan")
+
+
+@pytest.mark.parametrize(
+    "action, says",
+    [
+        (np.array([0.0, NAN]), r"action must have shape \(1,\), as .*; an array of shape \(2,\) was given"),
+        (np.zeros((1, 1)), r"action must have shape \(1,\), .* shape \(1, 1\) was given"),
+        (0.1, r"action must have shape \(1,\), .*; 0.1, a single number, was given"),
+        ([NAN], r"action\[0\] = nan must be finite: a share of the command limit, -1 to 1"),
+        ([np.inf], r"action\[0\] = inf must be finite"),
+        ("up", r"action must be numbers of shape \(1,\); a str was given"),
+    ],
+)
+def test_an_action_of_another_shape_is_refused(action, says):
+    env = furuta.gym.RotaryPendulum(RIG)
+    env.reset(seed=1)
+    before = env.plant.x
+    with pytest.raises(ValueError, match=says):
+        env.step(action)
+    assert np.array_equal(env.plant.x, before) and env.samples == 0
+    env.step([0.5])
+
+
+@pytest.mark.parametrize(
+    "actions, says",
+    [
+        (np.zeros((1, 3)), r"actions must have shape \(3, 1\), as .*; an array of shape \(1, 3\) was given"),
+        (np.zeros(3), r"actions must have shape \(3, 1\), .* shape \(3,\) was given"),
+        (np.zeros((2, 1)), r"actions must have shape \(3, 1\), .* shape \(2, 1\) was given"),
+        (0.1, r"actions must have shape \(3, 1\), .* a single number, was given"),
+        ([[0], [NAN], [0]], r"actions\[1, 0\] = nan must be finite"),
+        ([[0], [0, 1], [0]], r"actions must be numbers of shape \(3, 1\); a list was given"),
+    ],
+)
+def test_actions_of_another_shape_are_refused(actions, says):
+    many = furuta.gym.RotaryPendulumVector(3, RIG)
+    many.reset(seed=1)
+    before = many.plants.x
+    with pytest.raises(ValueError, match=says):
+        many.step(actions)
+    assert np.array_equal(many.plants.x, before) and not many.samples.any()
+
+
+def test_an_action_beyond_the_limits_is_the_limit():
+    ends = []
+    for action in (1.0, 7.0):
+        one, many = furuta.gym.RotaryPendulum(RIG), furuta.gym.RotaryPendulumVector(2, RIG)
+        one.reset(seed=1), many.reset(seed=1)
+        ends.append((one.step([action])[0], many.step([[action], [-action]])[0]))
+    assert all(np.array_equal(a, b) for a, b in zip(*ends))
+
+
+@pytest.mark.parametrize("observe", ["state", "encoders"])
+def test_a_mask_resets_some_rigs(observe):
+    many = gymnasium.make_vec(ID, num_envs=4, rig=RIG, randomize={"pendulum.mass": 0.1}, observe=observe, seconds=0.1)
+    base, mask = many.unwrapped, np.array([True, False, True, False])
+    many.reset(seed=1)
+    for _ in range(10):  # to the end of every episode
+        seen = many.step(np.full((4, 1), 0.3))[0]
+    rigs, x = base.plants.rigs, base.plants.x
+    options = {"reset_mask": mask}
+    after, _ = many.reset(options=options)
+    assert np.array_equal(after[~mask], seen[~mask]) and (after[mask] != seen[mask]).any(axis=1).all()
+    assert np.array_equal(base.plants.x[~mask], x[~mask]) and not base.plants.x[mask, 2:].any()
+    assert [a == b for a, b in zip(base.plants.rigs, rigs)] == [not anew for anew in mask]
+    assert base.samples.tolist() == [0, 10, 0, 10] and options == {"reset_mask": mask}
+    if observe == "encoders":
+        assert not after[mask, 3:5].any()  # no speed before the first step
+    # The others ended, and begin anew by themselves.
+    _, rewards, failed, truncated, _ = many.step(np.zeros((4, 1)))
+    assert base.samples.tolist() == [1, 0, 1, 0] and np.array_equal(rewards != 0, mask)
+    assert not failed.any() and not truncated.any()
+
+
+def test_a_seed_repeats_the_reset_of_a_mask():
+    many = furuta.gym.RotaryPendulumVector(3, RIG)
+    many.reset(seed=1)
+    mask = np.array([False, True, False])
+    first, again, other = (many.reset(seed=seed, options={"reset_mask": mask})[0] for seed in (5, 5, 6))
+    assert np.array_equal(first, again) and not np.array_equal(first, other)
+
+
+@pytest.mark.parametrize(
+    "mask, error, says",
+    [
+        (np.array([True, False]), ValueError, r"has shape \(2,\); it must be \(3,\), one boolean for each rig"),
+        (np.ones((3, 1), dtype=bool), ValueError, r"has shape \(3, 1\)"),
+        (np.array([1, 0, 1]), TypeError, "must be an array of 3 booleans; one of int64 was given"),
+        ([True, False, True], TypeError, "must be a NumPy array of 3 booleans; a list was given"),
+        (None, TypeError, "a NoneType was given"),
+        (np.zeros(3, dtype=bool), ValueError, "chooses no rig: at least one entry must be True"),
+    ],
+)
+def test_what_is_no_mask(mask, error, says):
+    many = furuta.gym.RotaryPendulumVector(3, RIG)
+    many.reset(seed=1)
+    x = many.plants.x
+    with pytest.raises(error, match=r'^options\["reset_mask"\].* ' + says):
+        many.reset(seed=2, options={"reset_mask": mask})
+    assert np.array_equal(many.plants.x, x)
+
+
+def test_no_mask_before_a_reset_of_all():
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"comes after a reset\(\) of all rigs"):
+        furuta.gym.RotaryPendulumVector(2).reset(options={"reset_mask": np.array([True, False])})
+
+
+@pytest.mark.parametrize("share", [-1, NAN, np.inf, (0.1, 0.2), [0.1, [0.2]], "0.1", True, 1j, 10**400])
+def test_what_is_no_share_is_refused_when_the_environment_is_made(share):
+    for make in (furuta.gym.RotaryPendulum, lambda **options: furuta.gym.RotaryPendulumVector(2, **options)):
+        with pytest.raises(ValueError, match=r"randomize: arm\.inertia = .* must be a finite number, at least 0"):
+            make(randomize={"pendulum.mass": 0.1, "arm.inertia": share})
+
+
+def test_a_share_that_leaves_what_a_rig_can_be_is_refused():
+    for name, share in (("arm.inertia", 1e3), ("environment.gravity", 1)):
+        says = rf"randomize: {name} = {share:g} is too large a share: .*{name} = .* range"
+        with pytest.raises(ValueError, match=says):
+            furuta.gym.RotaryPendulum(randomize={name: share})
+    with pytest.raises(ValueError, match="randomize: 3, arm.inertial: no parameters"):
+        furuta.gym.RotaryPendulum(randomize={"arm.inertial": 0.1, 3: 0.1})
+
+
+def test_shares_that_vary_nothing_and_those_of_a_file():
+    rng = np.random.default_rng(1)
+    still = furuta.gym.draws_of({"arm.inertia": 0, "arm.viscous": None, "pendulum.mass": np.float32(0)}, RIG)
+    assert still(rng) == RIG
+    own, named = (furuta.gym.draws_of(given, RIG)(np.random.default_rng(2)) for given in (RIG.tolerance, "tolerance"))
+    assert own == named != RIG
+    furuta.gym.draws_of({"motor.efficiency": 1.0, "arm.inertia": np.array(2.0)}, RIG)(rng)

@@ -100,6 +100,13 @@ def test_diagnoses(tmp_path, diagnosis):
         furuta.plot.before_after(diagnosis, run="x")
 
 
+@pytest.mark.parametrize("seconds", [-1, 0, np.nan, np.inf])
+def test_a_stretch_has_a_length(diagnosis, seconds):
+    for draw in (diagnosis.plot, lambda **length: furuta.plot.before_after(diagnosis, **length)):
+        with pytest.raises(ValueError, match=f"seconds = {seconds} must be a finite number above 0"):
+            draw(seconds=seconds)
+
+
 def test_calibrations_and_validations(tmp_path, data, calibration):
     written(calibration.plot(), tmp_path / "calibration.png")
     written(furuta.plot.before_after(calibration), tmp_path / "before.png")
@@ -207,6 +214,12 @@ def test_animations(tmp_path):
         short.animate(tmp_path / "swing.avi")
     with pytest.raises(ValueError, match="fps = 0"):
         short.animate(fps=0)
+    empty = furuta.Trajectory.simulate(RIG, [0, 2.0, 0, 0], [], DT)
+    with pytest.raises(ValueError, match="run is empty: no sample follows the first of 1"):
+        empty.animate(tmp_path / "empty.gif")
+    with pytest.raises(ValueError, match="the first of 0"):
+        furuta.plot.animation({"t": [], "theta": [], "alpha": []})
+    assert not (tmp_path / "empty.gif").exists()
 
 
 def test_the_picture_is_the_pendulum():

@@ -139,6 +139,8 @@ def test_what_a_recording_says_of_itself():
             "column `u` is an array with masked entries",
         ),
         (lambda: furuta.Recording(np.zeros((10, 3))), ValueError, r"has shape \(10, 3\); it must be \(n, 4\)"),
+        (lambda: furuta.Recording(columns(), name=3), TypeError, "name = 3 must be a str or None"),
+        (lambda: furuta.Recording("run.csv", name=["a"]), TypeError, r"name = \['a'\] must be a str or None"),
         (lambda: furuta.Recording("no/such/file.csv"), furuta.RecordingError, "no/such/file.csv"),
         (lambda: furuta.Recording("run.csv", u=[1]), furuta.RecordingError, "a file has its columns"),
         (
@@ -178,6 +180,14 @@ def test_a_trajectory_has_time_and_names():
     found = furuta.validate(recording, RIG)
     assert all(c["fit_percent"] > 99 for c in found.channels)
     assert pickle.loads(pickle.dumps(run)) == run == copy.deepcopy(run)
+
+
+def test_a_run_without_a_command_is_empty():
+    run = furuta.Trajectory.simulate(RIG, [0, np.pi, 0, 0], [], DT)
+    assert run.x.shape == (1, 4) and "1 samples, 0 s" in repr(run)
+    with pytest.raises(ValueError, match="the run of 'qube-servo-2' is empty: no sample follows the first"):
+        _ = run.dt
+    assert furuta.Trajectory.simulate(RIG, [0, np.pi, 0, 0], [0.1], DT).dt == DT
 
 
 def test_a_trajectory_under_control():

@@ -52,6 +52,11 @@ def response_data(frf: Frf) -> Any:
 def response(system: Any, frequency: Any = None) -> Frf:
     """The response of a python-control system; see `furuta.Frf.from_control`."""
     _control()
+    if not callable(getattr(system, "frequency_response", None)):
+        raise TypeError(
+            "system must be a python-control system (StateSpace, TransferFunction or FrequencyResponseData); "
+            f"a {type(system).__name__} was given"
+        )
     measured = getattr(system, "omega", None)
     if frequency is None:
         if measured is None:
@@ -59,7 +64,7 @@ def response(system: Any, frequency: Any = None) -> Frf:
                 "frequency must be given for a system that is no frequency response data: Hz, ascending"
             )
         frequency = np.asarray(measured) / (2 * np.pi)
-    frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
+    frequency = _frequencies(frequency)
     omega = 2 * np.pi * frequency
     if measured is None:
         answer = system.frequency_response(omega, squeeze=False)
@@ -75,3 +80,14 @@ def response(system: Any, frequency: Any = None) -> Frf:
         )
     dt = getattr(system, "dt", 0)
     return Frf(frequency, values[0], sample_period=0.0 if dt in (None, True) else float(dt))
+
+
+def _frequencies(given: Any) -> Any:
+    """Hz, at least one, as an array of one dimension."""
+    try:
+        found = np.atleast_1d(np.asarray(given, dtype=float))
+    except (TypeError, ValueError) as e:
+        raise IdentificationError(f"frequency must be an array of numbers, Hz, ascending: {e}") from e
+    if found.ndim != 1 or not found.size:
+        raise IdentificationError(f"frequency has shape {found.shape}; it must be (N,), N at least 1")
+    return found

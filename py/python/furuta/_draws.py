@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from furuta._furuta import Calibration, Diagnosis, Rig, catalogue
+from furuta._furuta import Calibration, Diagnosis, Rig, RigError, catalogue
 
 Randomize = Literal["tolerance"] | Mapping[str, float] | Calibration | Diagnosis | Callable[[np.random.Generator], Rig]
+# A number of a rig varies by at most so many standard deviations.
+_FARTHEST = 3.0
 
 
 def draws_of(randomize: Randomize | None, rig: Rig) -> Callable[[np.random.Generator], Rig]:
@@ -19,9 +23,9 @@ def draws_of(randomize: Randomize | None, rig: Rig) -> Callable[[np.random.Gener
     ----------
     randomize : "tolerance", dict, Calibration, Diagnosis, callable or None
         "tolerance": the rig's numbers, each within the tolerance of its file. A dict: standard deviations by
-        parameter, as shares of the values. A Calibration: its rig, with the covariance of its fit. A Diagnosis: its
-        repaired rig, with effects that it could not exclude, up to their limits. A callable: takes the generator,
-        gives a Rig. None: the rig.
+        parameter, as shares of the values, at least 0; None and 0 leave a parameter as it is. A Calibration: its
+        rig, with the covariance of its fit. A Diagnosis: its repaired rig, with effects that it could not exclude, up
+        to their limits. A callable: takes the generator, gives a Rig. None: the rig.
     rig : Rig
         What is varied, except of a Calibration or a Diagnosis, which have their own.
 
@@ -49,18 +53,55 @@ def draws_of(randomize: Randomize | None, rig: Rig) -> Callable[[np.random.Gener
     shares = rig.tolerance if randomize == "tolerance" else randomize
     if not isinstance(shares, Mapping):
         raise ValueError(f'randomize = {randomize!r} is none of "tolerance", a dict, Calibration, Diagnosis, callable')
-    if unknown := sorted(set(shares) - set(rig.parameters)):
+    if unknown := sorted(str(name) for name in set(shares) - set(rig.parameters)):
         raise ValueError(f"randomize: {', '.join(unknown)}: no parameters of a rig; see Rig.parameters")
-    known = {name: share for name, share in shares.items() if share is not None and rig.parameters[name] != 0}
+    stated = {name: _share(name, share) for name, share in shares.items() if share is not None}
+    known = {name: share for name, share in stated.items() if rig.parameters[name] != 0}
+    if randomize != "tolerance":
+        _check_farthest(rig, known)
 
     def draw(rng: np.random.Generator) -> Rig:
-        factors = np.exp(np.clip(rng.standard_normal(len(known)), -3, 3) * list(known.values()))
-        values = {name: rig.parameters[name] * float(factor) for name, factor in zip(known, factors)}
-        if "motor.efficiency" in values:
-            values["motor.efficiency"] = min(values["motor.efficiency"], 1.0)
-        return rig.with_parameters(values)
+        away = np.clip(rng.standard_normal(len(known)), -_FARTHEST, _FARTHEST)
+        return _moved(rig, known, away)
 
     return draw
+
+
+def _share(name: str, given: Any) -> float:
+    """A standard deviation as a share of a parameter's value."""
+    try:
+        share = math.nan if isinstance(given, (bool, str, bytes)) or np.ndim(given) else float(given)
+    except (TypeError, ValueError, OverflowError):
+        share = math.nan
+    if not 0 <= share < math.inf:
+        raise ValueError(
+            f"randomize: {name} = {given!r} must be a finite number, at least 0: "
+            "a standard deviation as a share of the value (0.05: 5 %)"
+        )
+    return share
+
+
+def _moved(rig: Rig, shares: Mapping[str, float], away: ArrayLike) -> Rig:
+    """The rig with each of these parameters so many standard deviations away from its value."""
+    with np.errstate(over="ignore"):  # infinite is refused, by its name
+        factors = np.exp(np.asarray(away) * list(shares.values()))
+    values = {name: rig.parameters[name] * float(factor) for name, factor in zip(shares, factors)}
+    if "motor.efficiency" in values:
+        values["motor.efficiency"] = min(values["motor.efficiency"], 1.0)
+    return rig.with_parameters(values)
+
+
+def _check_farthest(rig: Rig, shares: Mapping[str, float]) -> None:
+    """Each parameter alone must be one of a rig's as far away as it is ever drawn."""
+    for name, share in shares.items():
+        for away in (-_FARTHEST, _FARTHEST):
+            try:
+                _moved(rig, {name: share}, [away])
+            except RigError as e:
+                raise ValueError(
+                    f"randomize: {name} = {share:g} is too large a share: "
+                    f"{_FARTHEST:g} standard deviations away, where draws end, {e}"
+                ) from e
 
 
 def _of_calibration(found: Calibration) -> Callable[[np.random.Generator], Rig]:

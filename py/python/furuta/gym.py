@@ -145,6 +145,38 @@ def _scene() -> Any:
         ) from missing
 
 
+def _shares(name: str, given: Any, shape: tuple[int, ...]) -> _Array:
+    """Commands as shares of the limit, within -1 and 1, of an action or actions of this shape."""
+    try:
+        found = np.asarray(given, dtype=float)
+    except (TypeError, ValueError) as e:
+        raise ValueError(f"{name} must be numbers of shape {shape}; a {type(given).__name__} was given: {e}") from e
+    if found.shape != shape:
+        was = f"{found.item():g}, a single number," if found.ndim == 0 else f"an array of shape {found.shape}"
+        raise ValueError(f"{name} must have shape {shape}, as the action_space has; {was} was given")
+    if not np.isfinite(found).all():
+        at = tuple(int(k) for k in np.argwhere(~np.isfinite(found))[0])
+        where = ", ".join(map(str, at))
+        raise ValueError(f"{name}[{where}] = {found[at]} must be finite: a share of the command limit, -1 to 1")
+    return np.minimum(np.maximum(found, -1.0), 1.0)
+
+
+def _mask(options: dict[str, Any] | None, num_envs: int) -> NDArray[np.bool_] | None:
+    """Which rigs `options["reset_mask"]` chooses; None where it is not given. As gymnasium's own environments."""
+    if options is None or "reset_mask" not in options:
+        return None
+    mask, name = options["reset_mask"], 'options["reset_mask"]'
+    if not isinstance(mask, np.ndarray):
+        raise TypeError(f"{name} must be a NumPy array of {num_envs} booleans; a {type(mask).__name__} was given")
+    if mask.dtype != np.bool_:
+        raise TypeError(f"{name} must be an array of {num_envs} booleans; one of {mask.dtype} was given")
+    if mask.shape != (num_envs,):
+        raise ValueError(f"{name} has shape {mask.shape}; it must be ({num_envs},), one boolean for each rig")
+    if not mask.any():
+        raise ValueError(f"{name} chooses no rig: at least one entry must be True")
+    return mask
+
+
 def _begun(plant: Any, what: str) -> Any:
     """The rig, or the rigs, of an environment that was reset."""
     if plant is None:
@@ -228,7 +260,7 @@ class RotaryPendulum(gymnasium.Env[Any, Any]):
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """One period of the command: observation, reward, terminated (failed), truncated (`seconds` are over), info."""
         plant = _begun(self.plant, "step")
-        share = min(max(float(action[0]), -1.0), 1.0)
+        share = float(_shares("action", action, (1,))[0])
         if self.encoders:
             self.before = plant.reading
         x = plant.steps(np.full(self.game.substeps, share * self.limit))[-1]
@@ -311,8 +343,18 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
     def reset(
         self, *, seed: Any = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begins an episode of each rig: the first observations, shape (num_envs, 6)."""
+        """Begins an episode of each rig: the first observations, shape (num_envs, 6).
+
+        With `options={"reset_mask": mask}`, an array of num_envs booleans, only of the rigs where it is True; the
+        others stay where they are, and their observations are those of their last step.
+        """
+        mask = _mask(options, self.num_envs)
+        if mask is not None and self.plants is None:
+            raise gymnasium.error.ResetNeeded('options["reset_mask"] comes after a reset() of all rigs: call it first')
         super().reset(seed=seed)
+        if mask is not None:
+            self._begin_anew(mask)
+            return self._observation(self.plants.x), {}
         rng, all_of_them = self.np_random, range(self.num_envs)
         rigs, starts = [self.draw(rng) for _ in all_of_them], [self.game.start(rng) for _ in all_of_them]
         self.plants = BatchSimulator(rigs, starts, self.game.step)
@@ -325,7 +367,7 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """One period of every rig, each output of `RotaryPendulum.step` an array; what ended before begins anew."""
         plants = _begun(self.plants, "step")
-        shares = np.clip(np.asarray(actions, dtype=float), -1, 1)[:, 0]
+        shares = _shares("actions", actions, (self.num_envs, 1))[:, 0]
         if self.encoders:
             self.before = plants.reading
         x = plants.step(shares * self.limits, self.game.substeps)
@@ -335,18 +377,24 @@ class RotaryPendulumVector(gymnasium.vector.VectorEnv[Any, Any, Any]):
         anew = np.flatnonzero(self.samples % self.game.held == 0)
         self.reference[anew] = rng.choice(self.game.references, len(anew))
         if again.any():
-            for k in np.flatnonzero(again):
-                rig = self.draw(rng)
-                self.plants.reset(int(k), self.game.start(rng), rig)
-                self.limits[k], self.samples[k] = rig["motor.command_limit"], 0
-                self.reference[k] = rng.choice(self.game.references)
+            self._begin_anew(again)
             x = self.plants.x
-            if self.encoders:
-                self.before[again] = self.plants.reading[again]
             reward, failed = np.where(again, 0.0, reward), failed & ~again
         truncated = self.samples >= self.game.length
         self.ended = failed | truncated
         return self._observation(x), reward, failed, truncated, {}
+
+    def _begin_anew(self, mask: NDArray[np.bool_]) -> None:
+        """An episode of each of these rigs."""
+        rng = self.np_random
+        for k in np.flatnonzero(mask):
+            rig = self.draw(rng)
+            self.plants.reset(int(k), self.game.start(rng), rig)
+            self.limits[k], self.samples[k] = rig["motor.command_limit"], 0
+            self.reference[k] = rng.choice(self.game.references)
+        self.ended = self.ended & ~mask
+        if self.encoders:
+            self.before[mask] = self.plants.reading[mask]
 
     def _observation(self, x: _Array) -> NDArray[np.float32]:
         if self.encoders:

@@ -69,6 +69,8 @@ class Recording(Mapping[str, Any]):
         name: str | None = None,
         **columns: ArrayLike,
     ) -> None:
+        if not isinstance(name, (str, type(None))):
+            raise TypeError(f"name = {name!r} must be a str or None")
         given: Any = data
         if not isinstance(data, (str, os.PathLike)):
             named = isinstance(data, Mapping) or hasattr(data, "columns")

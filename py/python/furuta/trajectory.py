@@ -106,7 +106,9 @@ class Trajectory:
 
     @property
     def dt(self) -> float:
-        """Sample period, s."""
+        """Sample period, s; a ValueError of a run of fewer than two samples, which has none."""
+        if len(self.t) < 2:
+            raise ValueError(f"the run of {self.name!r} is empty: no sample follows the first, and it has no dt")
         return float(self.t[1] - self.t[0])
 
     def columns(self) -> dict[str, Any]:

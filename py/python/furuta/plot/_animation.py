@@ -47,7 +47,7 @@ def animation(
     Raises
     ------
     ValueError
-        Another ending of the path, or a number that is not above 0.
+        Another ending of the path, a number that is not above 0, or a run of fewer than two samples.
     RuntimeError
         `.mp4` without ffmpeg.
 
@@ -63,6 +63,9 @@ def animation(
     ending = None if path is None else pathlib.Path(path).suffix.lower()
     if ending not in (None, ".gif", ".html", ".mp4"):
         raise ValueError(f"{path}: an animation is written as .gif, .html or .mp4")
+    t, theta, alpha = (np.asarray(run[name], dtype=float) for name in ("t", "theta", "alpha"))
+    if len(t) < 2:
+        raise ValueError(f"run is empty: no sample follows the first of {len(t)}, and nothing moves")
     figure = new_figure((8, 4.2), "furuta.plot.animation")
     from matplotlib import animation as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -70,7 +73,6 @@ def animation(
     FigureCanvasAgg(figure)
     if ending == ".mp4" and not mpl.FFMpegWriter.isAvailable():
         raise RuntimeError(f"{path}: MP4 needs ffmpeg, which is not installed; write a .gif or .html")
-    t, theta, alpha = (np.asarray(run[name], dtype=float) for name in ("t", "theta", "alpha"))
     rig = rig or getattr(run, "rig", None)
     arm, rod = LENGTHS if rig is None else (rig["arm.length"], 2 * rig["pendulum.com"])
     times = np.arange(t[0], t[-1], speed / fps)

@@ -64,6 +64,8 @@ def _largest_error(run: dict[str, Any]) -> float:
 
 def stretch(run: dict[str, Any], seconds: float) -> slice:
     """The samples of the stretch of this length in which most of the error of the refitted model is."""
+    if not (seconds > 0 and np.isfinite(seconds)):
+        raise ValueError(f"seconds = {seconds:g} must be a finite number above 0")
     t = np.array(run["t"])
     theta, alpha = (np.nan_to_num(error) for error in prediction(run).errors()[0])
     width = min(max(2, int(seconds / (t[1] - t[0]))), len(t))
