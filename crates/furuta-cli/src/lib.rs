@@ -71,7 +71,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     // In another program's process, nothing else writes what a line without its end holds back.
     let held_back = streams::output().flush().err().map(|e| e.to_string());
     let failures = failure.into_iter().chain(held_back);
-    let failures: Vec<String> = failures.chain(outputs::failed()).collect();
+    let mut failures: Vec<String> = failures.chain(outputs::failed()).collect();
+    // A command that failed at standard output fails at the rest of it again.
+    failures.dedup();
     if failures.is_empty() {
         return code;
     }

@@ -65,9 +65,47 @@ pub(crate) fn failed() -> Vec<String> {
     std::mem::take(&mut failed)
 }
 
+/// How a recording is written.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(crate) enum RecordingKind {
+    /// Text in columns, as `furuta simulate` writes it.
+    Csv,
+    /// A log, as `furuta run` writes it.
+    Mcap,
+}
+
 impl Output {
     pub(crate) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Refuses a name that is usual for files of another kind than this one.
+    pub(crate) fn must_be(&self, kind: RecordingKind) -> Result<(), Failure> {
+        const ENDINGS: [&str; 11] = [
+            "csv", "svg", "png", "jpg", "pdf", "html", "htm", "json", "toml", "mcap", "xlsx",
+        ];
+        let (own, say) = match kind {
+            RecordingKind::Csv => (
+                "csv",
+                "a recording is written as CSV: name it .csv; --plot draws a picture (SVG), --json prints JSON, furuta \
+                 convert makes a log (MCAP)",
+            ),
+            RecordingKind::Mcap => (
+                "mcap",
+                "a log is written as MCAP: name it .mcap; furuta convert makes a recording in CSV of it",
+            ),
+        };
+        let ending = self.path.extension().and_then(|ending| ending.to_str());
+        let ending = ending.map(str::to_ascii_lowercase).unwrap_or_default();
+        if ending != own && ENDINGS.contains(&ending.as_str()) {
+            return Err(self.failure(&say));
+        }
+        Ok(())
+    }
+
+    /// What is wrong with the file, under its name.
+    pub(crate) fn failure(&self, why: &dyn Display) -> Failure {
+        Failure::new(format!("{self}: {why}"))
     }
 
     /// Writes the file, beside what the command answers: that it failed is said when the command is done. Whether it

@@ -134,11 +134,19 @@ fn mistakes_are_named_before_anything_moves() {
         let path = path.to_str().expect("a path");
         let simulate = ["simulate", "--rig", "qube-servo-2", "--controller", path];
         let line = failure(&furuta(&simulate).output().expect("runs"));
-        assert!(line.contains(expected), "{line}");
+        assert!(line.contains(expected) && line.contains(path), "{line}");
         let run = ["run", "--emulated", "qube-servo-2", "--controller", path];
         let line = last_line(&furuta(&run).output().expect("runs"));
-        assert!(line.contains(expected), "{line}");
+        assert!(line.contains(expected) && line.contains(path), "{line}");
     }
+    let pair = folder.path("pair");
+    let pair = pair.to_str().expect("a path");
+    let export = ["export", "c", "--rig", "qube-servo-2", "--controller", pair];
+    let line = failure(&furuta(&export).output().expect("runs"));
+    assert!(
+        line.contains(pair) && line.contains("give both q and r"),
+        "{line}"
+    );
     let absent = folder.path("absent.toml");
     let line = failure(
         &furuta(&["controllers", "--check", absent.to_str().expect("a path")])

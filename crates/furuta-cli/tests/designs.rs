@@ -132,6 +132,45 @@ fn a_pole_that_falls_is_refused() {
     }
 }
 
+/// Sampled, a pole that turns by more than half a turn between samples is another one.
+#[test]
+fn a_pole_that_samples_cannot_tell_is_refused() {
+    let place = |poles, rate: &[&'static str]| {
+        let on = ["design", "place", "--rig", "qube-servo-2", "--poles", poles];
+        furuta(&[&on, rate].concat()).output().expect("runs")
+    };
+    let line = failure(&place("-3+1000i,-3-1000i,-5,-6", &["--rate", "100"]));
+    let wanted = "--poles: -3 ± 1000i rad/s turns by more than half a turn between samples at 100 Hz, where it is the \
+                  same as -3 ± 256.637i rad/s: give an imaginary part of at most pi/h = 314.159 rad/s, or a --rate \
+                  above 318.31 Hz";
+    assert!(line.contains(wanted), "{line}");
+    for (poles, rate) in [
+        ("-3+1000i,-3-1000i,-5,-6", &[][..]),
+        ("-3+1000i,-3-1000i,-5,-6", &["--rate", "500"]),
+        ("-3+300i,-3-300i,-5,-6", &["--rate", "100"]),
+    ] {
+        assert!(place(poles, rate).status.success(), "{poles} {rate:?}");
+    }
+}
+
+/// A motor whose command is no voltage has no speed that it settles at: the design has a limit all the same, and says
+/// its command in the rig's unit.
+#[test]
+fn a_stepper_is_swung_up() {
+    let folder = Folder::new("designs-stepper");
+    let out = folder.path("up.toml");
+    let design = ["design", "swing-up", "--rig", "stepper-kit", "--out"];
+    let output = furuta(&design).arg(&out).output().expect("runs");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{output:?}");
+    assert!(
+        said.contains("command to 142.50 rad/s2") && !said.contains("voltage"),
+        "{said}"
+    );
+    let kit = furuta_ctrl::ControllerFile::load(&out).expect("a controller file");
+    assert!(kit.config.trajectory.is_some());
+}
+
 /// A gain that was designed without the rig's cable is refused before anything moves, with the reason.
 #[test]
 fn a_loop_that_falls_on_the_model_is_not_run() {

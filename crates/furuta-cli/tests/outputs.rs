@@ -330,6 +330,19 @@ fn streams_are_written_directly() {
     assert_eq!(bench.files(), before);
 }
 
+/// Of a log that ends early, its name and the reason are the last that is said.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_log_that_ends_early_is_named() {
+    let args = ["run", "--emulated", "shahzad2022-srv02", "--task", "zero"];
+    let output = furuta(&[&args[..], &["--duration", "0.2", "--log", "/dev/full"]].concat());
+    let line = common::last_line(&{ output }.output().expect("the binary runs"));
+    assert!(
+        line.contains("/dev/full: log cannot be written further: No space left"),
+        "{line}"
+    );
+}
+
 /// A full disk: the answer is given, the failure is one line, no file is left half written.
 #[cfg(target_os = "linux")]
 #[test]

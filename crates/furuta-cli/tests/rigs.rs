@@ -268,12 +268,15 @@ fn test_signals_that_cannot_be() {
         ),
         (&["--input", "prbs", "--order", "21"], "[2, 20]"),
         (&["--input", "prbs", "--hold", "0.001"], "sample period"),
-        (&["--input", "noise", "--band", "0.01,8"], "low = 0.01"),
+        (
+            &["--input", "noise", "--band", "0.01,8"],
+            "--band low = 0.01",
+        ),
         (
             &["--input", "multisine", "--band", "0.01,0.02"],
             "no multiple",
         ),
-        (&["--input", "step", "--fade", "9"], "fade-out = 9"),
+        (&["--input", "step", "--fade", "9"], "--fade = 9"),
     ];
     for (args, named) in cases {
         let line = failure(&[&["simulate", "--rig", "qube-servo-2"][..], args].concat());

@@ -249,6 +249,22 @@ fn mistakes_say_what_to_do() {
             "{said}"
         );
     }
+    for draws in ["0", "-1", "1000001"] {
+        let output = furuta(&["study", "swing-up", "--draws", draws]).output();
+        let output = output.expect("runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            output.status.code() == Some(2) && said.contains("must be a whole number from 1 to"),
+            "{said}"
+        );
+    }
+    let wrong = failure(&["study", "fong2014", "--duration", "5"]);
+    let wanted = "--duration 5 s is too short for lines 0.05 Hz apart: give at least 130 s";
+    assert!(wrong.contains(wanted), "{wrong}");
+    let wrong = failure(&["study", "shahzad2022", "--rig", "stepper-kit"]);
+    let wanted = "rig stepper-kit: the rig's motor.kind is \"acceleration\", its command in rad/s2: this study needs a \
+                  rig that is commanded in volts (motor.kind = \"voltage\"), such as shahzad2022-srv02";
+    assert!(wrong.contains(wanted), "{wrong}");
     let wrong = failure(&["study", "limit-cycle", "--hide", "arm.jelly"]);
     assert!(wrong.contains("arm.jelly"), "{wrong}");
     let wrong = failure(&[

@@ -4,7 +4,7 @@ use crate::error::ConfigError;
 use furuta_model::discretize::zero_order_hold;
 use furuta_model::linear_plant::{Hold, Load, rigid};
 use furuta_model::params::Coefficients;
-use furuta_model::{Effect, Linear, Params, Plant};
+use furuta_model::{Actuation, Effect, Linear, Params, Plant};
 use nalgebra::{SMatrix, SVector};
 
 /// Where a controller is to work: a rig's model and the sample period. Designs start from it.
@@ -142,5 +142,30 @@ impl<'a> Site<'a> {
     pub fn frequency(&self) -> f64 {
         let k = self.params.coefficients();
         libm::sqrt(k.weight / k.pendulum)
+    }
+
+    /// The speed that an arm without pendulum reaches, rad/s: under the rig's full command against back-EMF and
+    /// friction, and where the command is no voltage at most what full acceleration gives in half a swing of the
+    /// pendulum.
+    ///
+    /// ```
+    /// use furuta_ctrl::Site;
+    /// use furuta_model::Rig;
+    /// let kit = Rig::builtin("stepper-kit").ok_or("no such rig")?;
+    /// let site = Site::of(&kit, 0.002);
+    /// let half_swing = core::f64::consts::PI / site.frequency();
+    /// assert!((site.free_speed() - 150.0 * half_swing).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn free_speed(&self) -> f64 {
+        let k = self.params.coefficients();
+        let torque = k.drive * self.params.motor.command_limit;
+        let steady = torque / k.arm_damping.max(1e-9);
+        if self.params.motor.actuation == Actuation::Voltage {
+            return steady;
+        }
+        let half_swing = core::f64::consts::PI * libm::sqrt(k.pendulum / k.weight.max(1e-9));
+        steady.min(torque / k.arm * half_swing)
     }
 }

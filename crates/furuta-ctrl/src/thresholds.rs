@@ -3,7 +3,6 @@
 use crate::real::Real;
 use crate::section::{ParameterSpec, Settings, Spec};
 use crate::site::{Limits, Site};
-use furuta_model::{Actuation, Params};
 
 /// What a controller file's section `[supervisor]` may say.
 pub static SPEC: Spec = Spec {
@@ -135,7 +134,7 @@ impl<T: Real> Thresholds<T> {
     /// Those of a controller file's section `[supervisor]` at a site whose limits are known already: see [`within`].
     pub(crate) fn of(settings: &Settings, site: &Site<'_>) -> Self {
         let frequency = site.frequency();
-        let free_speed = free_speed(site.params);
+        let free_speed = site.free_speed();
         let limits = &site.limits;
         let number = |key| T::from_f64(settings.value(key));
         Self {
@@ -154,19 +153,6 @@ impl<T: Real> Thresholds<T> {
             catch_every: settings.whole(const { SPEC.parameter("catch_every").settled() }) as u32,
         }
     }
-}
-
-/// The speed that an arm without pendulum reaches, rad/s: under the full command against back-EMF and friction, and
-/// where the command is no voltage at most what full acceleration gives in half a swing of the pendulum.
-fn free_speed(params: &Params<f64>) -> f64 {
-    let k = params.coefficients();
-    let torque = k.drive * params.motor.command_limit;
-    let steady = torque / k.arm_damping.max(1e-9);
-    if params.motor.actuation == Actuation::Voltage {
-        return steady;
-    }
-    let half_swing = core::f64::consts::PI * libm::sqrt(k.pendulum / k.weight.max(1e-9));
-    steady.min(torque / k.arm * half_swing)
 }
 
 /// The site with the tighter of its own limits and the file's.

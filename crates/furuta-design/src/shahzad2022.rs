@@ -7,7 +7,7 @@
 use crate::closed_loop::{ClosedLoop, FALLEN, Model, Sample, Sensing};
 use furuta_ctrl::controllers::StateFeedback;
 use furuta_ctrl::design::{DesignError, Weights, lqr};
-use furuta_model::{Effect, EffectError, Plant, PlantError, Rig, State, linearize};
+use furuta_model::{Actuation, Effect, EffectError, Plant, PlantError, Rig, State, linearize};
 
 /// The arm's step, rad: 5.7 degrees.
 pub const STEP: f64 = 0.1;
@@ -96,6 +96,16 @@ impl Default for Settings {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExperimentError {
+    /// Weights, command and effort of the experiment are in volts.
+    #[error(
+        "the rig's motor.kind is \"{actuation}\", its command in {}: this study needs a rig that is commanded in volts \
+         (motor.kind = \"voltage\"), such as shahzad2022-srv02",
+        actuation.unit()
+    )]
+    NotVolts {
+        /// How the rig is commanded.
+        actuation: Actuation,
+    },
     /// No gain.
     #[error("{0}")]
     Design(#[from] DesignError),
@@ -127,6 +137,10 @@ pub fn run(
     on: On,
     settings: &Settings,
 ) -> Result<Vec<Sample>, ExperimentError> {
+    let actuation = rig.params.motor.actuation;
+    if actuation != Actuation::Voltage {
+        return Err(ExperimentError::NotVolts { actuation });
+    }
     let control = StateFeedback {
         gain: gain(rig)?,
         command_limit: rig.params.motor.command_limit,

@@ -39,15 +39,32 @@ pub(crate) struct EmulationArgs {
     /// Hide an effect that the rig file does not tell of: ID or ID:NAME=VALUE,... in SI units; may be repeated.
     #[arg(long, value_name = "EFFECT")]
     hide: Vec<String>,
-    /// Samples per second.
-    #[arg(long, value_name = "HZ", default_value_t = 500.0, value_parser = positive)]
-    rate: f64,
+    /// Samples per second of an emulated rig; 500 if not given.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    rate: Option<f64>,
 }
 
+/// Samples per second of an emulated rig, if none are given.
+const RATE: f64 = 500.0;
+
 impl EmulationArgs {
-    pub(crate) fn hidden(&self, params: &Params<f64>) -> Result<Vec<Effect<f64>>, Failure> {
-        self.hide
-            .iter()
+    /// Refuses what only an emulated rig has.
+    pub(crate) fn not_on_a_port(&self) -> Result<(), Failure> {
+        let refuse = |name: &str, own: &str| {
+            Err(Failure::new(format!(
+                "{name} belongs to --emulated: a rig on a port has its own {own}; leave {name} out"
+            )))
+        };
+        match (self.hide.is_empty(), self.rate) {
+            (false, _) => refuse("--hide", "effects"),
+            (true, Some(_)) => refuse("--rate", "rate, which the run takes over"),
+            (true, None) => Ok(()),
+        }
+    }
+
+    fn hidden(&self, params: &Params<f64>) -> Result<Vec<Effect<f64>>, Failure> {
+        let effects = self.hide.iter();
+        effects
             .map(|text| Ok(hidden_effect(text, params)?))
             .collect()
     }
@@ -61,7 +78,7 @@ impl EmulationArgs {
     fn emulation(&self, rig: &Rig) -> Result<Emulation, Failure> {
         let hidden = self.hidden(&rig.params)?;
         // The cast saturates; the emulation checks the range.
-        let period_us = (1e6 / self.rate).round() as u32;
+        let period_us = (1e6 / self.rate.unwrap_or(RATE)).round() as u32;
         Ok(Emulation {
             period_us,
             hidden,

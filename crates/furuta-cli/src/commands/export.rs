@@ -8,7 +8,7 @@ use furuta_export::{Exported, mjcf, urdf};
 use furuta_model::Rig;
 
 use super::emulate::positive;
-use super::run::{load_controller, warn_of_another};
+use super::run::{load_controller, of_controller, warn_of_another};
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::streams::{self, note};
@@ -119,7 +119,8 @@ fn controller(args: &CArgs) -> Result<(), Failure> {
     } else {
         Precision::Double
     };
-    let text = c::controller(&file.config, &rig, 1.0 / rate, precision)?;
+    let text = c::controller(&file.config, &rig, 1.0 / rate, precision)
+        .map_err(|e| of_controller(args.controller.as_deref(), &e))?;
     write(&text, args.output.as_ref())
 }
 

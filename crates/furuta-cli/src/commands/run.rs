@@ -8,19 +8,20 @@ use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use furuta_ctrl::ControllerFile;
 use furuta_hw::{
-    EmulatedRig, Emulation, End, LoopSettings, OpenLoop, Pace, PtyRig, Recorded, Reference,
-    RigClock, SerialTransport, Session, Summary, SwingUpBalance, Task as LoggedTask,
+    EmulatedRig, Emulation, End, LoopSettings, OpenLoop, Pace, PtyRig, Recorded, RigClock,
+    SerialTransport, Session, SessionError, Summary, SwingUpBalance, Task as LoggedTask,
     identity::printable, provenance,
 };
+use furuta_log::LogError;
 use furuta_model::Rig;
 use serde_json::json;
 
 use super::emulate::{EmulationArgs, positive};
 use super::foresight::Foresight;
-use super::signal::{Built, Kind, SignalArgs};
+use super::signal::{ArmArgs, Built, Kind, SignalArgs, not_without_controller};
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::outputs::{self, Output};
+use crate::outputs::{self, Output, RecordingKind};
 use crate::real_time::{RealTimeArgs, times};
 use crate::streams::{self, note};
 
@@ -60,13 +61,8 @@ pub(crate) struct Args {
     duration: f64,
     #[command(flatten)]
     signal: SignalArgs,
-    /// While balancing, step the arm between plus and minus this angle; 0 keeps it at its middle.
-    #[arg(long, value_name = "RAD", default_value_t = 0.2, value_parser = angle)]
-    arm_steps: f64,
-    /// While balancing, move the arm after noise of this RMS instead (`--band`, `--seed`): the log's column `reference`
-    /// then holds what `furuta identify frf --reference reference` needs for a response upright.
-    #[arg(long, value_name = "RAD", value_parser = angle)]
-    arm_noise: Option<f64>,
+    #[command(flatten)]
+    arm: ArmArgs,
     /// Log file (MCAP); none is written if not given.
     #[arg(long, value_name = "OUT.mcap", value_parser = outputs::data())]
     log: Option<Output>,
@@ -115,32 +111,34 @@ impl ValueEnum for Task {
 /// Amplitude of a test signal, as a part of the command limit, if none is given.
 const AMPLITUDE: f64 = 0.2;
 
-/// An angle of the arm's steps.
-pub(crate) fn angle(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
-        _ => Err("must be a number between 0 and 1".to_owned()),
-    }
-}
+/// The arm's steps while balancing, if nothing else is asked for, rad.
+const STEPS: f64 = 0.2;
 
-/// The arm's reference while balancing: steps, noise, or its middle.
-pub(crate) fn arm_reference(
-    steps: f64,
-    noise: Option<f64>,
-    signal: &SignalArgs,
-) -> Result<Reference, Failure> {
-    Ok(match (noise, steps) {
-        (Some(rms), _) => Reference::Noise(signal.noise(rms)?),
-        (None, 0.0) => Reference::Constant(0.0),
-        (None, amplitude) => Reference::Steps {
-            amplitude,
-            hold: 2.0,
-        },
-    })
+impl Args {
+    /// Refuses options that have no use in the run asked for.
+    fn check(&self) -> Result<(), Failure> {
+        if self.port.is_some() {
+            self.emulation.not_on_a_port()?;
+        }
+        if let Some(log) = &self.log {
+            log.must_be(RecordingKind::Mcap)?;
+        }
+        match self.task {
+            Task::Balance => self.signal.not_without_signal(self.arm.uses(), "--task"),
+            Task::Test(_) => not_without_controller(
+                self.arm.given().into_iter().chain([
+                    ("--controller", self.controller.is_some()),
+                    ("--any-loop", self.any_loop),
+                ]),
+                "--task balance",
+            ),
+        }
+    }
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    args.check()?;
     let name = args
         .rig
         .as_deref()
@@ -212,17 +210,15 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
                 centring,
             };
             let metadata = provenance::metadata(&rig, None, &task, words, session.hello());
-            session.run(
-                &pilot,
-                &settings,
-                args.log.as_ref().map(|log| (log.path(), &metadata)),
-            )?
+            let log = args.log.as_ref().map(|log| (log.path(), &metadata));
+            session.run(&pilot, &settings, log)
         }
         Task::Balance => {
-            let reference = arm_reference(args.arm_steps, args.arm_noise, &args.signal)?;
+            let reference = args.arm.reference(STEPS, &args.signal)?;
             warn_of_another(&file, &rig, 1.0 / session.period());
             let pilot =
-                SwingUpBalance::from_config(&file.config, &rig, session.period(), reference)?;
+                SwingUpBalance::from_config(&file.config, &rig, session.period(), reference)
+                    .map_err(|e| of_controller(args.controller.as_deref(), &e))?;
             let emulation = Emulation {
                 period_us: session.hello().period_us,
                 ..Emulation::default()
@@ -238,13 +234,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             }
             let (words, task) = (pilot.describe(), LoggedTask::Balance { reference });
             let metadata = provenance::metadata(&rig, Some(&file), &task, words, session.hello());
-            session.run(
-                &pilot,
-                &settings,
-                args.log.as_ref().map(|log| (log.path(), &metadata)),
-            )?
+            let log = args.log.as_ref().map(|log| (log.path(), &metadata));
+            session.run(&pilot, &settings, log)
         }
-    };
+    }
+    .map_err(|e| match e {
+        SessionError::Log(e) => of_log(args.log.as_ref(), e),
+        other => Failure::from(other),
+    })?;
 
     let kept = recorded
         .as_ref()
@@ -271,7 +268,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             Some(kept) => Failure::new(format!("{error} ({kept})")),
             None => Failure::from(error),
         }),
-        (End::Finished | End::Stopped, Some(error)) => Err(Failure::from(error)),
+        (End::Finished | End::Stopped, Some(error)) => Err(of_log(args.log.as_ref(), error)),
         (End::Finished | End::Stopped, None) => Ok(()),
     }
 }
@@ -281,6 +278,24 @@ pub(crate) fn load_controller(path: Option<&Path>) -> Result<ControllerFile, Fai
     match path {
         Some(path) => Ok(ControllerFile::load(path)?),
         None => Ok(ControllerFile::default()),
+    }
+}
+
+/// What is wrong with a log, under its name.
+fn of_log(log: Option<&Output>, error: LogError) -> Failure {
+    match (log, error) {
+        // These name the file themselves.
+        (_, error @ (LogError::Create { .. } | LogError::Keep { .. })) => Failure::from(error),
+        (Some(log), error) => log.failure(&error),
+        (None, error) => Failure::from(error),
+    }
+}
+
+/// What is wrong with a controller, under the name of its file.
+pub(crate) fn of_controller(path: Option<&Path>, error: &dyn std::fmt::Display) -> Failure {
+    match path {
+        Some(path) => Failure::new(format!("{}: {error}", path.display())),
+        None => Failure::new(error.to_string()),
     }
 }
 

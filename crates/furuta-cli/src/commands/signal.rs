@@ -1,9 +1,12 @@
-//! Test signals as asked for on a command line: what `furuta simulate` and `furuta run` share.
+//! Test signals and the arm's reference as asked for on a command line: what `furuta simulate` and `furuta run` share.
+//!
+//! A run follows a test signal, or a controller, or neither; what shapes the one is refused with the other.
 
+use furuta_hw::Reference;
 use furuta_model::Rig;
 use furuta_model::signals::{
     Centring, Chirp, CrestFactors, Excitation, FreeDecay, Harmonics, Multisine, Noise, Phases,
-    Prbs, Ramp, Signal, Step, Steps, Sweep,
+    Prbs, Ramp, Signal, SignalError, Step, Steps, Sweep,
 };
 
 use crate::failure::Failure;
@@ -45,7 +48,7 @@ pub(crate) struct SignalArgs {
     /// How the chirp's frequency falls; `linear` if not given.
     #[arg(long, value_enum)]
     sweep: Option<By>,
-    /// Number of sines in the multisine, spaced evenly in their logarithm; 12 if not given.
+    /// Number of sines in the multisine, at least 1, spaced evenly in their logarithm; 12 if not given.
     #[arg(long, value_name = "N")]
     lines: Option<usize>,
     /// Which harmonics the multisine has; `logarithmic` if not given.
@@ -54,12 +57,12 @@ pub(crate) struct SignalArgs {
     /// The PRBS repeats after 2^N - 1 holds, N from 2 to 20; 7 if not given.
     #[arg(long, value_name = "N")]
     order: Option<u32>,
-    /// Another noise, another place in the PRBS, other detection lines and phases.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
-    /// Ramp a test signal in and out over so long.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
-    fade: f64,
+    /// Another noise, another place in the PRBS, other detection lines and phases; 0 if not given.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Ramp a test signal in and out over so long; 0 if not given.
+    #[arg(long, value_name = "SECONDS")]
+    fade: Option<f64>,
     /// Beside a test signal, pull the arm back to its middle with this time constant, so that a long run does not drift
     /// into the stop; the column `reference` then holds what `furuta identify frf --reference reference` needs.
     #[arg(long, alias = "center", value_name = "SECONDS")]
@@ -102,21 +105,20 @@ pub(crate) struct Built {
 }
 
 impl SignalArgs {
-    /// Refuses what shapes a test signal where there is none. Where the arm follows `noise`, that has the band.
-    pub(crate) fn not_without_signal(&self, noise: bool) -> Result<(), Failure> {
-        let has = |name| noise && name == "--band";
-        match self.given().find(|name| !has(*name)) {
-            None => Ok(()),
-            Some(name) => Err(Failure::new(format!(
-                "{name} shapes a test signal, and none is asked for: give one (--input chirp, steps, multisine, ...), \
-                 or leave {name} out"
-            ))),
-        }
+    /// Refuses what shapes a test signal where there is none, but for what is in `used`. `choice` is the option that
+    /// asks for one.
+    pub(crate) fn not_without_signal(&self, used: &[&str], choice: &str) -> Result<(), Failure> {
+        let idle = self.given().find(|name| !used.contains(name));
+        refuse(
+            idle,
+            "shapes a test signal",
+            &format!("{choice} chirp, steps, multisine, ..."),
+        )
     }
 
     /// What was given of what only some signals have.
     fn given(&self) -> impl Iterator<Item = &'static str> {
-        let all = [
+        names([
             ("--amplitude", self.amplitude.is_some()),
             ("--band", self.band.is_some()),
             ("--hold", self.hold.is_some()),
@@ -124,15 +126,16 @@ impl SignalArgs {
             ("--lines", self.lines.is_some()),
             ("--harmonics", self.harmonics.is_some()),
             ("--order", self.order.is_some()),
-        ];
-        let given = all.into_iter().filter(|(_, given)| *given);
-        given.map(|(name, _)| name)
+            ("--seed", self.seed.is_some()),
+            ("--fade", self.fade.is_some()),
+            ("--centre", self.centre.is_some()),
+        ])
     }
 
     /// Noise of this RMS in the band asked for, whatever its unit is.
-    pub(crate) fn noise(&self, rms: f64) -> Result<Noise, Failure> {
+    fn noise(&self, rms: f64) -> Result<Noise, SignalError> {
         let [low, high] = self.band.unwrap_or(BAND);
-        Ok(Noise::new(rms, low, high, self.seed)?)
+        Noise::new(rms, low, high, self.seed.unwrap_or_default()).map_err(by_option)
     }
 
     /// The signal for a run of `duration` seconds on this rig, clipped at its command limit. Its amplitude is `part` of
@@ -148,10 +151,14 @@ impl SignalArgs {
         let mut left = self.clone();
         let limit = rig.params.motor.command_limit;
         let unit = rig.params.motor.actuation.unit();
-        let amplitude = match kind {
-            Kind::Zero => 0.0,
-            _ => left.amplitude.take().unwrap_or(part * limit),
+        let (amplitude, fade) = match kind {
+            Kind::Zero => (0.0, 0.0),
+            _ => (
+                left.amplitude.take().unwrap_or(part * limit),
+                left.fade.take().unwrap_or(0.0),
+            ),
         };
+        let centre = left.centre.take();
         if amplitude.is_nan() || amplitude.abs() > limit {
             return Err(Failure::new(format!(
                 "--amplitude {amplitude} {unit} is beyond the rig's command limit of {limit} {unit}"
@@ -160,30 +167,39 @@ impl SignalArgs {
         let mut notes = Vec::new();
         let signal: Signal = match kind {
             Kind::Zero => FreeDecay.into(),
-            Kind::Step => Step::new(amplitude, 0.0)?.into(),
-            Kind::Steps => Steps::new(amplitude, left.hold.take().unwrap_or(0.7))?.into(),
-            Kind::Ramp => Ramp::new(0.0, amplitude, duration)?.into(),
+            Kind::Step => Step::new(amplitude, 0.0).map_err(by_option)?.into(),
+            Kind::Steps => Steps::new(amplitude, left.hold.take().unwrap_or(0.7))
+                .map_err(by_option)?
+                .into(),
+            Kind::Ramp => Ramp::new(0.0, amplitude, duration)
+                .map_err(by_option)?
+                .into(),
             Kind::Chirp => {
                 let (sweep, lowest) = match left.sweep.take().unwrap_or(By::Linear) {
                     By::Linear => (Sweep::Linear, 0.0),
                     By::Logarithmic => (Sweep::Logarithmic, 0.1),
                 };
                 let [low, high] = left.band.take().unwrap_or([lowest, 8.0]);
-                Chirp::new(amplitude, high, low, duration, sweep)?.into()
+                Chirp::new(amplitude, high, low, duration, sweep)
+                    .map_err(by_option)?
+                    .into()
             }
             Kind::Multisine => {
                 let [low, high] = left.band.take().unwrap_or(BAND);
                 let harmonics = left.harmonics.take().unwrap_or(Grid::Logarithmic);
                 let fundamental = Multisine::fundamental_for(duration);
-                let lines = match harmonics {
-                    Grid::Logarithmic => Harmonics::Logarithmic(left.lines.take().unwrap_or(12)),
-                    Grid::Detecting => Harmonics::Detecting(self.seed),
+                let (lines, phases) = match harmonics {
+                    Grid::Logarithmic => (
+                        Harmonics::Logarithmic(left.lines.take().unwrap_or(12)),
+                        Phases::Schroeder,
+                    ),
+                    Grid::Detecting => {
+                        let seed = left.seed.take().unwrap_or_default();
+                        (Harmonics::Detecting(seed), Phases::Random(seed))
+                    }
                 };
-                let phases = match harmonics {
-                    Grid::Logarithmic => Phases::Schroeder,
-                    Grid::Detecting => Phases::Random(self.seed),
-                };
-                let start = Multisine::new(amplitude, fundamental, low, high, lines, phases)?;
+                let start = Multisine::new(amplitude, fundamental, low, high, lines, phases)
+                    .map_err(by_option)?;
                 // Random phases are what makes distortion look like noise: they stay.
                 let (signal, CrestFactors { before, after }) = match harmonics {
                     Grid::Logarithmic => start.optimised(RESTARTS),
@@ -210,11 +226,12 @@ impl SignalArgs {
                 amplitude,
                 left.order.take().unwrap_or(7),
                 left.hold.take().unwrap_or(0.05),
-                self.seed,
-            )?
+                left.seed.take().unwrap_or_default(),
+            )
+            .map_err(by_option)?
             .into(),
             Kind::Noise => {
-                left.band = None;
+                (left.band, left.seed) = (None, None);
                 self.noise(amplitude)?.into()
             }
         };
@@ -225,10 +242,10 @@ impl SignalArgs {
             )));
         }
         let excitation = Excitation::new(signal, duration)?
-            .faded(self.fade, self.fade)?
+            .faded(fade, fade)
+            .map_err(by_option)?
             .limited(limit)?;
-        let centring = self
-            .centre
+        let centring = centre
             .map(|seconds| Centring::returning(&rig.params.coefficients(), seconds))
             .transpose()?;
         Ok(Built {
@@ -236,6 +253,118 @@ impl SignalArgs {
             centring,
             notes,
         })
+    }
+}
+
+/// Where a controller that balances leads the arm.
+#[derive(clap::Args, Copy, Clone, Debug)]
+pub(crate) struct ArmArgs {
+    /// Under a controller: step the arm between plus and minus this angle every 2 s while balancing; 0 keeps it at its
+    /// middle. If not given: 0.2 in `furuta run`, 0 in `furuta simulate`.
+    #[arg(long, value_name = "RAD", value_parser = angle)]
+    arm_steps: Option<f64>,
+    /// Under a controller: move the arm after noise of this RMS instead (`--band`, `--seed`); the column `reference`
+    /// then holds what `furuta identify frf --reference reference` needs for a response upright.
+    #[arg(long, value_name = "RAD", value_parser = angle, conflicts_with = "arm_steps")]
+    arm_noise: Option<f64>,
+}
+
+/// An angle that the arm is led to.
+fn angle(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
+        _ => Err("must be a number between 0 and 1".to_owned()),
+    }
+}
+
+impl ArmArgs {
+    /// What was given, by name.
+    pub(crate) fn given(&self) -> [(&'static str, bool); 2] {
+        [
+            ("--arm-steps", self.arm_steps.is_some()),
+            ("--arm-noise", self.arm_noise.is_some()),
+        ]
+    }
+
+    /// What the arm's reference uses of what shapes a test signal.
+    pub(crate) fn uses(&self) -> &'static [&'static str] {
+        match self.arm_noise {
+            Some(_) => &["--band", "--seed"],
+            None => &[],
+        }
+    }
+
+    /// The arm's reference while balancing: steps (of `steps` if nothing was asked for), noise, or its middle.
+    pub(crate) fn reference(&self, steps: f64, signal: &SignalArgs) -> Result<Reference, Failure> {
+        Ok(match (self.arm_noise, self.arm_steps.unwrap_or(steps)) {
+            (Some(rms), _) => Reference::Noise(signal.noise(rms)?),
+            (None, 0.0) => Reference::Constant(0.0),
+            (None, amplitude) => Reference::Steps {
+                amplitude,
+                hold: 2.0,
+            },
+        })
+    }
+}
+
+/// Refuses options that only a run under a controller has. `choice` is what asks for one.
+pub(crate) fn not_without_controller(
+    options: impl IntoIterator<Item = (&'static str, bool)>,
+    choice: &str,
+) -> Result<(), Failure> {
+    refuse(
+        names(options).next(),
+        "belongs to a run under a controller",
+        choice,
+    )
+}
+
+/// The names of the options that were given.
+fn names(
+    options: impl IntoIterator<Item = (&'static str, bool)>,
+) -> impl Iterator<Item = &'static str> {
+    let given = options.into_iter().filter(|(_, given)| *given);
+    given.map(|(name, _)| name)
+}
+
+/// Refuses an option that has no use: it `does` something for what only `choice` asks for.
+fn refuse(idle: Option<&str>, does: &str, choice: &str) -> Result<(), Failure> {
+    match idle {
+        None => Ok(()),
+        Some(name) => Err(Failure::new(format!(
+            "{name} {does}, and none is asked for: give one ({choice}), or leave {name} out"
+        ))),
+    }
+}
+
+/// An error of a test signal that names the option in place of the signal's parameter.
+fn by_option(error: SignalError) -> SignalError {
+    match error {
+        SignalError::OutOfRange {
+            signal,
+            parameter,
+            value,
+            min,
+            max,
+            unit,
+        } => SignalError::OutOfRange {
+            signal,
+            parameter: match parameter {
+                "amplitude" | "rms" => "--amplitude",
+                "low" => "--band low",
+                "high" => "--band high",
+                "hold" | "clock" => "--hold",
+                "fade-in" | "fade-out" => "--fade",
+                "lines" => "--lines",
+                "order" => "--order",
+                other => other,
+            },
+            value,
+            min,
+            max,
+            unit,
+        },
+        other => other,
     }
 }
 

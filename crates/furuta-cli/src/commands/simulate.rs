@@ -21,10 +21,10 @@ use serde_json::json;
 
 use super::design::{four, regulator};
 use super::emulate::positive;
-use super::run::{angle, arm_reference, load_controller, warn_of_another};
-use super::signal::{Built, Kind, SignalArgs, in_unit};
+use super::run::{load_controller, of_controller, warn_of_another};
+use super::signal::{ArmArgs, Built, Kind, SignalArgs, in_unit, not_without_controller};
 use crate::failure::Failure;
-use crate::outputs::{self, Output};
+use crate::outputs::{self, Output, RecordingKind};
 use crate::streams::{self, note};
 
 /// Simulate a rig and write a recording: what sensors without error or steps would see, with the true speeds beside it.
@@ -57,15 +57,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE.toml", conflicts_with = "input")]
     controller: Option<PathBuf>,
     /// The file's controller alone, from near upright, on the true state and without delay, as papers simulate it.
-    #[arg(long, requires = "controller")]
+    #[arg(long)]
     ideal: bool,
-    /// With a controller: step the arm between plus and minus this angle every 2 s while balancing.
-    #[arg(long, value_name = "RAD", default_value_t = 0.0, value_parser = angle, requires = "controller")]
-    arm_steps: f64,
-    /// With a controller: move the arm after noise of this RMS instead (`--band`, `--seed`), for a frequency response
-    /// in closed loop.
-    #[arg(long, value_name = "RAD", value_parser = angle, requires = "controller")]
-    arm_noise: Option<f64>,
+    #[command(flatten)]
+    arm: ArmArgs,
     /// Length of the run.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = positive)]
     duration: f64,
@@ -180,19 +175,34 @@ const COLUMNS: [&str; 6] = ["t", "u", "theta", "alpha", "theta_dot", "alpha_dot"
 /// Samples that fit into memory without a second thought: a day at 1 kHz would not.
 const MOST_SAMPLES: f64 = 2e7;
 
+impl Args {
+    /// Refuses options that have no use in the run asked for.
+    fn check(&self) -> Result<(), Failure> {
+        // A pull of the arm can stand beside no command at all.
+        let used: Option<&[&str]> = match (&self.controller, self.input) {
+            (Some(_), _) => Some(self.arm.uses()),
+            (None, Input::Lqr) => Some(&[]),
+            (None, Input::Test(Kind::Zero)) => Some(&["--centre"]),
+            (None, Input::Test(_)) => None,
+        };
+        if let Some(used) = used {
+            self.signal.not_without_signal(used, "--input")?;
+        }
+        if self.controller.is_none() {
+            let ideal = [("--ideal", self.ideal)];
+            let options = self.arm.given().into_iter().chain(ideal);
+            not_without_controller(options, "--controller FILE.toml")?;
+        }
+        match &self.output {
+            Some(output) => output.must_be(RecordingKind::Csv),
+            None => Ok(()),
+        }
+    }
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    if args.controller.is_some() || matches!(args.input, Input::Test(Kind::Zero) | Input::Lqr) {
-        args.signal.not_without_signal(args.arm_noise.is_some())?;
-    }
-    let output = args.output.as_ref().map(Output::path);
-    if let Some(path) = output.filter(|path| is_another_kind(path)) {
-        return Err(Failure::new(format!(
-            "{}: a recording is written as CSV: name it .csv; --plot draws a picture (SVG), --json prints JSON, furuta \
-             convert makes a log (MCAP)",
-            path.display()
-        )));
-    }
+    args.check()?;
     let known = Rig::load(&args.rig)?;
     let mut rig = known.clone();
     for text in &args.hide {
@@ -232,16 +242,6 @@ impl Course {
             fallen: None,
         }
     }
-}
-
-/// Whether the name is that of a file that is no CSV file.
-fn is_another_kind(path: &Path) -> bool {
-    const OTHERS: [&str; 10] = [
-        "svg", "png", "jpg", "pdf", "html", "htm", "json", "toml", "mcap", "xlsx",
-    ];
-    path.extension()
-        .and_then(|ending| ending.to_str())
-        .is_some_and(|ending| OTHERS.contains(&ending.to_ascii_lowercase().as_str()))
 }
 
 /// Writes what was asked for.
@@ -321,8 +321,9 @@ fn controlled(known: &Rig, rig: &Rig, path: &Path, args: &Args) -> Result<Course
     let h = 1.0 / args.rate;
     let file = load_controller(Some(path))?;
     warn_of_another(&file, known, args.rate);
-    let reference = arm_reference(args.arm_steps, args.arm_noise, &args.signal)?;
-    let supervisor = Supervisor::design(&file.config, &Site::of(known, h))?;
+    let reference = args.arm.reference(0.0, &args.signal)?;
+    let supervisor = Supervisor::design(&file.config, &Site::of(known, h))
+        .map_err(|e| of_controller(Some(path), &e))?;
     let samples = samples(args)?;
     let input = format!("controller {}; {reference}", supervisor.balance.spec().id);
     if args.ideal {

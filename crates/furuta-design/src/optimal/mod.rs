@@ -123,14 +123,16 @@ pub enum SwingUpError {
     },
     /// No start led to a motion.
     #[error(
-        "no swing-up within {command:.3} V and an arm angle of {arm:.3} rad was found: the best course misses the \
-         equations of motion by {gap:.2e} (rad; speeds over the pendulum's frequency); give more voltage \
+        "no swing-up within {command:.3} {unit} and an arm angle of {arm:.3} rad was found: the best course misses the \
+         equations of motion by {gap:.2e} (rad; speeds over the pendulum's frequency); give more command \
          (motor.command_limit), less reserve, or a larger arm angle. `furuta study reach` says how near to upright any \
-         voltage brings the rig"
+         command brings the rig"
     )]
     NotFound {
-        /// Largest command that was allowed, V.
+        /// Largest command that was allowed.
         command: f64,
+        /// Its unit.
+        unit: &'static str,
         /// Largest arm angle, rad.
         arm: f64,
         /// Largest scaled gap of the best course.
@@ -155,9 +157,8 @@ impl SwingUpProblem {
     /// the rig file, else a turn), nine tenths of the speeds at which a run is stopped, 100 intervals.
     #[must_use]
     pub fn new(rig: Rig) -> Self {
-        let k = rig.params.coefficients();
-        let free = k.drive * rig.params.motor.command_limit / k.arm_damping.max(1e-9);
-        let frequency = Site::of(&rig, 0.002).frequency();
+        let site = Site::of(&rig, 0.002);
+        let (frequency, free) = (site.frequency(), site.free_speed());
         let limits = rig.limits;
         Self {
             reserve: 0.05,
@@ -315,6 +316,7 @@ impl SwingUpProblem {
     fn not_found(&self, command: f64, gap: f64) -> SwingUpError {
         SwingUpError::NotFound {
             command,
+            unit: self.rig.params.motor.actuation.unit(),
             arm: self.arm_angle,
             gap,
         }

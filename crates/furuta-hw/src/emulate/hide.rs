@@ -34,6 +34,26 @@ pub enum HideError {
         /// What it should look like.
         example: String,
     },
+    /// A colon with no values behind it.
+    #[error(
+        "{id}: nothing stands behind the colon: give {id}:NAME=VALUE, or {id} alone for a size that would be noticed"
+    )]
+    NoAssignment {
+        /// The effect.
+        id: &'static str,
+    },
+    /// A parameter with two values.
+    #[error("{id}: {name} is given twice, as {first} and as {again}: leave one out")]
+    Twice {
+        /// The effect.
+        id: &'static str,
+        /// The parameter.
+        name: &'static str,
+        /// Its first value.
+        first: f64,
+        /// Its second value.
+        again: f64,
+    },
     /// A word that is none of those the parameter can be.
     #[error("{id}: {name} = {word:?} must be {words}")]
     UnknownWord {
@@ -84,18 +104,25 @@ pub enum HideError {
 /// # Ok::<(), furuta_hw::emulate::HideError>(())
 /// ```
 pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, HideError> {
-    let (id, assignments) = text.split_once(':').unwrap_or((text, ""));
+    let (id, assignments) = match text.split_once(':') {
+        Some((id, assignments)) => (id, Some(assignments)),
+        None => (text, None),
+    };
     let spec = named(id.trim())?;
+    if assignments.is_some_and(|a| a.trim().is_empty()) {
+        return Err(HideError::NoAssignment { id: spec.id });
+    }
     let typical = |p: &ParameterSpec| p.off + p.typical(params);
-    let mut values: Vec<Option<f64>> = match assignments.trim() {
-        "" => spec
+    let mut values: Vec<Option<f64>> = match assignments {
+        None => spec
             .parameters
             .iter()
             .map(|p| p.default.or(Some(typical(p))))
             .collect(),
-        _ => vec![None; spec.parameters.len()],
+        Some(_) => vec![None; spec.parameters.len()],
     };
-    for assignment in assignments.split(',').filter(|a| !a.trim().is_empty()) {
+    let assignments = assignments.unwrap_or_default().split(',');
+    for assignment in assignments.filter(|a| !a.trim().is_empty()) {
         let not_assignment = || {
             let first = spec.parameters.first().map_or("value", |p| p.name);
             HideError::NotAssignment {
@@ -123,7 +150,7 @@ pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, Hi
                 has,
             });
         };
-        *slot = Some(match p.kind {
+        let value = match p.kind {
             Kind::Choice(words) => p.choice(text).ok_or_else(|| HideError::UnknownWord {
                 id: spec.id,
                 name: p.name,
@@ -131,7 +158,15 @@ pub fn hidden_effect(text: &str, params: &Params<f64>) -> Result<Effect<f64>, Hi
                 words: words.join(" or "),
             })?,
             _ => text.parse().map_err(|_| not_assignment())?,
-        });
+        };
+        if let Some(first) = slot.replace(value) {
+            return Err(HideError::Twice {
+                id: spec.id,
+                name: p.name,
+                first,
+                again: value,
+            });
+        }
     }
     let given = |name: &str| {
         spec.parameters
@@ -202,6 +237,15 @@ mod tests {
             error("arm.cogging:amplitude=1e-3,order=1.5,phase=0"),
             HideError::Effect(_)
         ));
+        assert_eq!(
+            error("arm.coulomb:").to_string(),
+            "arm.coulomb: nothing stands behind the colon: give arm.coulomb:NAME=VALUE, or arm.coulomb alone for a \
+             size that would be noticed"
+        );
+        assert_eq!(
+            error("arm.coulomb:torque=1,torque=0").to_string(),
+            "arm.coulomb: torque is given twice, as 1 and as 0: leave one out"
+        );
         assert_eq!(
             error("drive.backlash:encoder=gear").to_string(),
             "drive.backlash: encoder = \"gear\" must be arm or motor"

@@ -82,7 +82,7 @@ impl Multisine {
     ///
     /// # Errors
     /// An RMS outside [0, 1000] V; a fundamental outside [1e-4, 1e5] Hz; a band that is not `0 <= low <= high <= 2048
-    /// fundamental`, holds no multiple of the fundamental, or more than [`MAX_LINES`].
+    /// fundamental`, holds no multiple of the fundamental, or more than [`MAX_LINES`]; no lines at all.
     pub fn new(
         rms: f64,
         fundamental: f64,
@@ -103,6 +103,11 @@ impl Multisine {
             libm::floor(high / fundamental + 1e-9) as u32,
         ];
         let all = first..last + 1;
+        if let Harmonics::Logarithmic(most) = harmonics {
+            // More of them than the band holds are all.
+            let lines = most.min(MAX_LINES) as f64;
+            within(Self::NAME, "lines", lines, [1.0, MAX_LINES as f64], "")?;
+        }
         let lines = match harmonics {
             Harmonics::All => lines(all)?,
             Harmonics::Odd => lines(all.filter(|k| k % 2 == 1))?,
@@ -440,7 +445,10 @@ mod tests {
                 .contains("no multiple of 1 Hz lies between 0.2 and 0.8 Hz")
         );
         assert!(new(1.0, 2.0, 2.0, Harmonics::Odd).contains("no multiple"));
-        assert!(new(1.0, 2.0, 5.0, Harmonics::Logarithmic(0)).contains("no multiple"));
+        assert!(
+            new(1.0, 2.0, 5.0, Harmonics::Logarithmic(0))
+                .contains("lines = 0 is outside the allowed range [1, 128]")
+        );
         assert!(
             new(0.01, 0.0, 8.0, Harmonics::All).contains("800 sines are too many (at most 128)")
         );

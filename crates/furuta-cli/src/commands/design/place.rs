@@ -1,5 +1,6 @@
 //! `furuta design place`: a gain for given poles.
 
+use std::f64::consts::PI;
 use std::io::Write;
 
 use furuta_ctrl::controllers::StateFeedback;
@@ -67,10 +68,33 @@ fn stable(poles: &[Complex<f64>; 4]) -> Result<(), Failure> {
     }
 }
 
+/// Refuses poles that turn by more than half a turn from one sample to the next: sampled, they are slower ones.
+fn told_apart(poles: &[Complex<f64>; 4], rate: f64) -> Result<(), Failure> {
+    let fastest = PI * rate;
+    match poles.iter().find(|p| p.im.abs() > fastest) {
+        None => Ok(()),
+        Some(pole) => {
+            let upper = Complex::new(pole.re, pole.im.abs());
+            let sampled = (upper / rate).exp().ln() * rate;
+            Err(Failure::new(format!(
+                "--poles: {} rad/s turns by more than half a turn between samples at {rate} Hz, where it is the same \
+                 as {} rad/s: give an imaginary part of at most pi/h = {} rad/s, or a --rate above {} Hz",
+                print::poles(&[upper]),
+                print::poles(&[Complex::new(sampled.re, sampled.im.abs())]),
+                print::significant(fastest),
+                print::significant(upper.im / PI)
+            )))
+        }
+    }
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let rig = Rig::load(&args.common.rig)?;
     stable(&args.poles)?;
+    if let Some(rate) = args.common.rate {
+        told_apart(&args.poles, rate)?;
+    }
     let linear = upright(&rig)?;
     let (a, b, wanted) = match args.common.rate {
         Some(rate) => {

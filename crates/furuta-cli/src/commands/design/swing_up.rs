@@ -18,7 +18,7 @@ use crate::print::significant;
 use crate::streams::{self, note};
 use std::path::PathBuf;
 
-/// Swing-up by optimisation: states, voltages and gains from hanging to upright, for a controller file that `furuta
+/// Swing-up by optimisation: states, commands and gains from hanging to upright, for a controller file that `furuta
 /// run` and `furuta simulate` follow. Where the rig leaves them, energy swing-up takes over.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
@@ -34,19 +34,21 @@ pub(crate) struct Args {
     /// Share of the command limit left to the feedback.
     #[arg(long, value_name = "SHARE")]
     reserve: Option<f64>,
-    /// Weight of the voltage against the time.
+    /// Weight of the command against the time.
     #[arg(long, value_name = "WEIGHT")]
     effort: Option<f64>,
     /// Largest arm angle either way; eight tenths of the rig file's limit (else of a turn) if not given.
     #[arg(long, value_name = "RAD", value_parser = positive)]
     arm_limit: Option<f64>,
-    /// Largest arm speed.
+    /// Largest arm speed; nine tenths of the rig file's limit if not given (else a little more than the arm reaches
+    /// with the full command).
     #[arg(long, value_name = "RAD/S", value_parser = positive)]
     arm_speed: Option<f64>,
-    /// Largest pendulum speed.
+    /// Largest pendulum speed; nine tenths of the rig file's limit (else of ten times its small-angle frequency) if not
+    /// given.
     #[arg(long, value_name = "RAD/S", value_parser = positive)]
     pendulum_speed: Option<f64>,
-    /// Intervals in which the voltage is held, 10 to 127.
+    /// Intervals in which the command is held, 10 to 127.
     #[arg(long, value_name = "N", default_value_t = 100)]
     intervals: usize,
     /// Where the rig has left the trajectory: switch the motor off in place of energy swing-up.
@@ -114,15 +116,17 @@ fn print_json(rig: &Rig, s: &SwingUp) -> Result<(), Failure> {
 
 fn print_text(rig: &Rig, s: &SwingUp) -> Result<(), Failure> {
     let mut out = streams::output();
-    let volts = s.commands.iter().map(|u| u.abs()).fold(0.0, f64::max);
+    let largest = s.commands.iter().map(|u| u.abs()).fold(0.0, f64::max);
     writeln!(
         out,
-        "{}: hanging to upright in {:.3} s, within 0.2 rad of it from {:.3} s on; arm to {:.2} rad, voltage to {:.2} V",
+        "{}: hanging to upright in {:.3} s, within 0.2 rad of it from {:.3} s on; arm to {:.2} rad, command to \
+         {:.2} {}",
         rig.name,
         s.seconds(),
         s.arrival(0.2),
         s.arm(),
-        volts
+        largest,
+        rig.params.motor.actuation.unit()
     )?;
     writeln!(
         out,

@@ -5,14 +5,15 @@ use std::io::Write;
 use furuta_hw::emulate::hidden_effect;
 use furuta_ident::frequency::bands::Band;
 use furuta_ident::frequency::bode::Bode;
-use furuta_ident::frequency::fong2014::{Experiment, Outcome, published};
+use furuta_ident::frequency::fong2014::{Experiment, ExperimentError, Outcome, published};
 use furuta_ident::frequency::transfer::polynomial_text;
 use furuta_ident::frequency::words::roots;
-use furuta_ident::frequency::{Hold, Transfer};
+use furuta_ident::frequency::{FrequencyError, Hold, Transfer};
 use furuta_model::Rig;
 use serde_json::{Value, json};
 
 use super::{hertz, seconds};
+use crate::commands::emulate::positive;
 use crate::commands::identify::tf::{curve, fit_json};
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
@@ -31,7 +32,7 @@ pub(crate) struct Args {
     hide: Vec<String>,
     /// RMS of the noise, units of command.
     #[arg(long, value_name = "VOLTS", default_value_t = Experiment::default().rms,
-        value_parser = crate::commands::emulate::positive)]
+        value_parser = positive)]
     rms: f64,
     /// Length of the recording, s.
     #[arg(long, value_name = "SECONDS", default_value_t = 180.0, value_parser = seconds)]
@@ -63,7 +64,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         seed: args.seed,
         ..Experiment::default()
     };
-    let outcome = experiment.run(&rig)?;
+    let outcome = experiment.run(&rig).map_err(|error| match error {
+        // The resolution is the study's: it is no option.
+        ExperimentError::Frequency(FrequencyError::TooShort {
+            resolution, needed, ..
+        }) => Failure::new(format!(
+            "--duration {} s is too short for lines {resolution} Hz apart: give at least {needed} s",
+            args.duration
+        )),
+        other => Failure::from(other),
+    })?;
     let hold = Hold::ZeroOrder(1.0 / args.rate);
     if let Some(path) = &args.plot {
         let over = |g: &Transfer| curve(&outcome.frf, hold, g);

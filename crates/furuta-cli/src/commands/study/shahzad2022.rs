@@ -79,7 +79,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     for &task in args.task.unwrap_or(Experiment::All).tasks() {
         let mut runs = Vec::new();
         for &on in models(task) {
-            let samples = experiment(&rig, task, on, &settings)?;
+            let samples = experiment(&rig, task, on, &settings)
+                .map_err(|e| Failure::new(format!("rig {}: {e}", rig.name)))?;
             rows.push((task, on, figures(task, &samples)));
             runs.push((on, samples));
         }

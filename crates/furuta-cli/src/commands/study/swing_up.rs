@@ -23,6 +23,8 @@ use crate::streams;
 
 /// The share of the drawn rigs that shall come up. Where fewer do, the command looks for the reason.
 const GOAL: f64 = 0.995;
+/// More rigs than anyone waits for.
+const MOST_DRAWS: usize = 1_000_000;
 /// Nearer to upright than this, a search over voltages has brought a rig up, rad.
 const UPRIGHT: f64 = 0.1;
 
@@ -41,7 +43,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE.toml")]
     controller: Option<PathBuf>,
     /// How many rigs are drawn.
-    #[arg(long, value_name = "N", default_value_t = 1000)]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = draws)]
     draws: usize,
     /// Seed of the draws.
     #[arg(long, default_value_t = 1)]
@@ -70,6 +72,14 @@ pub(crate) struct Args {
     /// Print one line of JSON per rig in place of text.
     #[arg(long)]
     json: bool,
+}
+
+/// How many rigs can be drawn and waited for.
+fn draws(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if (1..=MOST_DRAWS).contains(&n) => Ok(n),
+        _ => Err(format!("must be a whole number from 1 to {MOST_DRAWS}")),
+    }
 }
 
 fn share(text: &str) -> Result<f64, String> {
