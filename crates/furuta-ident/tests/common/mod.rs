@@ -79,10 +79,10 @@ pub(crate) fn sweep(amplitude: f64, phase: f64) -> impl Fn(f64, &State<f64>) -> 
     }
 }
 
-/// Options that let a diagnosis end by itself on a machine that is three times as busy as one that meets the default.
+/// Options that let a diagnosis end by itself on a machine that is ten times as busy as one that meets the default.
 pub(crate) fn patient<'a>() -> Options<'a> {
     Options {
-        time_limit: Some(Duration::from_secs(180)),
+        time_limit: Some(Duration::from_secs(600)),
         ..Options::default()
     }
 }
