@@ -3,7 +3,7 @@
 use furuta_model::Rig;
 
 use crate::answer::significant;
-use crate::recording::{Recording, twice};
+use crate::recording::{GivenTwice, Recording, each_once};
 use crate::shooting::Data;
 
 /// Why recordings are too few, too short or too quiet to say anything.
@@ -13,14 +13,9 @@ pub enum Insufficient {
     /// No recording was given.
     #[error("no recording was given: name at least one CSV file or MCAP log")]
     NoRecordings,
-    /// A recording is given twice: its noise would count as evidence twice.
-    #[error("{file}: holds the same samples as {as_given}: give each recording once")]
-    Twice {
-        /// The second of them.
-        file: String,
-        /// The first.
-        as_given: String,
-    },
+    /// A recording is given twice.
+    #[error(transparent)]
+    Twice(#[from] GivenTwice),
     /// All recordings together are shorter than is needed.
     #[error(
         "the recordings hold {seconds:.2} s in stretches without a gap; at least {needed} s are needed: record longer, \
@@ -34,8 +29,8 @@ pub enum Insufficient {
     },
     /// The pendulum swings faster than a recording's samples can show.
     #[error(
-        "{file} has a sample every {} s, in which the rig file's pendulum swings {} times; at least two samples a swing \
-         are needed: check that its time stamps are in seconds, or record one every {} s or faster",
+        "{file} has a sample every {} s, in which the rig file's pendulum swings {} times; at least two samples a \
+         swing are needed: check that its time stamps are in seconds, or record one every {} s or faster",
         significant(*period, 3),
         significant(period / swing, 3),
         significant(swing / 2.0, 2)
@@ -115,17 +110,4 @@ pub(crate) fn check(recordings: &[Recording], rig: &Rig, data: &Data) -> Result<
         });
     }
     Ok(())
-}
-
-/// Whether no two of these recordings hold the same samples.
-pub(crate) fn each_once<'a>(
-    recordings: impl IntoIterator<Item = &'a Recording>,
-) -> Result<(), Insufficient> {
-    match twice(recordings) {
-        None => Ok(()),
-        Some((first, second)) => Err(Insufficient::Twice {
-            file: second.name.clone(),
-            as_given: first.name.clone(),
-        }),
-    }
 }

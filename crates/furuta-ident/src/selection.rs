@@ -6,7 +6,9 @@ use furuta_model::Rig;
 
 use crate::insufficient;
 use crate::pendulum::Pendulum;
-use crate::recording::{Notice, NoticeKind, Recording, RecordingError, each_against_rig, twice};
+use crate::recording::{
+    GivenTwice, Notice, NoticeKind, Recording, RecordingError, each_against_rig, each_once,
+};
 use crate::shooting::Data;
 
 /// A recording as it was read, with what was noticed on the way.
@@ -30,14 +32,9 @@ pub enum SelectionError {
     /// A recording looks as if a convention were broken, and without it too little is left.
     #[error("{0}")]
     Suspicious(Notice),
-    /// A recording is given twice: its noise would count as evidence twice.
-    #[error("{file}: holds the same samples as {as_given}: give each recording once")]
-    Twice {
-        /// The second of them.
-        file: String,
-        /// The first.
-        as_given: String,
-    },
+    /// A recording is given twice.
+    #[error(transparent)]
+    Twice(#[from] GivenTwice),
     /// A recording is to be verified that the search sees.
     #[error(
         "{file}: is to verify what is found, but holds the same samples as {as_given}, which the search sees: give a \
@@ -94,12 +91,7 @@ pub fn select(
     pendulum: Pendulum,
 ) -> Result<Selection, SelectionError> {
     for read in [&search, &verify] {
-        if let Some((first, second)) = twice(read.iter().map(|(recording, _)| recording)) {
-            return Err(SelectionError::Twice {
-                file: second.name.clone(),
-                as_given: first.name.clone(),
-            });
-        }
+        each_once(read.iter().map(|(recording, _)| recording))?;
     }
     for (unseen, _) in &verify {
         if let Some((seen, _)) = search.iter().find(|(seen, _)| seen.has_samples_of(unseen)) {

@@ -411,10 +411,7 @@ fn bad_input_is_named() {
     };
     let twice = calibrate(std::slice::from_ref(&good), &real, &options).expect_err("once");
     assert!(
-        matches!(
-            twice,
-            CalibrateError::Insufficient(Insufficient::Twice { .. })
-        ),
+        matches!(twice, CalibrateError::Insufficient(Insufficient::Twice(_))),
         "{twice}"
     );
 

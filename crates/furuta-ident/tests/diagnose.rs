@@ -428,7 +428,7 @@ fn what_cannot_be_diagnosed_is_refused() {
     assert_eq!(refuse(&[]), Insufficient::NoRecordings);
     let long = record(&rig, &plant, "long.csv", 3.0, 0.0);
     let twice = refuse(&[long.clone(), long.clone()]);
-    assert!(matches!(twice, Insufficient::Twice { .. }), "{twice}");
+    assert!(matches!(twice, Insufficient::Twice(_)), "{twice}");
     // Nor does one differ from itself.
     let request = Request {
         recordings: std::slice::from_ref(&long),
@@ -440,7 +440,7 @@ fn what_cannot_be_diagnosed_is_refused() {
         ..Options::default()
     };
     let compared = diagnose_with(&request, options, &|_| ());
-    assert!(matches!(compared, Err(Insufficient::Twice { .. })));
+    assert!(matches!(compared, Err(Insufficient::Twice(_))));
     let short = record(&rig, &plant, "short.csv", 1.0, 0.0);
     assert!(matches!(refuse(&[short]), Insufficient::TooShort { .. }));
     // The pendulum swings once in 0.59 s.

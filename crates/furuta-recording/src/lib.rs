@@ -44,7 +44,7 @@ pub use furuta_input::Limits;
 pub use notice::{Notice, NoticeKind};
 pub use select::Excerpt;
 pub use transcode::{Format, Transcoded, transcode};
-pub use twice::twice;
+pub use twice::{GivenTwice, each_once};
 
 /// What is read here, for messages.
 const WANTED: &str = "a recording";

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from furuta._furuta import Calibration, Diagnosis, Rig, RigError, catalogue
 
 Randomize = Literal["tolerance"] | Mapping[str, float] | Calibration | Diagnosis | Callable[[np.random.Generator], Rig]
-# A number of a rig varies by at most so many standard deviations.
+# The most standard deviations by which a number of a rig varies.
 _FARTHEST = 3.0
 
 
@@ -82,7 +82,7 @@ def _share(name: str, given: Any) -> float:
 
 
 def _moved(rig: Rig, shares: Mapping[str, float], away: ArrayLike) -> Rig:
-    """The rig with each of these parameters so many standard deviations away from its value."""
+    """The rig with each of these parameters `away` standard deviations from its value."""
     with np.errstate(over="ignore"):  # infinite is refused, by its name
         factors = np.exp(np.asarray(away) * list(shares.values()))
     values = {name: rig.parameters[name] * float(factor) for name, factor in zip(shares, factors)}

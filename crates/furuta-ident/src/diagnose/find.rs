@@ -239,8 +239,8 @@ impl Work<'_> {
         Search::new(problem, here, &|_| true, savers::of(&self.options), report)
     }
 
-    /// Goes on with a search from `start` as long as that is `wanted`: on the subset where it was begun until nothing is
-    /// left there, or nothing more can be found, then on all windows.
+    /// Goes on with a search from `start` as long as that is `wanted`: on the subset where it was begun until nothing
+    /// is left there, or nothing more can be found, then on all windows.
     fn go_on<'s>(
         &'s self,
         mut search: Search<'s>,
@@ -249,8 +249,8 @@ impl Work<'_> {
         wanted: &dyn Fn(&Search<'s>) -> bool,
     ) -> Search<'s> {
         if let Some(subset) = subset.filter(|subset| search.is_over(&subset.problem)) {
-            // Where a drive gives way a window takes from the one before how the rotor stands, and in a subset many have
-            // none before them: what is near the data there may explain it.
+            // Where a drive gives way a window takes from the one before how the rotor stands, and in a subset many
+            // have none before them: what is near the data there may explain it.
             let has_more = |search: &Search<'s>| {
                 let best = search.closest();
                 let is_told = match best.model.has_drive() {

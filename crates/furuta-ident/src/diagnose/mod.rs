@@ -63,6 +63,7 @@ pub use request::{Options, Outcome, Request};
 pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
 
 use crate::insufficient::{self, Insufficient};
+use crate::recording::each_once;
 use crate::shooting::{self, Problem};
 use apart::Apart;
 use deadlines::Deadlines;
@@ -129,7 +130,7 @@ pub fn diagnose_with(
     options: Options<'_>,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Outcome, Insufficient> {
-    insufficient::each_once(request.recordings.iter().chain(options.compare))?;
+    each_once(request.recordings.iter().chain(options.compare))?;
     // Workers that wait for others take up further jobs on the same stack.
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(rayon::current_num_threads())

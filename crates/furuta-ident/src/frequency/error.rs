@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::answer::significant;
+use crate::recording::GivenTwice;
 
 /// Why there is no frequency response, or no fit of one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -85,14 +86,9 @@ pub enum FrequencyError {
         /// The recording.
         file: String,
     },
-    /// A recording is given twice: its noise would be averaged with itself.
-    #[error("{file}: holds the same samples as {as_given}: give each recording once")]
-    Twice {
-        /// The second of them.
-        file: String,
-        /// The first.
-        as_given: String,
-    },
+    /// A recording is given twice.
+    #[error(transparent)]
+    Twice(#[from] GivenTwice),
     /// The input and the output are one column.
     #[error("`{column}` is both input and output: name the column that answers the other")]
     OneColumn {

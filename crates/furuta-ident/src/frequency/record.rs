@@ -2,7 +2,7 @@
 
 use super::error::{FrequencyError, FrequencyNotice};
 use super::spectra::{Settings, Stretch};
-use crate::recording::{Recording, Values, twice};
+use crate::recording::{Recording, Values, each_once};
 
 /// Signals of one or several recordings of one rig at one rate.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,12 +45,7 @@ impl<'a> Taken<'a> {
                 column: columns.input.to_owned(),
             });
         }
-        if let Some((once, again)) = twice(recordings) {
-            return Err(FrequencyError::Twice {
-                file: again.name.clone(),
-                as_given: once.name.clone(),
-            });
-        }
+        each_once(recordings)?;
         let mut taken = Self {
             stretches: Vec::new(),
             sample_period: first.sample_period,

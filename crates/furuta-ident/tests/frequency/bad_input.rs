@@ -235,7 +235,7 @@ fn recordings_with_gaps_and_feedback() {
     let again = [slow[0].clone(), slow[0].clone()];
     assert!(matches!(
         Taken::from_recordings(&again, columns),
-        Err(FrequencyError::Twice { .. })
+        Err(FrequencyError::Twice(_))
     ));
     let itself = Columns {
         output: columns.input,
