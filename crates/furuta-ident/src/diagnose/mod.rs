@@ -49,6 +49,8 @@ mod screen;
 mod search;
 mod starts;
 mod subset;
+#[cfg(test)]
+mod sweep;
 mod torque;
 mod transients;
 mod verify;

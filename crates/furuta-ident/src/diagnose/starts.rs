@@ -28,18 +28,6 @@ pub(super) struct FitStart {
 }
 
 impl Problem<'_> {
-    /// Where the base parameters of a fit with one more effect may start. Those refitted without the effect may be far
-    /// off: where the gap is large, the data sheet is a better start.
-    fn bases(&self, from: &Fit) -> Vec<[f64; FIRST_EFFECT]> {
-        let refitted = std::array::from_fn(|i| from.z[i]);
-        let far = !self.explains(from) && from.model.effects.is_empty();
-        if far {
-            vec![[0.0; FIRST_EFFECT], refitted]
-        } else {
-            vec![refitted]
-        }
-    }
-
     /// Where `spec` may start in a fit that adds it to `from`, everything else as it is there.
     pub(super) fn shapes(&self, from: &Fit, spec: &'static Spec, screen: &Screen) -> Vec<Vec<f64>> {
         let typical: Vec<f64> = spec
@@ -108,7 +96,9 @@ impl Problem<'_> {
                     .map(move |z| (s, z))
             })
             .collect();
-        let bases = self.bases(from);
+        // Base parameters refitted without the effect may be far off: where the gap is large, the data sheet is a better
+        // start.
+        let far = !self.explains(from) && from.model.effects.is_empty();
         let mut starts: Vec<FitStart> = jobs
             .into_par_iter()
             .flat_map_iter(|(spec, mut z)| {
@@ -121,14 +111,12 @@ impl Problem<'_> {
                 };
                 report(spec.id);
                 let order = order(spec).map(|i| z[from.model.shared() + i]);
-                bases.iter().map(move |base| {
-                    let z = with_base(&z, base);
-                    FitStart {
-                        statistic: scored.unwrap_or_else(|| self.fall(from, spec, &z)),
-                        spec,
-                        order,
-                        z,
-                    }
+                let sheet = far.then(|| with_sheet(&z));
+                sheet.into_iter().chain([z]).map(move |z| FitStart {
+                    statistic: scored.unwrap_or_else(|| self.fall(from, spec, &z)),
+                    spec,
+                    order,
+                    z,
                 })
             })
             .collect();
@@ -137,7 +125,7 @@ impl Problem<'_> {
     }
 
     /// The score statistic of one start. Where what is missing is small, so is the effect, if it is the one: `z` takes
-    /// the strength that the score says.
+    /// the strength that the score says, and the other numbers go where they fit best beside it.
     fn scored_at(&self, from: &Fit, spec: &'static Spec, z: &mut [f64], screen: &Screen) -> f64 {
         let h = from.model.with(spec);
         let first = from.model.shared();
@@ -149,16 +137,23 @@ impl Problem<'_> {
         }
         let one_way = spec.parameters[0].min >= spec.parameters[0].off;
         let score = screen.score(self, from, &h, &here);
-        let statistic = score.map_or(f64::INFINITY, |s| s.statistic(one_way));
+        let Some(score) = score else {
+            return f64::INFINITY;
+        };
+        let statistic = score.statistic(one_way);
         if self.chi(from) < SMALL && screen::looks(spec).is_none() && statistic > 0.0 {
-            let factor = score.map_or(1.0, |s| s.product / s.square);
+            let backwards = spec.acts.includes(Acts::BACKWARDS);
+            let size = |s: &f64| if backwards { 1.0 / s } else { s.abs() };
+            let most = STRONGEST / here[strengths.clone()].iter().map(size).fold(0.0, f64::max);
+            let share = (score.product / score.square).clamp(-most, most);
             for i in strengths {
-                z[i] = if spec.acts.includes(Acts::BACKWARDS) {
-                    (here[i] / factor).max(1.0 / STRONGEST)
+                z[i] = if backwards {
+                    here[i] / share
                 } else {
-                    (here[i] * factor).clamp(-STRONGEST, STRONGEST)
+                    here[i] * share
                 };
             }
+            screen.follow(&h, z, &score, share);
         }
         statistic
     }
@@ -171,10 +166,10 @@ impl Problem<'_> {
     }
 }
 
-/// A vector with these base parameters.
-fn with_base(z: &[f64], base: &[f64; FIRST_EFFECT]) -> Vec<f64> {
+/// A vector with the base parameters of the data sheet.
+fn with_sheet(z: &[f64]) -> Vec<f64> {
     let mut z = z.to_vec();
-    z[..FIRST_EFFECT].copy_from_slice(base);
+    z[..FIRST_EFFECT].fill(0.0);
     z
 }
 
@@ -230,4 +225,54 @@ pub(super) fn keep_scored(
         kept.extend(is_kept.then_some(this));
         is_kept
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use furuta_model::{Effect, Rig, effects};
+
+    use super::*;
+    use crate::diagnose::SEARCH;
+    use crate::diagnose::hypothesis::{Hypothesis, Sheet};
+    use crate::diagnose::sweep::sweep;
+    use crate::pendulum::Pendulum;
+    use crate::shooting::{Data, Effort};
+
+    /// Much of what an effect changes the base parameters and the zeros can follow: an offset of alpha differs from the
+    /// recordings' own zeros by their prior alone. A fit begins where all of them fit beside a small effect, and not
+    /// with the effect beside what mimics it.
+    #[test]
+    fn a_small_effect_starts_where_the_other_numbers_fit_beside_it() {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let count = rig.sensors.resolution()[1];
+        for (id, value) in [
+            ("sensor.alpha.offset", 4.0 * count),
+            ("pendulum.quadratic", 5e-7),
+        ] {
+            let hidden = Effect::new(id, &[value]).expect("valid");
+            let recordings = [("first", -0.6), ("second", 0.9)]
+                .map(|(name, zero)| sweep(name, &rig, &[hidden], zero * count));
+            let mut sheet = rig.clone();
+            sheet.params.arm.length *= 1.01;
+            let data = Data::new(&recordings, &sheet);
+            let sheet = Arc::new(Sheet::new(&sheet, &data, true, Pendulum::Swings));
+            let problem = Problem::new(&data, data.windows(SEARCH, |_| true));
+            let base = Hypothesis::base(&sheet);
+            let given = problem.solve_states(&base, &vec![0.0; base.len()], None);
+            let without = problem.fit(&base, given.z, &given.states, Effort::FULL);
+            assert!(problem.chi(&without) < SMALL);
+
+            let spec = effects::spec(id).expect("an entry");
+            let screen = Screen::new(&problem, &without);
+            let starts = problem.scored(&without, &[spec], &screen, &|_| ());
+            let h = without.model.with(spec);
+            let start = problem.solve_states(&h, &starts[0].z, Some(&without.states));
+            let with = problem.fit(&h, start.z.clone(), &start.states, Effort::FULL);
+            // What is left to gain is what a linear step misses.
+            let gain = (without.cost - start.cost) / (without.cost - with.cost);
+            assert!(gain > 0.5, "{id}: {gain}");
+        }
+    }
 }

@@ -54,12 +54,14 @@ pub(super) fn responses(problem: &Problem<'_>, fit: &Fit) -> (Coefficients<f64>,
 
 /// A score statistic from one simulation, in units of the noise; what initial states and base parameters can follow
 /// taken out.
-#[derive(Copy, Clone, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Score {
     /// Sum of the squares of what the effect changes.
     pub(super) square: f64,
     /// Sum of the products of that with what the fit leaves.
     pub(super) product: f64,
+    /// How far the base parameters and the zeros go to mimic that.
+    mimic: DVector<f64>,
 }
 
 impl Score {
@@ -243,11 +245,29 @@ impl Screen {
                 cross[follower(response.recording, i)] += own[i];
             }
         }
-        let follows = base.solve(&cross);
+        let mimic = base.solve(&cross);
         Some(Score {
-            square: square - follows.dot(&cross),
-            product: product - follows.dot(&self.gradient),
+            square: square - mimic.dot(&cross),
+            product: product - mimic.dot(&self.gradient),
+            mimic,
         })
+    }
+
+    /// Moves the base parameters and the zeros in `z` to where they fit best beside `share` times what `score` tells
+    /// of, to first order. The free initial states follow when a fit begins.
+    pub(super) fn follow(&self, h: &Hypothesis, z: &mut [f64], score: &Score, share: f64) {
+        let Some(base) = &self.normal else {
+            return;
+        };
+        let moves = base.solve(&self.gradient) - share * &score.mimic;
+        let layout = h.layout();
+        for (i, by) in moves.iter().enumerate() {
+            if i < FIRST_EFFECT {
+                z[i] += by;
+            } else if layout.zeros > 0 {
+                z[layout.shared + i - FIRST_EFFECT] += by;
+            }
+        }
     }
 }
 

@@ -107,13 +107,13 @@ impl Screen {
 mod tests {
     use std::sync::Arc;
 
-    use furuta_model::{Plant, Rig, State, effects};
+    use furuta_model::{Rig, effects};
 
     use super::*;
     use crate::diagnose::SEARCH;
     use crate::diagnose::hypothesis::{Hypothesis, Sheet};
+    use crate::diagnose::sweep::sweep;
     use crate::pendulum::Pendulum;
-    use crate::recording::Recording;
     use crate::shooting::{Data, Effort, Problem};
 
     /// Of all frequencies the best is among those that are tried, and the estimate is what the exact sums say.
@@ -121,18 +121,7 @@ mod tests {
     fn the_best_frequency_is_among_the_promising() {
         let rig = Rig::builtin("qube-servo-2").expect("built in");
         let hum = Effect::new("disturbance.vibration", &[5e-4, 7.3, 0.4]).expect("valid");
-        let plant: Plant<f64> = Plant::new(&rig.params, &[hum]).expect("one effect");
-        let mut x = plant.rest(State::hanging());
-        let samples: Vec<[f64; 4]> = (0..3000)
-            .map(|k| {
-                let t = f64::from(k) * 0.002;
-                let u = 1.5 * (3.0 * t * (1.0 + t)).sin();
-                let [theta, alpha] = rig.sensors.quantised(plant.measure(&x));
-                plant.step(&mut x, u, 0.002);
-                [t, u, theta, alpha]
-            })
-            .collect();
-        let recording = Recording::from_samples("hum", samples).expect("sound").0;
+        let recording = sweep("hum", &rig, &[hum], 0.0);
         let data = Data::new(&[recording], &rig);
         let sheet = Arc::new(Sheet::new(&rig, &data, true, Pendulum::Swings));
         let problem = Problem::new(&data, data.windows(SEARCH, |_| true));
