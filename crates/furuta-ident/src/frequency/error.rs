@@ -5,6 +5,9 @@ use std::fmt;
 use crate::answer::significant;
 use crate::recording::GivenTwice;
 
+/// No period is shorter than this many samples.
+pub(super) const LEAST_PERIOD: f64 = 8.0;
+
 /// Why there is no frequency response, or no fit of one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -78,6 +81,14 @@ pub enum FrequencyError {
         /// Unit.
         unit: &'static str,
     },
+    /// No resolution at this rate.
+    #[error("a resolution of {value} Hz must be above 0 and below {} Hz, half the sampling rate", significant(*highest, 6))]
+    Resolution {
+        /// What was given, Hz.
+        value: f64,
+        /// Half the sampling rate, Hz.
+        highest: f64,
+    },
     /// The samples of a recording are not evenly spaced.
     #[error(
         "{file}: its time stamps scatter too much for a frequency response, which needs a fixed rate: record at one"
@@ -128,8 +139,10 @@ pub enum FrequencyError {
     NoData,
     /// A period that is no whole number of samples.
     #[error(
-        "a period of {period} s is {samples:.3} samples of {sample_period} s: it must be a whole number; give the \
-         period that `furuta run` printed"
+        "a period of {period} s is {samples:.3} samples of {} s: it must be a whole number of at least {}; give \
+         the period that `furuta run` printed",
+        significant(*sample_period, 6),
+        LEAST_PERIOD
     )]
     PeriodNotWhole {
         /// The period, s.
@@ -166,7 +179,7 @@ pub enum FrequencyError {
     /// The input excites no line of the band, as a single sine does.
     #[error(
         "the input excites no line between {low} and {high} Hz together with its neighbours within {resolution:.4} Hz, \
-         as noise and sums of sines do; averaged spectra (--estimator h1) answer at single lines"
+         as noise and sums of sines do; averaged spectra (the estimator h1) answer at single lines"
     )]
     NotExcited {
         /// Hz.

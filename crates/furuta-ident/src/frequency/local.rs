@@ -73,12 +73,9 @@ pub fn response(
     spectra::check(stretches, sample_period, &Settings::new(8))?;
     let nyquist = 0.5 / sample_period;
     if !(resolution > 0.0 && resolution < nyquist) {
-        return Err(FrequencyError::OutOfRange {
-            name: "resolution",
+        return Err(FrequencyError::Resolution {
             value: resolution,
-            min: 0.0,
-            max: nyquist,
-            unit: "Hz",
+            highest: nyquist,
         });
     }
     let (parts, unused) = parts(stretches, sample_period, resolution)?;

@@ -4,7 +4,7 @@
 use nalgebra::Complex;
 use realfft::RealFftPlanner;
 
-use super::error::{FrequencyError, FrequencyNotice};
+use super::error::{FrequencyError, FrequencyNotice, LEAST_PERIOD};
 use super::response::Frf;
 use super::spectra::{self, Settings, Stretch};
 
@@ -57,7 +57,7 @@ pub fn response(
     let samples = period / sample_period;
     let n = samples.round();
     // 1 % of a sample a period is 1 % of the phase at half the sampling rate.
-    if !(n >= 8.0 && (samples - n).abs() < 0.01) {
+    if !(n >= LEAST_PERIOD && (samples - n).abs() < 0.01) {
         return Err(FrequencyError::PeriodNotWhole {
             period,
             samples,

@@ -3,7 +3,7 @@
 use super::{filtered, white};
 use furuta_ident::frequency::record::{Columns, Taken};
 use furuta_ident::frequency::{
-    Estimator, FrequencyError, FrequencyNotice, Frf, Settings, Spectra, Stretch, periodic,
+    Estimator, FrequencyError, FrequencyNotice, Frf, Settings, Spectra, Stretch, local, periodic,
 };
 use furuta_ident::recording::Recording;
 
@@ -34,6 +34,26 @@ fn too_short_for_the_resolution() {
         matches!(error, FrequencyError::OneSegment { .. }),
         "{error}"
     );
+}
+
+#[test]
+fn a_resolution_and_a_period_that_cannot_be() {
+    let (u, y) = data(500);
+    let stretch = [Stretch {
+        u: &u,
+        y: &y,
+        r: None,
+    }];
+    for resolution in [0.0, -0.1, f64::NAN, 50.0] {
+        let error = local::response(&stretch, H, resolution, None).expect_err("no such lines");
+        let wanted = "must be above 0 and below 50 Hz, half the sampling rate";
+        assert!(error.to_string().ends_with(wanted), "{error}");
+    }
+    for period in [-1.0, 0.0, 0.07] {
+        let error = periodic::response(&stretch, H, period, 0).expect_err("no such period");
+        let wanted = "it must be a whole number of at least 8";
+        assert!(error.to_string().contains(wanted), "{error}");
+    }
 }
 
 #[test]
