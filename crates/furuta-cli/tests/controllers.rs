@@ -141,12 +141,18 @@ fn mistakes_are_named_before_anything_moves() {
     }
     let pair = folder.path("pair");
     let pair = pair.to_str().expect("a path");
-    let export = ["export", "c", "--rig", "qube-servo-2", "--controller", pair];
-    let line = failure(&furuta(&export).output().expect("runs"));
-    assert!(
-        line.contains(pair) && line.contains("give both q and r"),
-        "{line}"
-    );
+    for command in [
+        &["export", "c"][..],
+        &["study", "region", "--points", "3"],
+        &["study", "swing-up", "--draws", "1"],
+    ] {
+        let args = [command, &["--rig", "qube-servo-2", "--controller", pair]].concat();
+        let line = failure(&furuta(&args).output().expect("runs"));
+        assert!(
+            line.contains(pair) && line.contains("give both q and r"),
+            "{line}"
+        );
+    }
     let absent = folder.path("absent.toml");
     let line = failure(
         &furuta(&["controllers", "--check", absent.to_str().expect("a path")])

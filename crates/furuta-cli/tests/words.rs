@@ -209,6 +209,16 @@ fn what_is_emulated_is_not_asked_of_a_port() {
 }
 
 #[test]
+fn what_a_port_has_is_not_asked_of_an_emulated_rig() {
+    for command in ["run", "latency"] {
+        let args = [command, "--emulated", "qube-servo-2", "--baud", "9600"];
+        assert!(invalid(&args).contains("--baud"));
+    }
+    assert!(invalid(&["latency", "--baud", "9600"]).contains("--port"));
+    assert!(invalid(&["run", "--emulated", "qube-servo-2", "--any-clock"]).contains("--any-clock"));
+}
+
+#[test]
 fn an_effect_to_hide_says_each_thing_once() {
     for (hidden, wanted) in [
         (

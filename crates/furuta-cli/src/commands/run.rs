@@ -44,7 +44,7 @@ pub(crate) struct Args {
     any_rig: bool,
     /// Run a rig whose clock is not the host's all the same: an emulated one on a busy machine, or one that waits for
     /// its host.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "emulated")]
     any_clock: bool,
     /// Run a controller that falls in the rehearsal all the same. Before anything moves, the closed loop is tried on
     /// the nonlinear model of the rig file with its effects, encoders and one sample of delay.
@@ -67,7 +67,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "OUT.mcap", value_parser = outputs::data())]
     log: Option<Output>,
     /// Bits per second of the serial port.
-    #[arg(long, default_value_t = SerialTransport::BAUD)]
+    #[arg(long, default_value_t = SerialTransport::BAUD, conflicts_with = "emulated")]
     baud: u32,
     #[command(flatten)]
     real_time: RealTimeArgs,

@@ -1,4 +1,4 @@
-//! `furuta study reach`: how near to upright any voltage brings a hanging pendulum.
+//! `furuta study reach`: how near to upright any command brings a hanging pendulum.
 
 use std::io::Write;
 
@@ -11,7 +11,7 @@ use crate::commands::progress::bar;
 use crate::failure::Failure;
 use crate::streams;
 
-/// Search all voltages within the command limit for the one that brings the hanging pendulum nearest to upright: what
+/// Search all commands within the command limit for those that bring the hanging pendulum nearest to upright: what
 /// no swing-up can better.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {

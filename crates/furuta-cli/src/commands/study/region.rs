@@ -1,7 +1,7 @@
 //! `furuta study region`: from where each controller brings the pendulum back.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use furuta_chart::{Map, Maps};
 use furuta_ctrl::controllers;
@@ -16,6 +16,7 @@ use super::parts::{PartArgs, Parts};
 use super::rig_with;
 use crate::commands::emulate::positive;
 use crate::commands::progress::bar;
+use crate::commands::run::of_controller;
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::streams;
@@ -106,7 +107,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     };
     let maps = Maps {
-        title: "Starts that come upright; dashed: what any voltage holds, were the plant linear",
+        title: "Starts that come upright; dashed: what any command holds, were the plant linear",
         across: ("alpha [rad]", grid.alpha),
         up: ("alpha_dot over frequency", grid.speed),
         rows: maps,
@@ -115,12 +116,20 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The controllers asked for, by name.
-fn contenders(files: &[PathBuf]) -> Result<Vec<(String, Config)>, Failure> {
+/// A controller asked for.
+struct Contender<'a> {
+    name: String,
+    /// `None` of one of the catalogue with its standard settings.
+    file: Option<&'a Path>,
+    config: Config,
+}
+
+fn contenders(files: &[PathBuf]) -> Result<Vec<Contender<'_>>, Failure> {
     let mut out = Vec::new();
-    let every = controllers::CATALOGUE.iter().map(|spec| {
-        let config = Config::with_controller(Settings::new(spec));
-        (spec.id.to_owned(), config)
+    let every = controllers::CATALOGUE.iter().map(|spec| Contender {
+        name: spec.id.to_owned(),
+        file: None,
+        config: Config::with_controller(Settings::new(spec)),
     });
     if files.is_empty() {
         out.extend(every.clone());
@@ -131,8 +140,11 @@ fn contenders(files: &[PathBuf]) -> Result<Vec<(String, Config)>, Failure> {
             continue;
         }
         let name = file.file_stem().unwrap_or(file.as_os_str());
-        let config = ControllerFile::load(file)?.config;
-        out.push((name.to_string_lossy().into_owned(), config));
+        out.push(Contender {
+            name: name.to_string_lossy().into_owned(),
+            file: Some(file),
+            config: ControllerFile::load(file)?.config,
+        });
     }
     Ok(out)
 }
@@ -140,7 +152,7 @@ fn contenders(files: &[PathBuf]) -> Result<Vec<(String, Config)>, Failure> {
 fn rows(
     args: &Args,
     rig: &Rig,
-    contenders: &[(String, Config)],
+    contenders: &[Contender<'_>],
     grid: &Grid,
     parts: &Parts,
 ) -> Result<Option<Vec<Row>>, Failure> {
@@ -148,7 +160,8 @@ fn rows(
     let starts = grid.starts();
     let progress = bar((starts * contenders.len()) as u64);
     let (mut rows, mut whole) = (Vec::new(), true);
-    for (k, (name, config)) in contenders.iter().enumerate() {
+    for (k, contender) in contenders.iter().enumerate() {
+        let config = &contender.config;
         let region = match Supervisor::<f64>::design(config, &Site::of(rig, period)) {
             Ok(control) => {
                 let about = format!("region {rig:?} {config:?} {grid:?} {period}");
@@ -171,10 +184,10 @@ fn rows(
                 Ok(Region::from_inside(rig, grid, period, inside))
             }
             Err(error @ ConfigError::Unsuitable { .. }) => Err(error.to_string()),
-            Err(error) => return Err(error.into()),
+            Err(error) => return Err(of_controller(contender.file, &error)),
         };
         rows.push(Row {
-            name: name.clone(),
+            name: contender.name.clone(),
             region,
         });
     }
@@ -199,10 +212,11 @@ fn print_text(rig: &Rig, possible: Option<f64>, rows: &[Row]) -> Result<(), Fail
     match possible {
         Some(share) => writeln!(
             out,
-            "{}: linearised, {:.1} % of the starts can be held by {} V",
+            "{}: linearised, {:.1} % of the starts can be held by {} {}",
             rig.name,
             100.0 * share,
-            rig.params.motor.command_limit
+            rig.params.motor.command_limit,
+            rig.params.motor.actuation.unit()
         )?,
         None => writeln!(out, "{}", rig.name)?,
     }

@@ -1,14 +1,16 @@
 //! `furuta study swing-up`: many rigs that are not quite as their file says, swung up from hanging.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use furuta_chart::{Chart, Line, Panel};
 use furuta_ctrl::Config;
 use furuta_ctrl::trajectory::WhenLost;
 use furuta_design::optimal::{SwingUp, SwingUpError, SwingUpProblem};
 use furuta_design::reach::{Reach, Search};
-use furuta_design::swing_up::{Attempt, Outcome, PUSH, SETTLED, Study, UPRIGHT as NEAR};
+use furuta_design::swing_up::{
+    Attempt, Outcome, PUSH, SETTLED, Study, StudyError, UPRIGHT as NEAR,
+};
 use furuta_model::Rig;
 use serde_json::json;
 
@@ -16,7 +18,7 @@ use super::parts::{PartArgs, Parts};
 use super::rig_with;
 use crate::commands::emulate::positive;
 use crate::commands::progress::bar;
-use crate::commands::run::load_controller;
+use crate::commands::run::{load_controller, of_controller};
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
 use crate::streams;
@@ -25,7 +27,7 @@ use crate::streams;
 const GOAL: f64 = 0.995;
 /// More rigs than anyone waits for.
 const MOST_DRAWS: usize = 1_000_000;
-/// Nearer to upright than this, a search over voltages has brought a rig up, rad.
+/// Nearer to upright than this, a search has brought a rig up, rad.
 const UPRIGHT: f64 = 0.1;
 
 /// Swing up rigs drawn about a rig file, from hanging, with its encoders and voltage limit, dry friction that the
@@ -96,7 +98,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     } else {
         args.rig.iter().map(String::as_str).collect()
     };
-    let config = load_controller(args.controller.as_deref())?.config;
+    let file = args.controller.as_deref();
+    let config = load_controller(file)?.config;
     let parts = args.part.open(args.plot.is_some())?;
     let mut drawn = Vec::new();
     let mut followed = Vec::new();
@@ -113,9 +116,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             patience: args.patience,
             ..Study::new(rig.clone(), args.draws)
         };
-        let attempts = attempts(&study, &parts)?;
+        let attempts = attempts(&study, file, &parts)?;
         let optimised = if args.optimise {
-            Some(optimised(&study, &parts)?)
+            Some(optimised(&study, file, &parts)?)
         } else {
             None
         };
@@ -156,10 +159,18 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Every draw of a study, unless one part of them was asked for.
-fn attempts(study: &Study, parts: &Parts) -> Result<Option<Vec<Attempt>>, Failure> {
+fn attempts(
+    study: &Study,
+    file: Option<&Path>,
+    parts: &Parts,
+) -> Result<Option<Vec<Attempt>>, Failure> {
     parts.runs(&format!("swing-up {study:?}"), study.draws, |draws| {
         let progress = bar(draws.len() as u64);
-        let attempts = study.part(draws, &|done| progress.set_position(done as u64))?;
+        let attempts = study.part(draws, &|done| progress.set_position(done as u64));
+        let attempts = attempts.map_err(|e| match e {
+            StudyError::Config(_) => of_controller(file, &e),
+            e => e.into(),
+        })?;
         progress.finish_and_clear();
         Ok(attempts)
     })
@@ -179,6 +190,7 @@ struct Optimised {
 /// part of the draws was asked for.
 fn optimised(
     study: &Study,
+    file: Option<&Path>,
     parts: &Parts,
 ) -> Result<Option<Result<Optimised, SwingUpError>>, Failure> {
     let find = |problem: &SwingUpProblem| {
@@ -199,7 +211,7 @@ fn optimised(
         },
         ..study.clone()
     };
-    let Some(attempts) = attempts(&study, parts)? else {
+    let Some(attempts) = attempts(&study, file, parts)? else {
         return Ok(None);
     };
     let fastest = match find(&SwingUpProblem::fastest(study.rig.clone())) {
@@ -249,7 +261,7 @@ fn print_optimised(
     Ok(())
 }
 
-/// What voltages that know the model and the future come to on the rig of the file.
+/// What commands that know the model and the future come to on the rig of the file.
 fn best_possible(rig: &Rig) -> Result<Reach, Failure> {
     let arm = rig.limits.arm_angle.unwrap_or(std::f64::consts::TAU);
     let search = Search::new(arm);
@@ -290,17 +302,19 @@ fn print_text(rig: &Rig, o: &Outcome, limit: Option<&Reach>) -> Result<(), Failu
         o.faults
     )?;
     let Some(r) = limit else { return Ok(()) };
-    let volts = rig.params.motor.command_limit;
+    let actuation = rig.params.motor.actuation;
+    let (command, unit) = (actuation.name(), actuation.unit());
+    let most = rig.params.motor.command_limit;
     if r.nearest < UPRIGHT {
         writeln!(
             out,
-            "  why: not for want of voltage: a search over all of them brings the rig of the file up in {:.2} s",
+            "  why: not for want of {command}: a search over every course of it brings the rig of the file up in {:.2} s",
             r.at
         )?;
     } else {
         writeln!(
             out,
-            "  why: no voltage within {volts} V brings the rig of the file nearer to upright than {:.2} \
+            "  why: no {command} within {most} {unit} brings the rig of the file nearer to upright than {:.2} \
              rad, as far as a search finds:\n  of the {:.4} J that the arm puts into the pendulum, the \
              hinge's friction leaves {:.4} J; upright takes {:.4} J",
             r.nearest,
