@@ -10,6 +10,7 @@ import dataclasses
 import json
 import sys
 
+import furuta
 import pytest
 
 pytest.importorskip("mujoco")
@@ -162,3 +163,12 @@ def test_the_table(program, tmp_path):
     # name named, 1 of 3 named beside
     assert foreign.split()[:7] == ["foreign", "5/12", "4", "5", "3/5", "2/7", "1/3"]
     assert total.split()[1:7] == foreign.split()[1:7]
+
+
+def test_a_driven_run_and_one_that_swings_out_are_of_one_rig(tmp_path):
+    """Second differences made 1.48 and 1.78 Hz of one pendulum, and the set was refused as one of two rigs."""
+    case = next(case for case in plan(1201) if case.name == "171-foreign")
+    assert case.runs == ("multisine", "steps", "decay")
+    folder = tmp_path / case.write(tmp_path)
+    judged = furuta.validate(sorted(folder.glob("run-*.csv")), folder / "rig.toml")
+    assert len(judged.channels) == 6

@@ -7,15 +7,15 @@
 use furuta_model::Rig;
 
 use super::convention::PendulumLaw;
+use super::regression::Estimate;
 use super::shown::{self, Shown};
+use super::weak::pendulum;
 use super::{Notice, NoticeKind, Recording, command, counts, frozen, timing};
 
 /// Standard deviations that a coefficient must be away from zero to be spoken of.
 const SIGNIFICANT: f64 = 12.0;
 /// The pendulum's equation must explain so much of its motion before its coefficients are compared with anything.
 const LEFT_AT_MOST: f64 = 0.5;
-/// The same where two recordings are compared, whose noise and motion differ.
-const LEFT_BETWEEN: f64 = 0.1;
 /// Least squared frequency that is compared, 1/s^2: time stamps may be stretched.
 const LEAST_FREQUENCY: f64 = 0.5;
 /// A pendulum that swings faster or slower than the sheet's by this factor is another one, or its time stamps are
@@ -60,7 +60,7 @@ pub fn against_rig(recordings: &[Recording], rig: &Rig) -> Vec<Notice> {
 #[must_use]
 pub fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usize, Notice)> {
     let mut notices = Vec::new();
-    let mut known: Vec<(usize, &Recording, PendulumLaw)> = Vec::new();
+    let mut known: Vec<(usize, &Recording, pendulum::Law)> = Vec::new();
     // Those whose columns and signs are right as far as each alone shows.
     let mut sound: Vec<usize> = Vec::new();
     // Upright, the controller answers every disturbance, and a regression takes the answer for the law: only what hangs
@@ -97,15 +97,8 @@ pub fn each_against_rig(recordings: &[Recording], rig: &Rig) -> Vec<(usize, Noti
             continue;
         }
         sound.push(i);
-        if let Some(law) = law.filter(|law| {
-            let of_sheet = |sheet: &PendulumLaw| {
-                let ratio = law.gravity.value / sheet.gravity.value;
-                (1.0 / FREQUENCY_BETWEEN..FREQUENCY_BETWEEN).contains(&ratio)
-            };
-            law.left < LEFT_BETWEEN && recording.hangs() && sheet.as_ref().is_some_and(of_sheet)
-        }) {
-            known.push((i, recording, law));
-        }
+        let shown = recording.hangs().then(|| pendulum::Law::by(recording));
+        known.extend(shown.flatten().map(|shown| (i, recording, shown)));
     }
     let units = recordings.iter().map(|r| Some(command::unit(r, rig)));
     let of_sound = |of: &dyn Fn(&Recording) -> Shown| {
@@ -163,22 +156,18 @@ fn scale(law: &PendulumLaw, sheet: Option<&PendulumLaw>, rig: &Rig) -> Option<No
         .then_some(NoticeKind::ScaleSuspected { ratio })
 }
 
-/// Recordings whose pendulums are not one.
-fn two_rigs(known: &[(usize, &Recording, PendulumLaw)]) -> Vec<(usize, Notice)> {
-    let both = |a: &PendulumLaw, b: &PendulumLaw, i: usize| {
-        a.signs()[i] == Some(1.0) && b.signs()[i] == Some(1.0)
+/// Recordings whose pendulums are not one: they differ by more than what the equation leaves could make of one.
+fn two_rigs(known: &[(usize, &Recording, pendulum::Law)]) -> Vec<(usize, Notice)> {
+    let differ = |a: Estimate, b: Estimate, factor: f64| {
+        let outside = !(1.0 / factor..factor).contains(&(a.value / b.value));
+        a.value > 0.0 && b.value > 0.0 && outside && (a.value - b.value).abs() > a.worst + b.worst
     };
-    let outside = |ratio: f64, factor: f64| !(1.0 / factor..factor).contains(&ratio);
-    let frequency = |a: &PendulumLaw, b: &PendulumLaw| {
-        let ratio = a.gravity.value / b.gravity.value;
-        both(a, b, 0) && outside(ratio, FREQUENCY_BETWEEN * FREQUENCY_BETWEEN)
-    };
-    let coupling = |a: &PendulumLaw, b: &PendulumLaw| {
-        both(a, b, 1) && outside(a.coupling.value / b.coupling.value, COUPLING_BETWEEN)
+    let frequency = |a: &pendulum::Law, b: &pendulum::Law| {
+        differ(a.gravity, b.gravity, FREQUENCY_BETWEEN * FREQUENCY_BETWEEN)
     };
     let apart = |i: usize, j: usize| {
         let (law, other) = (&known[i].2, &known[j].2);
-        frequency(law, other) || coupling(law, other)
+        frequency(law, other) || differ(law.coupling, other.coupling, COUPLING_BETWEEN)
     };
     let notice = |(i, j): (usize, usize)| {
         let ((at, this, law), (_, than, other)) = (&known[i], &known[j]);

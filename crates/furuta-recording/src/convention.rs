@@ -176,6 +176,7 @@ impl PendulumLaw {
             coupling: Estimate {
                 value: coupling,
                 std: 0.0,
+                worst: 0.0,
             },
             left: solution.left,
         })

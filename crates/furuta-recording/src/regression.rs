@@ -7,6 +7,8 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 pub(super) struct Estimate {
     pub(super) value: f64,
     pub(super) std: f64,
+    /// How far off it is if all that is left follows its regressor, as what a law lacks may.
+    pub(super) worst: f64,
 }
 
 impl Estimate {
@@ -99,11 +101,12 @@ impl<const N: usize> Regression<N> {
             SMatrix::<f64, N, N>::from_fn(|i, j| inverse[(i, j)] / (lengths[i] * lengths[j]));
         let values = inverse * self.xy;
         let explained = values.dot(&self.xy);
-        let variance = ((self.yy - explained) / freedom).max(0.0);
+        let left = (self.yy - explained).max(0.0);
         Some(Solution {
             coefficients: std::array::from_fn(|i| Estimate {
                 value: values[i],
-                std: (variance * inverse[(i, i)]).max(0.0).sqrt(),
+                std: (left / freedom * inverse[(i, i)]).max(0.0).sqrt(),
+                worst: (left * inverse[(i, i)]).max(0.0).sqrt(),
             }),
             left: (1.0 - explained / self.yy).clamp(0.0, 1.0),
         })
@@ -134,5 +137,26 @@ impl<const N: usize> Regression<N> {
                     .then(|| (1.0 - explained / self.yy).clamp(0.0, 1.0))
             })
             .fold(1.0, f64::min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Regression;
+
+    /// A regressor read with noise is found too small, by far more than its standard deviation says; it is not further
+    /// off than if all that is left followed it.
+    #[test]
+    fn what_is_left_bounds_what_noise_in_a_regressor_does() {
+        let mut regression = Regression::<1>::default();
+        for k in 0..4000 {
+            let x = (0.1 * f64::from(k)).sin();
+            let noise = 0.5 * (f64::from(k) * 12.9898).sin();
+            regression.add([x + noise], 2.0 * x);
+        }
+        let found = regression.solve(1.0).expect("one regressor").coefficients[0];
+        let off = 2.0 - found.value;
+        assert!(off > 12.0 * found.std, "{found:?}");
+        assert!(off < found.worst, "{found:?}");
     }
 }

@@ -84,6 +84,7 @@ fn in_rows(time: Estimate, row: f64) -> Estimate {
     Estimate {
         value: time.value / row,
         std: time.std / row.abs(),
+        worst: time.worst / row.abs(),
     }
 }
 

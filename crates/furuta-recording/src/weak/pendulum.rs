@@ -1,8 +1,8 @@
 //! The pendulum's equation. What the shape of a large swing says about the angle's scale, no difference hides.
 
 use super::super::Recording;
-use super::super::regression::Regression;
-use super::{SLOW, over};
+use super::super::regression::{Estimate, Regression};
+use super::{CORRELATED, SLOW, over, unbroken};
 
 /// Half the width of the bump, s: short against a swing, long against a count.
 const HALF: f64 = 0.1;
@@ -31,8 +31,7 @@ pub(crate) const STANDING: [usize; 4] = [GRAVITY, 3, 5, 7];
 /// the acceleration as recorded.
 pub(crate) fn regression(recording: &Recording, scale: f64, zero: f64) -> Regression<TERMS> {
     let mut regression = Regression::default();
-    let segments = recording.segments.iter().cloned();
-    over(recording, segments, HALF, |window, bump| {
+    over(recording, unbroken(recording), HALF, |window, bump| {
         let (mut x, mut y) = ([0.0; TERMS], 0.0);
         let [_, centre] = window.at(bump.len() / 2);
         for (j, w) in bump.iter().enumerate() {
@@ -56,4 +55,24 @@ pub(crate) fn regression(recording: &Recording, scale: f64, zero: f64) -> Regres
         regression.add(x, y);
     });
     regression
+}
+
+/// What a recording shows of the pendulum's equation.
+#[derive(Clone, Copy)]
+pub(crate) struct Law {
+    /// `m g c / (I + m c²)`, 1/s².
+    pub(crate) gravity: Estimate,
+    /// `m L c / (I + m c²)`.
+    pub(crate) coupling: Estimate,
+}
+
+impl Law {
+    /// `None` where the motion does not tell one term from the others.
+    pub(crate) fn by(recording: &Recording) -> Option<Self> {
+        let solution = regression(recording, 1.0, 0.0)
+            .only(PLAIN)
+            .solve(CORRELATED)?;
+        let [gravity, coupling, ..] = solution.coefficients;
+        Some(Self { gravity, coupling })
+    }
 }
