@@ -199,7 +199,7 @@ mod tests {
             (
                 "known",
                 "how far a strength must be from none, in those deviations, squared, where no more than the noise is \
-                 left; whatever it gains",
+                 left, and of what data kept apart say nothing of; whatever it gains",
                 known,
             ),
             (

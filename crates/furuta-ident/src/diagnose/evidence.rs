@@ -245,9 +245,10 @@ fn known(fit: &Fit, effect: usize) -> f64 {
         .fold(f64::NAN, f64::max)
 }
 
-/// The effect whose strength may best be none, if there is one.
-pub(super) fn uncertain(fit: &Fit) -> Option<&'static Spec> {
+/// Of the effects that are `asked` about, the one whose strength may best be none, if there is one.
+pub(super) fn uncertain(fit: &Fit, asked: impl Fn(&Spec) -> bool) -> Option<&'static Spec> {
     (fit.model.effects.iter().enumerate())
+        .filter(|(_, e)| asked(e))
         .map(|(i, e)| (*e, known(fit, i)))
         .filter(|(_, known)| *known <= CRITERIA.known)
         .min_by(|a, b| a.1.total_cmp(&b.1))

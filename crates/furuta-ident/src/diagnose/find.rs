@@ -168,7 +168,7 @@ impl Work<'_> {
         let judge = Judge {
             problem: calm,
             apart: &self.apart,
-            finished: &|fit: &Fit| horizons::finish(self.data, fit, true, stop),
+            finished: &|fit: &Fit, explained| horizons::finish(self.data, fit, explained, stop),
             base: &refitted,
             search: &search,
             stop,

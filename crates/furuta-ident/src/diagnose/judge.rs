@@ -22,8 +22,8 @@ use crate::stop::Stop;
 pub(super) struct Judge<'a> {
     pub(super) problem: &'a Problem<'a>,
     pub(super) apart: &'a Apart<'a>,
-    /// A fit of an explained model over long horizons: its numbers are told.
-    pub(super) finished: &'a dyn Fn(&Fit) -> Fit,
+    /// A fit of a model over long horizons, whether or not it explains the data: its numbers are told.
+    pub(super) finished: &'a dyn Fn(&Fit, bool) -> Fit,
     /// What is left where there is no time to judge.
     pub(super) base: &'a Fit,
     pub(super) search: &'a Search<'a>,
@@ -65,6 +65,7 @@ impl Judge<'_> {
         if !self.problem.explains(&judged.named) {
             self.lasting(&mut judged);
             self.predicting(&mut judged, &stand_ins, Unseen::is_better_than);
+            self.known_alone(&mut judged, &stand_ins);
         }
         let left = !self.problem.explains(&judged.named);
         if !stand_ins.is_empty() {
@@ -96,11 +97,11 @@ impl Judge<'_> {
             left.suspected.splice(0..0, judged.suspected);
             return left;
         }
-        let mut finished = (self.finished)(&judged.named);
-        while let Some(spec) = evidence::uncertain(&finished) {
+        let mut finished = (self.finished)(&judged.named, true);
+        while let Some(spec) = evidence::uncertain(&finished, |_| true) {
             let smaller = self.without(&judged.named, spec);
             self.drop(&mut judged, smaller, Suspected::uncertain(spec));
-            finished = (self.finished)(&judged.named);
+            finished = (self.finished)(&judged.named, true);
         }
         judged.finished = self.problem.explains(&judged.named).then_some(finished);
         judged
@@ -128,6 +129,20 @@ impl Judge<'_> {
     fn is_untold(&self, spec: &Spec) -> bool {
         let own_zeros = self.base.model.sheet.own_zeros;
         spec.acts_once() || (own_zeros && spec.acts.includes(Acts::ZERO))
+    }
+
+    /// Takes out, one at a time, what data kept apart say nothing of and whose strength may as well be none, as it would be
+    /// printed.
+    fn known_alone(&self, judged: &mut Judged, stand_ins: &StandIns) {
+        let asked = |spec: &Spec| self.is_untold(spec) && !stand_ins.has(spec);
+        while judged.named.model.effects.iter().any(|e| asked(e)) {
+            let told = (self.finished)(&judged.named, false);
+            let Some(spec) = evidence::uncertain(&told, asked) else {
+                return;
+            };
+            let smaller = self.without(&judged.named, spec);
+            self.drop(judged, smaller, Suspected::uncertain(spec));
+        }
     }
 
     /// Takes out, one at a time, the effects with which data kept apart are not predicted as they must be (`holds`, of
