@@ -141,11 +141,16 @@ impl Problem<'_> {
             return f64::INFINITY;
         };
         let statistic = score.statistic(one_way);
-        if self.chi(from) < SMALL && screen::looks(spec).is_none() && statistic > 0.0 {
+        if self.chi(from) >= SMALL || statistic <= 0.0 {
+            return statistic;
+        }
+        // What the grid screen places has its strength.
+        let mut share = 1.0;
+        if screen::looks(spec).is_none() {
             let backwards = spec.acts.includes(Acts::BACKWARDS);
             let size = |s: &f64| if backwards { 1.0 / s } else { s.abs() };
             let most = STRONGEST / here[strengths.clone()].iter().map(size).fold(0.0, f64::max);
-            let share = (score.product / score.square).clamp(-most, most);
+            share = (score.product / score.square).clamp(-most, most);
             for i in strengths {
                 z[i] = if backwards {
                     here[i] / share
@@ -153,8 +158,8 @@ impl Problem<'_> {
                     here[i] * share
                 };
             }
-            screen.follow(&h, z, &score, share);
         }
+        screen.follow(&h, z, &score, share);
         statistic
     }
 
