@@ -51,6 +51,7 @@ fn a_rig_is_planned_recorded_calibrated_and_validated() {
         "arm.length",
         "--profile",
         "arm.inertia",
+        "--same-zero",
         "--verify",
         &second,
         "--write-rig",

@@ -7,7 +7,7 @@ use crate::common::patient;
 use furuta_ident::diagnose::{Diagnosis, Options, Outcome, Request, Verdict, diagnose_with};
 use furuta_ident::recording::Recording;
 use furuta_ident::selection::select;
-use furuta_ident::validate::validate_in;
+use furuta_ident::validate::{self, validate_with};
 use furuta_ident::{Pendulum, calibrate};
 use furuta_model::{Effect, Rig};
 
@@ -206,8 +206,15 @@ fn the_pendulum_of_a_stepper_kit_is_predicted() {
         let outcome = calibrate::calibrate(std::slice::from_ref(&first), &sheet, &options)
             .expect("good recordings");
         println!("{}", outcome.calibration.summary());
-        let validation = validate_in(std::slice::from_ref(&second), &outcome.rig, pendulum)
-            .expect("good recordings");
+        let validation = validate_with(
+            std::slice::from_ref(&second),
+            &outcome.rig,
+            validate::Options {
+                pendulum,
+                ..validate::Options::default()
+            },
+        )
+        .expect("good recordings");
         println!("{}", validation.summary());
         validation.channels.last().expect("alpha").rms
     };

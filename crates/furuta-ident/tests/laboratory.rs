@@ -3,10 +3,11 @@
 use crate::common;
 
 use common::{RunSetup, diagnosis, names, qube, record, sweep};
-use furuta_ident::Pendulum;
 use furuta_ident::diagnose::Verdict;
 use furuta_ident::recording::Recording;
 use furuta_ident::selection::select;
+use furuta_ident::validate::{self, validate_with};
+use furuta_ident::{Pendulum, calibrate};
 use furuta_model::{Effect, Rig, State};
 
 /// Two sweeps, the second by an encoder that was zeroed `offset` (rad) elsewhere.
@@ -96,6 +97,51 @@ fn a_spring_is_named_though_each_recording_has_a_zero_of_its_own() {
         "{:?}",
         found.zeros
     );
+}
+
+/// Where a spring depends on the arm's angle, a recording is predicted from the zero found in it. Said to be the rig's,
+/// the zero is not looked for: an encoder that was zeroed elsewhere shows, and the angle of rest is known from all
+/// recordings alike.
+#[test]
+fn recordings_said_to_count_from_the_rigs_zeros_do() {
+    let mut rig = qube();
+    rig.effects = vec![Effect::new("arm.spring", &[2.5e-3, 0.1]).expect("valid")];
+    let told = |same_zero| validate::Options {
+        same_zero,
+        ..validate::Options::default()
+    };
+    let worst = |recordings: &[Recording], same_zero| {
+        let judged = validate_with(recordings, &rig, told(same_zero)).expect("sound");
+        let fits = judged.channels.iter().map(|c| c.fit_percent);
+        fits.fold(f64::INFINITY, f64::min)
+    };
+    let shifted = sweeps(&rig, 1.0);
+    assert!(worst(&shifted, false) > 99.0);
+    assert!(worst(&shifted, true) < 50.0);
+    let sound = sweeps(&rig, 0.0);
+    assert!(worst(&sound, true) > 99.0);
+
+    let mut sheet = rig.clone();
+    sheet.effects = vec![Effect::new("arm.spring", &[3e-3, 0.0]).expect("valid")];
+    let rest = |recordings: &[Recording], same_zero| {
+        let options = calibrate::Options {
+            free: vec!["arm.spring.stiffness".into(), "arm.spring.rest".into()],
+            same_zero,
+            ..calibrate::Options::default()
+        };
+        let outcome = calibrate::calibrate(recordings, &sheet, &options).expect("sound");
+        let rest = &outcome.calibration.parameters["arm.spring.rest"];
+        (rest.fitted, rest.std)
+    };
+    let (own, own_std) = rest(&sound, false);
+    let (same, same_std) = rest(&sound, true);
+    assert!((own - 0.1).abs() < 4.0 * own_std, "{own} {own_std}");
+    assert!((same - 0.1).abs() < 4.0 * same_std, "{same} {same_std}");
+    // Two recordings tell of it in place of one.
+    assert!(same_std < 0.9 * own_std, "{same_std} {own_std}");
+    // Half of it is what a wrong word makes of the second recording's zero.
+    let (wrong, _) = rest(&shifted, true);
+    assert!((wrong - 0.1).abs() > 0.1, "{wrong}");
 }
 
 /// A rig that is balanced by hand-made state feedback while its arm goes to and fro once in 2 s: all that many

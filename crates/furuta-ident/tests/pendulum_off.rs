@@ -11,6 +11,15 @@ use furuta_ident::recording::Recording;
 use furuta_ident::{Insufficient, Pendulum, calibrate, validate};
 use furuta_model::{Rig, State};
 
+/// A rig file judged by recordings in this state.
+fn judged_in(pendulum: Pendulum, recordings: &[Recording], rig: &Rig) -> validate::Validation {
+    let options = validate::Options {
+        pendulum,
+        ..validate::Options::default()
+    };
+    validate::validate_with(recordings, rig, options).expect("enough")
+}
+
 /// What the arm's equation has beside motor and damping: torque [N m] by angle and speed.
 type Torque = fn(f64, f64) -> f64;
 
@@ -294,7 +303,7 @@ fn a_pendulum_is_looked_at_alone() {
     let viscous = &c.parameters["pendulum.viscous"];
     assert!((viscous.fitted / damping - 1.0).abs() < 0.02, "{viscous:?}");
     assert!(c.fit.iter().all(|f| f.channel.to_string() == "alpha"));
-    let judged = validate::validate_in(&sound, &found.rig, Pendulum::Alone).expect("enough");
+    let judged = judged_in(Pendulum::Alone, &sound, &found.rig);
     assert!(judged.channels.len() == 2 && judged.channels.iter().all(|c| c.fit_percent > 99.0));
 }
 
@@ -318,7 +327,7 @@ fn an_arm_is_calibrated_alone() {
     );
     assert!(!c.parameters["pendulum.inertia"].identifiable && c.combinations.is_empty());
     assert!(c.notices.iter().any(|n| n.contains("the pendulum is off")));
-    let judged = validate::validate_in(&recordings, &found.rig, Pendulum::Removed).expect("enough");
+    let judged = judged_in(Pendulum::Removed, &recordings, &found.rig);
     assert!(judged.channels.len() == 2 && judged.channels.iter().all(|c| c.fit_percent > 99.0));
 }
 

@@ -8,10 +8,10 @@ use crate::file;
 use crate::kept::{Kept, Reduced, json, kept, unreadable};
 use crate::recording::{choose, selection, state};
 use crate::rig::PyRig;
-use furuta_ident::Pendulum;
 use furuta_ident::calibrate::{
     CalibrateError, Calibration, Curve, Options, Outcome, calibrate_with,
 };
+use furuta_ident::{Pendulum, validate};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use std::path::PathBuf;
@@ -279,6 +279,8 @@ impl Kept for PyCalibration {
 /// pendulum : {"swings", "removed", "locked", "alone", "driven"}, optional
 ///     What the pendulum did in `recordings`: it swings as it is built; it was taken off or locked hanging, and the arm
 ///     alone is looked at; or the arm was held, or moves as theta says, and the pendulum alone is.
+/// same_zero : bool, optional
+///     All recordings count their angles from the rig's zeros. Otherwise each has zeros of its own.
 /// removed, locked, alone, driven : as `recordings`, optional
 ///     Recordings of the same rig in these states, fitted together with `recordings`.
 /// every : int, optional
@@ -320,11 +322,11 @@ impl Kept for PyCalibration {
 #[pyfunction]
 #[pyo3(
     signature = (recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, body_length=None, verify=None,
-        pendulum="swings", removed=None, locked=None, alone=None, driven=None, every=1, span=None,
+        pendulum="swings", same_zero=false, removed=None, locked=None, alone=None, driven=None, every=1, span=None,
         accept_suspicious=false, progress=None, hold=None),
     text_signature = "(recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, \
-        body_length=None, verify=None, pendulum='swings', removed=None, locked=None, alone=None, driven=None, \
-        every=1, span=None, accept_suspicious=False, progress=None, hold=None)"
+        body_length=None, verify=None, pendulum='swings', same_zero=False, removed=None, locked=None, alone=None, \
+        driven=None, every=1, span=None, accept_suspicious=False, progress=None, hold=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords, for Python
 pub(crate) fn calibrate(
@@ -338,6 +340,7 @@ pub(crate) fn calibrate(
     body_length: Option<f64>,
     verify: Option<Bound<'_, PyAny>>,
     pendulum: &str,
+    same_zero: bool,
     removed: Option<Bound<'_, PyAny>>,
     locked: Option<Bound<'_, PyAny>>,
     alone: Option<Bound<'_, PyAny>>,
@@ -387,6 +390,7 @@ pub(crate) fn calibrate(
         horizon,
         body_length,
         pendulum,
+        same_zero,
         beside,
     };
     let work = move |send: &Sender<(&'static str, f64)>| {
@@ -396,7 +400,11 @@ pub(crate) fn calibrate(
         outcome.calibration.notices.splice(0..0, given.notices);
         if !given.verify.is_empty() {
             heard("verifying", 95.0);
-            outcome.verify(&given.verify, &rig, pendulum)?;
+            let options = validate::Options {
+                pendulum,
+                same_zero,
+            };
+            outcome.verify(&given.verify, &rig, options)?;
         }
         Ok(outcome)
     };

@@ -7,7 +7,7 @@ use crate::error;
 use crate::kept::{Kept, Reduced, kept, unreadable};
 use crate::matrix::{Vector, vector};
 use crate::recording::{choose, selection, state};
-use furuta_ident::validate::{Validated, Validation};
+use furuta_ident::validate::{Options, Validated, Validation, validate_with};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 
@@ -123,6 +123,8 @@ impl Kept for PyValidation {
 /// rig : Rig
 /// pendulum : {"swings", "removed", "locked", "alone", "driven"}, optional
 ///     What the pendulum did in the recordings, as for `calibrate`.
+/// same_zero : bool, optional
+///     All recordings count their angles from the rig's zeros. Otherwise each has zeros of its own.
 /// every : int, optional
 ///     Use every `every`-th sample of each recording. The command of a sample becomes the mean of those until the
 ///     next one used: right where `every` sample periods are short against the motion.
@@ -153,14 +155,16 @@ impl Kept for PyValidation {
 ///   recording-0          theta   99.9 % ...
 #[pyfunction]
 #[pyo3(
-    signature = (recordings, rig, *, pendulum="swings", every=1, span=None, accept_suspicious=false),
-    text_signature = "(recordings, rig, *, pendulum='swings', every=1, span=None, accept_suspicious=False)"
+    signature = (recordings, rig, *, pendulum="swings", same_zero=false, every=1, span=None, accept_suspicious=false),
+    text_signature = "(recordings, rig, *, pendulum='swings', same_zero=False, every=1, span=None, \
+        accept_suspicious=False)"
 )]
 pub(crate) fn validate(
     py: Python<'_>,
     recordings: &Bound<'_, PyAny>,
     rig: RigLike,
     pendulum: &str,
+    same_zero: bool,
     every: usize,
     span: Option<(f64, f64)>,
     accept_suspicious: bool,
@@ -176,7 +180,11 @@ pub(crate) fn validate(
     )?;
     let recordings = given.recordings;
     let mut validation = awaited(py, move || {
-        furuta_ident::validate::validate_in(&recordings, &rig, pendulum)
+        let options = Options {
+            pendulum,
+            same_zero,
+        };
+        validate_with(&recordings, &rig, options)
     })?
     .map_err(error::calibrate)?;
     validation.notices.splice(0..0, given.notices);

@@ -20,6 +20,8 @@ const BLOCK: f64 = 0.1;
 pub(super) struct CalibrationProblem<'a> {
     pub(super) data: &'a Data,
     pub(super) space: &'a Space,
+    /// Whether each recording has zeros of its own.
+    own_zeros: bool,
     pub(super) windows: Vec<Window>,
 }
 
@@ -41,6 +43,7 @@ struct Free<'a> {
     space: &'a Space,
     free: Vec<usize>,
     values: Vec<f64>,
+    own_zeros: bool,
     /// What the rig was at each recording.
     states: Vec<Pendulum>,
 }
@@ -79,7 +82,7 @@ impl Model for Free<'_> {
         Layout {
             shared: self.free.len(),
             lead: self.free.len(),
-            zeros: ZEROS,
+            zeros: if self.own_zeros { ZEROS } else { 0 },
             recordings: self.states.len(),
         }
     }
@@ -125,10 +128,15 @@ pub(super) fn windows(data: &Data, seconds: f64) -> Vec<Window> {
 }
 
 impl<'a> CalibrationProblem<'a> {
-    pub(super) fn new(data: &'a Data, space: &'a Space, windows: Vec<Window>) -> Self {
+    pub(super) fn new(
+        data: &'a Data,
+        (space, own_zeros): (&'a Space, bool),
+        windows: Vec<Window>,
+    ) -> Self {
         Self {
             data,
             space,
+            own_zeros,
             windows,
         }
     }
@@ -142,6 +150,7 @@ impl<'a> CalibrationProblem<'a> {
             space: self.space,
             free: free.to_vec(),
             values: values.to_vec(),
+            own_zeros: self.own_zeros,
             states: self.data.states(),
         }
     }

@@ -38,7 +38,7 @@ use crate::pendulum::Pendulum;
 use crate::recording::Recording;
 use crate::shooting::Data;
 use crate::stages::Stages;
-use crate::validate::validate_in;
+use crate::validate::{self, validate_with};
 use combinations::combinations;
 use curves::{channel_fits, curves};
 use fit::{CalibrationProblem, windows};
@@ -89,6 +89,8 @@ pub struct Options {
     pub body_length: Option<f64>,
     /// What the rig was in the recordings: as it is built, or a part of it alone.
     pub pendulum: Pendulum,
+    /// Whether all recordings count their angles from the rig's zeros: otherwise each has zeros of its own.
+    pub same_zero: bool,
     /// Recordings of the same rig in other states, fitted together with these: one fit, the numbers of the rig file that
     /// both show shared. Those of the arm alone set its inertia apart from what the pendulum adds.
     pub beside: Vec<(Pendulum, Recording)>,
@@ -103,6 +105,7 @@ impl Default for Options {
             horizon: 2.0,
             body_length: None,
             pendulum: Pendulum::Swings,
+            same_zero: false,
             beside: Vec::new(),
         }
     }
@@ -131,20 +134,20 @@ impl Outcome {
         }
     }
 
-    /// Judges rig file (`as_given`) and calibrated rig by recordings of the rig in this state that the fit did not see;
-    /// the answer is [`Calibration::verification`].
+    /// Judges rig file (`as_given`) and calibrated rig by recordings that the fit did not see; the answer is
+    /// [`Calibration::verification`].
     ///
     /// # Errors
-    /// As [`validate_in`].
+    /// As [`validate_with`].
     pub fn verify(
         &mut self,
         unseen: &[Recording],
         as_given: &Rig,
-        state: Pendulum,
+        options: validate::Options,
     ) -> Result<(), CalibrateError> {
         self.calibration.verification = Some(Verification {
-            as_given: validate_in(unseen, as_given, state)?,
-            calibrated: validate_in(unseen, &self.rig, state)?,
+            as_given: validate_with(unseen, as_given, options)?,
+            calibrated: validate_with(unseen, &self.rig, options)?,
         });
         Ok(())
     }
@@ -268,7 +271,8 @@ pub fn calibrate_with(
     let profiles = places(&space, &options.profile)?;
 
     // Where to set out: the rig file, or what the convex program says, whichever follows the recordings better.
-    let short = CalibrationProblem::new(&data, &space, windows(&data, SHORT));
+    let own_zeros = !options.same_zero;
+    let short = CalibrationProblem::new(&data, (&space, own_zeros), windows(&data, SHORT));
     let as_given = short.solve_states(&space.sheet());
     let begun = |free: &[usize]| {
         start::start(&space, &data, free)
@@ -281,7 +285,7 @@ pub fn calibrate_with(
 
     // What the recordings can tell.
     enter(1)?;
-    let long = CalibrationProblem::new(&data, &space, windows(&data, options.horizon));
+    let long = CalibrationProblem::new(&data, (&space, own_zeros), windows(&data, options.horizon));
     let everything: Vec<usize> = (0..space.parameters.len()).collect();
     let solved = long.solve_states(&begun_with_all.values);
     let information = relative(

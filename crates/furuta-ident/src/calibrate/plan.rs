@@ -203,7 +203,7 @@ fn try_signal(
     }
     let amplitude = two_digits(level * amplitude);
     let data = recorded(amplitude)?;
-    let problem = CalibrationProblem::new(&data, space, windows(&data, horizon));
+    let problem = CalibrationProblem::new(&data, (space, true), windows(&data, horizon));
     let solved = problem.solve_states(&space.sheet());
     let everything: Vec<usize> = (0..space.parameters.len()).collect();
     let known = problem.information(&solved, &everything);

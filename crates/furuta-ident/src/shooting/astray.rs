@@ -133,6 +133,7 @@ mod tests {
             rig: &rig,
             recordings: FALLS,
             state: Pendulum::Swings,
+            own_zeros: true,
         };
         let z = vec![0.0; model.layout().len()];
         let solved = problem.solve_states(&model, &z, None);

@@ -107,6 +107,7 @@ mod tests {
             rig: &other,
             recordings: FALLS,
             state: Pendulum::Swings,
+            own_zeros: true,
         };
         let start = problem.solve_states(&model, &vec![0.0; model.layout().len()], None);
         let fit = problem.fit(&model, start.z, &start.states, Effort::FULL);

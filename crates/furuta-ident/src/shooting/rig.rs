@@ -15,6 +15,8 @@ pub(crate) struct AsGiven<'a> {
     pub(crate) recordings: usize,
     /// What the rig was when it was recorded.
     pub(crate) state: Pendulum,
+    /// Whether each recording has zeros of its own.
+    pub(crate) own_zeros: bool,
 }
 
 impl Model for AsGiven<'_> {
@@ -22,7 +24,7 @@ impl Model for AsGiven<'_> {
         Layout {
             shared: 0,
             lead: 0,
-            zeros: ZEROS,
+            zeros: if self.own_zeros { ZEROS } else { 0 },
             recordings: self.recordings,
         }
     }

@@ -133,25 +133,37 @@ impl Validation {
 /// # Errors
 /// [`Insufficient`]: nothing moves, too short.
 pub fn validate(recordings: &[Recording], rig: &Rig) -> Result<Validation, Insufficient> {
-    validate_in(recordings, rig, Pendulum::Swings)
+    validate_with(recordings, rig, Options::default())
 }
 
-/// [`validate`] by recordings of the rig in this state: of its arm alone, or of its pendulum alone. Angles that do not
-/// tell of the model have no rows.
+/// What may be said of the recordings of a validation.
+#[derive(Copy, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// What the rig was in the recordings: as it is built, or a part of it alone.
+    pub pendulum: Pendulum,
+    /// Whether all recordings count their angles from the rig's zeros: otherwise each has zeros of its own, found in its
+    /// first seconds.
+    pub same_zero: bool,
+}
+
+/// [`validate`] by recordings of which these `options` tell: of the arm alone, or of the pendulum alone, or from one
+/// zero. Angles that do not tell of the model have no rows.
 ///
 /// # Errors
 /// As [`validate`].
-pub fn validate_in(
+pub fn validate_with(
     recordings: &[Recording],
     rig: &Rig,
-    state: Pendulum,
+    options: Options,
 ) -> Result<Validation, Insufficient> {
+    let state = options.pendulum;
     let data = Data::in_states(recordings, rig, |_| state);
     insufficient::check(recordings, rig, &data)?;
     let model = AsGiven {
         rig,
         recordings: data.recordings,
         state,
+        own_zeros: !options.same_zero,
     };
     let z = with_zeros_found(&data, |_| true, &model, &vec![0.0; model.layout().len()]);
     let windows = Windows::new(&model, &z);

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use furuta_ident::calibrate::{Options, calibrate};
-use furuta_ident::{Pendulum, Task, report};
+use furuta_ident::{Pendulum, Task, report, validate};
 use furuta_model::Rig;
 
 use crate::commands::recorded::RecordedArgs;
@@ -42,6 +42,10 @@ pub(crate) struct Args {
     /// that the pendulum is.
     #[arg(long, value_name = "STATE", default_value = "swings")]
     pendulum: Pendulum,
+    /// All recordings count their angles from the rig's zeros: no encoder was switched off between them. Otherwise each
+    /// has zeros of its own.
+    #[arg(long)]
+    same_zero: bool,
     /// Recordings with the pendulum taken off, to be fitted together with DATA.
     #[arg(long, value_name = "DATA", num_args = 1..)]
     removed: Vec<PathBuf>,
@@ -89,11 +93,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         horizon: args.horizon,
         body_length: args.body_length,
         pendulum: args.pendulum,
+        same_zero: args.same_zero,
         beside,
     };
     let mut outcome = calibrate(&data, &rig, &options)?;
     if !unseen.is_empty() {
-        outcome.verify(&unseen, &rig, args.pendulum)?;
+        let options = validate::Options {
+            pendulum: args.pendulum,
+            same_zero: args.same_zero,
+        };
+        outcome.verify(&unseen, &rig, options)?;
     }
     outcome.calibration.notices.splice(0..0, notices);
     if let Some(path) = &args.report {

@@ -1,6 +1,6 @@
 //! `furuta identify validate`: how well a rig file predicts recordings that it was not fitted to.
 
-use furuta_ident::validate::validate_in;
+use furuta_ident::validate::{Options, validate_with};
 use furuta_ident::{Pendulum, Task};
 use furuta_model::Rig;
 
@@ -18,6 +18,10 @@ pub(crate) struct Args {
     /// that the pendulum is.
     #[arg(long, value_name = "STATE", default_value = "swings")]
     pendulum: Pendulum,
+    /// All recordings count their angles from the rig's zeros: no encoder was switched off between them. Otherwise each
+    /// has zeros of its own.
+    #[arg(long)]
+    same_zero: bool,
 }
 
 /// Runs the command.
@@ -26,7 +30,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut notices = Vec::new();
     let [data, _] = args.recorded.load(&rig, &[], args.pendulum, &mut notices)?;
     args.recorded.foretell(Task::Validate, &data);
-    let mut validation = validate_in(&data, &rig, args.pendulum)?;
+    let options = Options {
+        pendulum: args.pendulum,
+        same_zero: args.same_zero,
+    };
+    let mut validation = validate_with(&data, &rig, options)?;
     validation.notices.splice(0..0, notices);
     args.recorded
         .answer(|| validation.to_json(), || validation.summary())
