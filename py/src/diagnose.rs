@@ -24,7 +24,7 @@ fn seconds(limit: f64) -> PyResult<Duration> {
         .filter(|t| !t.is_zero())
         .ok_or_else(|| {
             PyValueError::new_err(format!(
-                "time_limit is {limit}: give seconds above 0, or None for no limit"
+                "time_limit is {limit}: give a finite number of seconds above 0, or None for no limit"
             ))
         })
 }

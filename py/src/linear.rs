@@ -122,6 +122,11 @@ pub(crate) fn zero_order_hold<'py>(
             &b.fixed::<N, 1>("B")?,
             dt,
         );
+        if !ad.iter().chain(&bd).all(|x| x.is_finite()) {
+            return Err(error::design(format!(
+                "over dt = {dt} s an unstable mode of A grows beyond what a number holds: give a shorter dt"
+            )));
+        }
         Ok((array(py, &ad)?, array(py, &bd)?))
     }
     if !(dt > 0.0 && dt.is_finite()) {

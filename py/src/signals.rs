@@ -93,13 +93,16 @@ pub(crate) fn signal<'py>(
     );
     let limit = given.optional("limit")?;
     given.nothing_else()?;
-    let mut excitation = Excitation::new(signal, duration)
+    let excitation = Excitation::new(signal, duration)
         .and_then(|e| e.faded(fade_in, fade_out))
-        .map_err(error::signal)?;
-    if let Some(limit) = limit {
-        excitation = excitation.limited(limit).map_err(error::signal)?;
-    }
-    excitation.check_sample_period(dt).map_err(error::signal)?;
+        .and_then(|e| match limit {
+            Some(limit) => e.limited(limit),
+            None => Ok(e),
+        })
+        .map_err(|e| given.refused(e))?;
+    excitation
+        .check_sample_period(dt)
+        .map_err(|e| given.refused(e))?;
     let samples = (duration / dt).round();
     if samples > MOST_SAMPLES {
         return Err(error::signal(format!(
@@ -261,17 +264,26 @@ impl<'py> Parameters<'_, 'py> {
         }
     }
 
-    /// What is wrong with the signal, an RMS value under the name that it was given by.
-    fn refused(&self, mut error: SignalError) -> PyErr {
-        if let SignalError::OutOfRange { parameter, .. } = &mut error
-            && *parameter == "rms"
-            && self
-                .given
-                .is_some_and(|given| given.contains("amplitude").unwrap_or(false))
-        {
-            *parameter = "amplitude";
-        }
-        error::signal(error)
+    /// What is wrong with the signal, a parameter under the keyword that it was given by.
+    fn refused(&self, error: SignalError) -> PyErr {
+        let given = |name: &str| {
+            self.given
+                .is_some_and(|g| g.contains(name).unwrap_or(false))
+        };
+        error::signal(error.renamed(|_, parameter| match (self.kind, parameter) {
+            (_, "rms") if given("amplitude") => "amplitude",
+            (_, "clock") if given("hold") => "hold",
+            (Ramp::NAME, "from") => "begin",
+            (Ramp::NAME, "to") if given("end") => "end",
+            (Ramp::NAME, "to") => "amplitude",
+            (Chirp::NAME, "from" | "to") if given("band") => "band",
+            (Chirp::NAME, "from") => "f0",
+            (Chirp::NAME, "to") => "f1",
+            (_, "fade-in" | "fade-out") if given("fade") => "fade",
+            (_, "fade-in") => "fade_in",
+            (_, "fade-out") => "fade_out",
+            (_, other) => other,
+        }))
     }
 
     /// A number under its name or under another that it has, not both.

@@ -54,3 +54,16 @@ def test_a_state_does_not_differ_from_itself():
         furuta.frf([recording, recording])
     with pytest.raises(furuta.IdentificationError, match="`u` is both input and output"):
         furuta.frf(recording, output="u")
+
+
+def test_a_sample_is_not_longer_than_numbers_hold():
+    for step in (lambda dt: furuta.zero_order_hold(*furuta.linearize(RIG), dt), lambda dt: RIG.to_ss(dt=dt)):
+        with pytest.raises(furuta.DesignError, match="over dt = 1000 s an unstable mode of A grows beyond"):
+            step(dt=1000.0)
+
+
+def test_a_time_limit_ends():
+    t = np.arange(0, 3, 0.002)
+    _, y = furuta.simulate(RIG, [0, np.pi, 0, 0], np.sin(t)[:-1], 0.002, encoders=True)
+    with pytest.raises(ValueError, match="time_limit is inf: give a finite number of seconds above 0, or None"):
+        furuta.diagnose({"t": t, "u": np.sin(t), "theta": y[:, 0], "alpha": y[:, 1]}, RIG, time_limit=np.inf)

@@ -240,6 +240,11 @@ def test_states_to_measure_are_finite():
             furuta.SimulationError,
             r"the estimator gave shape \(1,\)",
         ),
+        (
+            {"controller": lambda t, x: 0, "estimator": lambda *a: [0, np.nan, 0, 0]},
+            furuta.SimulationError,
+            r"the estimator gave \[0.0, nan, 0.0, 0.0\] at t = 0 s: a state has finite numbers",
+        ),
         ({"estimator": "kalman"}, furuta.SimulationError, "estimator belongs to a controller"),
         ({"controller": lambda t, x: 0, "reference": 1.0}, furuta.SimulationError, "a callable knows its own"),
         ({"controller": lambda t, x: 1 / 0}, ZeroDivisionError, "division"),

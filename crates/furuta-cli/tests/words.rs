@@ -276,6 +276,12 @@ fn signals_are_refused_by_their_options() {
             "prbs: --order = 1 is outside the allowed range [2, 20]",
         ),
         (
+            "chirp",
+            "--band",
+            "0,1e6",
+            "chirp: --band high = 1000000 is outside the allowed range [0, 100000] Hz",
+        ),
+        (
             "noise",
             "--amplitude",
             "-1",

@@ -103,6 +103,8 @@ def _seer(estimator: Any, rig: Rig, dt: float) -> Any:
         x = np.array(estimator(t, theta, alpha, held), dtype=float)
         if x.shape != (4,):
             raise SimulationError(f"the estimator gave shape {x.shape} at t = {t:g} s; a state has shape (4,)")
+        if not np.isfinite(x).all():
+            raise SimulationError(f"the estimator gave {x.tolist()} at t = {t:g} s: a state has finite numbers")
         return x
 
     return see

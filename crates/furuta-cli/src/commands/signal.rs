@@ -339,33 +339,16 @@ fn refuse(idle: Option<&str>, does: &str, choice: &str) -> Result<(), Failure> {
 
 /// An error of a test signal that names the option in place of the signal's parameter.
 fn by_option(error: SignalError) -> SignalError {
-    match error {
-        SignalError::OutOfRange {
-            signal,
-            parameter,
-            value,
-            min,
-            max,
-            unit,
-        } => SignalError::OutOfRange {
-            signal,
-            parameter: match parameter {
-                "amplitude" | "rms" => "--amplitude",
-                "low" => "--band low",
-                "high" => "--band high",
-                "hold" | "clock" => "--hold",
-                "fade-in" | "fade-out" => "--fade",
-                "lines" => "--lines",
-                "order" => "--order",
-                other => other,
-            },
-            value,
-            min,
-            max,
-            unit,
-        },
-        other => other,
-    }
+    error.renamed(|signal, parameter| match (signal, parameter) {
+        (Ramp::NAME, "to") | (_, "amplitude" | "rms") => "--amplitude",
+        (Chirp::NAME, "to") | (_, "low") => "--band low",
+        (Chirp::NAME, "from") | (_, "high") => "--band high",
+        (_, "hold" | "clock") => "--hold",
+        (_, "fade-in" | "fade-out") => "--fade",
+        (_, "lines") => "--lines",
+        (_, "order") => "--order",
+        (_, other) => other,
+    })
 }
 
 pub(crate) fn band(text: &str) -> Result<[f64; 2], String> {

@@ -154,8 +154,8 @@ pub enum FrequencyError {
     },
     /// Not enough periods.
     #[error(
-        "{found} whole periods of {period} s are in the data after the first {discarded}; at least 2 are needed to \
-         know their spread: record longer, or give the right period"
+        "whole periods of {period} s in the data after the first {discarded}: {found}; at least 2 are needed to know \
+         their spread: record longer, or give the right period"
     )]
     TooFewPeriods {
         /// Periods that remain.

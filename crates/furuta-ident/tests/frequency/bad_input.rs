@@ -153,10 +153,10 @@ fn periods() {
     ));
     assert!(
         respond(&u, 6.0, 0)
-            .starts_with("1 whole periods of 6 s are in the data after the first 0; at least 2")
+            .starts_with("whole periods of 6 s in the data after the first 0: 1; at least 2")
     );
     assert!(
-        respond(&u, 1.0, 9).starts_with("1 whole periods of 1 s are in the data after the first 9")
+        respond(&u, 1.0, 9).starts_with("whole periods of 1 s in the data after the first 9: 1")
     );
     assert!(respond(&white(3, 1000), 1.0, 0).starts_with("the input does not repeat after 1 s"));
 }

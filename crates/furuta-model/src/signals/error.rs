@@ -115,6 +115,26 @@ impl fmt::Display for SignalError {
 
 impl core::error::Error for SignalError {}
 
+impl SignalError {
+    /// The same with what the parameter is called where the user gave it: an option, a keyword.
+    ///
+    /// ```
+    /// use furuta_model::signals::Step;
+    /// let error = Step::new(f64::NAN, 0.0).expect_err("not a number").renamed(|_, _| "--amplitude");
+    /// assert!(error.to_string().starts_with("step: --amplitude = NaN"));
+    /// ```
+    #[must_use]
+    pub fn renamed(mut self, name: impl FnOnce(&str, &'static str) -> &'static str) -> Self {
+        if let Self::OutOfRange {
+            signal, parameter, ..
+        } = &mut self
+        {
+            *parameter = name(signal, parameter);
+        }
+        self
+    }
+}
+
 /// The value, if it lies in the closed range; a NaN does not.
 pub(super) fn within(
     signal: &'static str,

@@ -344,8 +344,10 @@ impl fmt::Display for Multisine {
         let lowest = self.lines.first().map_or(1, |line| line.harmonic);
         let low = shown(f64::from(lowest) * self.fundamental);
         let (high, rms) = (shown(self.highest()), shown(self.rms));
-        let n = self.lines.len();
-        write!(f, "{n} sines from {low} to {high} Hz, {rms} V RMS")
+        match self.lines.len() {
+            1 => write!(f, "1 sine of {low} Hz, {rms} V RMS"),
+            n => write!(f, "{n} sines from {low} to {high} Hz, {rms} V RMS"),
+        }
     }
 }
 
