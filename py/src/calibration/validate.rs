@@ -159,6 +159,7 @@ impl Kept for PyValidation {
     text_signature = "(recordings, rig, *, pendulum='swings', same_zero=False, every=1, span=None, \
         accept_suspicious=False)"
 )]
+#[allow(clippy::too_many_arguments)] // keywords, for Python
 pub(crate) fn validate(
     py: Python<'_>,
     recordings: &Bound<'_, PyAny>,

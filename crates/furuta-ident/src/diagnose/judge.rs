@@ -131,8 +131,8 @@ impl Judge<'_> {
         spec.acts_once() || (own_zeros && spec.acts.includes(Acts::ZERO))
     }
 
-    /// Takes out, one at a time, what data kept apart say nothing of and whose strength may as well be none, as it would be
-    /// printed.
+    /// Takes out, one at a time, what data kept apart say nothing of and whose strength, as it would be printed, may as
+    /// well be none.
     fn known_alone(&self, judged: &mut Judged, stand_ins: &StandIns) {
         let asked = |spec: &Spec| self.is_untold(spec) && !stand_ins.has(spec);
         while judged.named.model.effects.iter().any(|e| asked(e)) {

@@ -96,8 +96,8 @@ impl Problem<'_> {
                     .map(move |z| (s, z))
             })
             .collect();
-        // Base parameters refitted without the effect may be far off: where the gap is large, the data sheet is a better
-        // start.
+        // Base parameters refitted without the effect may be far off: where the gap is large, the data sheet is a
+        // better start.
         let far = !self.explains(from) && from.model.effects.is_empty();
         let mut starts: Vec<FitStart> = jobs
             .into_par_iter()

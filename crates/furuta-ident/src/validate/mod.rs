@@ -141,8 +141,8 @@ pub fn validate(recordings: &[Recording], rig: &Rig) -> Result<Validation, Insuf
 pub struct Options {
     /// What the rig was in the recordings: as it is built, or a part of it alone.
     pub pendulum: Pendulum,
-    /// Whether all recordings count their angles from the rig's zeros: otherwise each has zeros of its own, found in its
-    /// first seconds.
+    /// Whether all recordings count their angles from the rig's zeros: otherwise each has zeros of its own, found in
+    /// its first seconds.
     pub same_zero: bool,
 }
 

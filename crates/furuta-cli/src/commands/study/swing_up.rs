@@ -308,7 +308,8 @@ fn print_text(rig: &Rig, o: &Outcome, limit: Option<&Reach>) -> Result<(), Failu
     if r.nearest < UPRIGHT {
         writeln!(
             out,
-            "  why: not for want of {command}: a search over every course of it brings the rig of the file up in {:.2} s",
+            "  why: not for want of {command}: a search over every course of it brings the rig of the file up in \
+             {:.2} s",
             r.at
         )?;
     } else {
