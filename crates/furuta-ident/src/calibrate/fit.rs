@@ -198,10 +198,17 @@ impl<'a> CalibrationProblem<'a> {
         reduced(&model, &z, data, windows, &fit.states, 1.0, block)
     }
 
-    /// What the windows say of the free parameters, in units of their scales, initial states and zeros eliminated.
+    /// What the windows say of the free parameters, in units of their scales, initial states and those zeros eliminated
+    /// that a fit would move.
     pub(super) fn information(&self, fit: &Fit, free: &[usize]) -> DMatrix<f64> {
-        let (m, p) = (self.reduced(fit, free, None).matrix, free.len());
+        let (mut m, p) = (self.reduced(fit, free, None).matrix, free.len());
         let zeros = m.nrows() - p;
+        let model = self.model(&fit.values, free);
+        let bounds = model.bounds(&model.vector(&fit.zeros));
+        for i in (p..m.nrows()).filter(|&i| bounds[i].0 == bounds[i].1) {
+            m.row_mut(i).fill(0.0);
+            m.column_mut(i).fill(0.0);
+        }
         let mut own = m.view((p, p), (zeros, zeros)).into_owned();
         for i in 0..zeros {
             own[(i, i)] += 1e-9;
