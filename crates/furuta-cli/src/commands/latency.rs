@@ -41,7 +41,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "RIG", conflicts_with = "port")]
     emulated: Option<String>,
     /// Bits per second of the serial port.
-    #[arg(long, default_value_t = SerialTransport::BAUD, requires = "port")]
+    #[arg(long, default_value_t = SerialTransport::BAUD, requires = "port", conflicts_with = "emulated")]
     baud: u32,
     /// Draw the share of wake-ups later than a time.
     #[arg(long, value_name = "OUT.svg", value_parser = outputs::picture())]

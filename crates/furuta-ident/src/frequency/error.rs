@@ -5,6 +5,11 @@ use std::fmt;
 use crate::answer::significant;
 use crate::recording::GivenTwice;
 
+/// To six significant digits, those that are zero at the end left out.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.5e}").parse().unwrap_or(x)
+}
+
 /// No period is shorter than this many samples.
 pub(super) const LEAST_PERIOD: f64 = 8.0;
 
@@ -82,7 +87,7 @@ pub enum FrequencyError {
         unit: &'static str,
     },
     /// No resolution at this rate.
-    #[error("a resolution of {value} Hz must be above 0 and below {} Hz, half the sampling rate", significant(*highest, 6))]
+    #[error("a resolution of {value} Hz must be above 0 and below {} Hz, half the sampling rate", rounded(*highest))]
     Resolution {
         /// What was given, Hz.
         value: f64,
@@ -141,7 +146,7 @@ pub enum FrequencyError {
     #[error(
         "a period of {period} s is {samples:.3} samples of {} s: it must be a whole number of at least {}; give \
          the period that `furuta run` printed",
-        significant(*sample_period, 6),
+        rounded(*sample_period),
         LEAST_PERIOD
     )]
     PeriodNotWhole {

@@ -152,7 +152,7 @@ fn what_cannot_be_measured_is_refused() {
     for resolution in [0.0, -1.0, f64::NAN, 300.0] {
         let error = of(resolution, None).expect_err("none");
         assert!(
-            matches!(error, FrequencyError::OutOfRange { .. }),
+            matches!(error, FrequencyError::Resolution { .. }),
             "{error}"
         );
     }
