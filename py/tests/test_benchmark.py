@@ -172,3 +172,16 @@ def test_a_driven_run_and_one_that_swings_out_are_of_one_rig(tmp_path):
     folder = tmp_path / case.write(tmp_path)
     judged = furuta.validate(sorted(folder.glob("run-*.csv")), folder / "rig.toml")
     assert len(judged.channels) == 6
+
+
+def test_the_right_one_of_several_places_in_the_turn(tmp_path):
+    """Each recording alone told of the disc off its axis, and of all three nothing was named.
+
+    Most of them fitted with the disc turned, and the first one, from whose zero that is counted, did not.
+    """
+    case = next(case for case in plan(1201) if case.name == "191-foreign")
+    assert case.effects == ("x.eccentric_theta", "disturbance.kick")
+    folder = tmp_path / case.write(tmp_path)
+    found = furuta.diagnose(sorted(folder.glob("run-*.csv")), folder / "rig.toml")
+    assert {effect.id for effect in found.effects} == {"sensor.theta.eccentricity", "disturbance.kick"}
+    assert found.verdict == "missing_effects"

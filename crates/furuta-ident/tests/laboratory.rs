@@ -4,26 +4,30 @@ use crate::common;
 
 use common::{RunSetup, diagnosis, names, qube, record, sweep};
 use furuta_ident::diagnose::Verdict;
+use furuta_ident::diagnose::result::Against;
 use furuta_ident::recording::Recording;
 use furuta_ident::selection::select;
 use furuta_ident::validate::{self, validate_with};
 use furuta_ident::{Pendulum, calibrate};
 use furuta_model::{Effect, Rig, State};
 
-/// Two sweeps, the second by an encoder that was zeroed `offset` (rad) elsewhere.
-fn sweeps(rig: &Rig, offset: f64) -> [Recording; 2] {
-    let run = |name, amplitude, phase| {
-        let sweep = sweep(amplitude, phase);
-        record(name, rig, RunSetup::default(), |t, x| {
-            sweep(t, x) - 0.2 * x.theta
-        })
-    };
-    let (first, mut second) = (run("a.csv", 2.0, 0.0), run("b.csv", 3.0, 2.0));
+/// A sweep by an encoder that was zeroed `offset` (rad) elsewhere.
+fn sweep_from(rig: &Rig, name: &str, (amplitude, phase): (f64, f64), offset: f64) -> Recording {
+    let sweep = sweep(amplitude, phase);
+    let mut recording = record(name, rig, RunSetup::default(), |t, x| {
+        sweep(t, x) - 0.2 * x.theta
+    });
     let [offset, _] = rig.sensors.quantised([offset, 0.0]);
-    for theta in &mut second.theta {
+    for theta in &mut recording.theta {
         *theta += offset;
     }
-    [first, second]
+    recording
+}
+
+/// Two sweeps, the second by an encoder that was zeroed `offset` (rad) elsewhere.
+fn sweeps(rig: &Rig, offset: f64) -> [Recording; 2] {
+    let first = sweep_from(rig, "a.csv", (2.0, 0.0), 0.0);
+    [first, sweep_from(rig, "b.csv", (3.0, 2.0), offset)]
 }
 
 /// Of three recordings one may be of another rig (or its encoder lost counts): the two that agree are used. Of two,
@@ -97,6 +101,75 @@ fn a_spring_is_named_though_each_recording_has_a_zero_of_its_own() {
         "{:?}",
         found.zeros
     );
+}
+
+/// What repeats with the arm's angle is alike at several zeros of an encoder, of which one is right: each place in the
+/// turn is tried, in a recording that is only predicted as in those that are fitted.
+#[test]
+fn the_right_one_of_several_zeros_is_found() {
+    let mut rig = qube();
+    rig.effects = vec![Effect::new("arm.cogging", &[2e-3, 3.0, 0.4]).expect("valid")];
+    for offset in [-2.6, -1.0, 0.5, 1.0, 1.6] {
+        let judged = validate::validate(&sweeps(&rig, offset), &rig).expect("sound");
+        let fits = judged.channels.iter().map(|c| c.fit_percent);
+        let worst = fits.fold(f64::INFINITY, f64::min);
+        assert!(worst > 99.0, "{offset}: {worst}");
+    }
+
+    let mut rig = qube();
+    rig.effects = vec![Effect::new("sensor.theta.eccentricity", &[0.17, 0.8]).expect("valid")];
+    let [first, second] = sweeps(&rig, -2.4);
+    let third = sweep_from(&rig, "c.csv", (1.0, 1.0), 1.9);
+    let found = diagnosis(&[first, second, third], &qube());
+    assert_eq!(names(&found), ["sensor.theta.eccentricity"]);
+    assert_eq!(found.verdict, Verdict::MissingEffects);
+    for (zero, offset) in found.zeros.iter().zip([0.0, -2.4, 1.9]) {
+        assert!((zero.theta + offset).abs() < 0.02, "{:?}", found.zeros);
+    }
+}
+
+/// A rig file that says at which angle of the arm its effects act, as a repaired one does, is right wherever the
+/// encoders were zeroed that day, the first recording's too.
+#[test]
+fn a_rig_file_that_knows_the_angle_is_sound_wherever_encoders_were_zeroed() {
+    for (id, values) in [
+        ("arm.spring", &[2.5e-3, 0.1][..]),
+        ("arm.cogging", &[2e-3, 3.0, 0.4]),
+    ] {
+        let mut rig = qube();
+        rig.effects = vec![Effect::new(id, values).expect("valid")];
+        let first = sweep_from(&rig, "a.csv", (2.0, 0.0), -0.45);
+        let second = sweep_from(&rig, "b.csv", (3.0, 2.0), 1.0);
+        let found = diagnosis(&[first, second], &rig);
+        assert_eq!((names(&found), found.verdict), (vec![], Verdict::NoGap));
+        for zero in &found.zeros {
+            assert_eq!(zero.against, Against::RigFile);
+        }
+        if id == "arm.spring" {
+            let [a, b] = [0, 1].map(|i| found.zeros[i].theta);
+            assert!((a - 0.45).abs() < 0.01 && (b + 1.0).abs() < 0.01, "{a} {b}");
+        }
+    }
+}
+
+/// An angle of rest is counted from the rig's zero where another effect, which stays as it is, says where that is.
+#[test]
+fn an_angle_of_rest_is_counted_from_where_the_rig_file_says() {
+    let mut rig = qube();
+    let spring = |rest| Effect::new("arm.spring", &[2.5e-3, rest]).expect("valid");
+    let cogging = Effect::new("arm.cogging", &[2e-3, 3.0, 0.4]).expect("valid");
+    rig.effects = vec![spring(0.1), cogging];
+    let first = sweep_from(&rig, "a.csv", (2.0, 0.0), -0.45);
+    let second = sweep_from(&rig, "b.csv", (3.0, 2.0), 1.0);
+    let mut sheet = rig.clone();
+    sheet.effects = vec![spring(0.0), cogging];
+    let options = calibrate::Options {
+        free: vec!["arm.spring.rest".into()],
+        ..calibrate::Options::default()
+    };
+    let outcome = calibrate::calibrate(&[first, second], &sheet, &options).expect("sound");
+    let rest = &outcome.calibration.parameters["arm.spring.rest"];
+    assert!((rest.fitted - 0.1).abs() < 4.0 * rest.std, "{rest:?}");
 }
 
 /// Where a spring depends on the arm's angle, a recording is predicted from the zero found in it. Said to be the rig's,

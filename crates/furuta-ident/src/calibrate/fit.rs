@@ -8,7 +8,7 @@ use super::parameters::Space;
 use crate::pendulum::Pendulum;
 use crate::shooting::{
     self, Data, Effort, Layout, Model, Observed, Prior, Reduced, Run, Start, Window, Windows,
-    ZEROS, reduced, with_zeros_found, zero_bounds, zero_priors,
+    reduced, with_zeros_found, zero_bounds, zero_priors, zeros_each,
 };
 
 /// Near upright no model predicts for longer, s.
@@ -53,9 +53,9 @@ impl Free<'_> {
         self.space.parameters[self.free[k]].scale
     }
 
-    /// Whether an angle of rest is free: then the first recording's zero of theta is what it is counted from.
-    fn rests_move(&self) -> bool {
-        self.space.has_rest(&self.free)
+    /// The recording from whose zero of theta angles are counted, where all that depends on the arm's angle may turn.
+    fn reference(&self) -> Option<usize> {
+        self.space.turns(&self.free).then_some(0)
     }
 
     /// The values of all parameters for a vector.
@@ -82,7 +82,7 @@ impl Model for Free<'_> {
         Layout {
             shared: self.free.len(),
             lead: self.free.len(),
-            zeros: if self.own_zeros { ZEROS } else { 0 },
+            zeros: zeros_each(self.own_zeros),
             recordings: self.states.len(),
         }
     }
@@ -108,7 +108,7 @@ impl Model for Free<'_> {
         bounds.extend(zero_bounds(
             &self.layout(),
             self.space.sees_angle(),
-            self.rests_move().then_some(0),
+            self.reference(),
         ));
         bounds
     }
@@ -173,7 +173,7 @@ impl<'a> CalibrationProblem<'a> {
     /// The initial states that suit these values, from several starts.
     pub(super) fn solve_states(&self, values: &[f64]) -> Fit {
         let model = self.model(values, &[]);
-        let z = with_zeros_found(self.data, |_| true, &model, &model.vector(&[]));
+        let z = with_zeros_found(self.data, &model, &model.vector(&[]));
         Self::known(self.engine().solve_states(&model, &z, None))
     }
 

@@ -303,16 +303,22 @@ impl Space {
         effects.iter().any(|e| e.spec().acts.includes(Acts::ANGLE))
     }
 
-    /// Whether one of these is an angle of the arm from which an effect is counted, or a phase.
-    pub(super) fn has_rest(&self, free: &[usize]) -> bool {
-        let is_rest = |place: Place| match place {
-            Place::Rig(_) => false,
-            Place::Effect(i, k) => {
-                let kind = self.rig.effects[i].spec().parameters[k].kind;
+    /// Whether each effect that depends on the arm's angle is free to turn with it: an angle of rest, or a phase, is one
+    /// of these. Then nothing else says where an encoder reads zero.
+    pub(super) fn turns(&self, free: &[usize]) -> bool {
+        let turned: Vec<usize> = (free.iter())
+            .filter_map(|&i| match self.parameters[i].place {
+                Place::Effect(of, k) => Some((of, k)),
+                Place::Rig(_) => None,
+            })
+            .filter(|&(of, k)| {
+                let kind = self.rig.effects[of].spec().parameters[k].kind;
                 matches!(kind, Kind::Rest | Kind::Phase)
-            }
-        };
-        free.iter().any(|&i| is_rest(self.parameters[i].place))
+            })
+            .map(|(of, _)| of)
+            .collect();
+        let mut effects = self.rig.effects.iter().enumerate();
+        effects.all(|(i, e)| turned.contains(&i) || !e.spec().acts.includes(Acts::ANGLE))
     }
 
     /// By how much the rig file's delays make everything late, s.

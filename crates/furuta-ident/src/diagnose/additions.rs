@@ -1,7 +1,7 @@
 //! One more effect: which candidates of the catalogue are fitted, from which starts, and what the fits say.
 
 use furuta_model::Spec;
-use furuta_model::effects::Acts;
+use furuta_model::effects::{Acts, Kind, ParameterSpec};
 use rayon::prelude::*;
 
 use super::Fit;
@@ -126,7 +126,8 @@ impl Problem<'_> {
                         beside_best
                     });
                     let effort = Effort::FULL.within(savers.full_steps).towards(goal);
-                    self.fit(&fit.model.clone(), fit.z.clone(), &fit.states, effort)
+                    let fit = self.fit(&fit.model, fit.z.clone(), &fit.states, effort);
+                    self.in_its_valley(fit, effort)
                 } else {
                     fit
                 };
@@ -140,6 +141,26 @@ impl Problem<'_> {
             .collect();
         trials.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
         trials
+    }
+
+    /// What repeats with the arm's angle is alike at several angles: where the last effect leaves something, it may be
+    /// for the wrong one of them in some recording.
+    fn in_its_valley(&self, fit: Fit, effort: Effort) -> Fit {
+        let h = &fit.model;
+        let Some(spec) = h
+            .effects
+            .last()
+            .filter(|_| h.sees_angle() && !self.explains(&fit))
+        else {
+            return fit;
+        };
+        let is_phase = |p: &ParameterSpec| matches!(p.kind, Kind::Phase | Kind::Rest);
+        let phase = spec.parameters.iter().position(is_phase);
+        let phase = phase.filter(|_| spec.acts.includes(Acts::ANGLE)).map(|i| {
+            let unit = spec.parameters[i].typical(&h.sheet.params);
+            (h.offset(h.effects.len() - 1) + i, unit)
+        });
+        self.turned(&fit, phase, effort).unwrap_or(fit)
     }
 
     /// Fits of candidates in the place of an effect: those that come near in a subset of the windows, and, where with

@@ -96,7 +96,12 @@ impl Work<'_> {
         let mut unfinished: Vec<Part> = Vec::new();
         self.teller.stage("recalibrating");
         let base = Hypothesis::base(sheet);
-        let as_given = short.solve_states(&base, &vec![0.0; base.len()], None);
+        let mut given = vec![0.0; base.len()];
+        if base.sees_angle() {
+            // Where an encoder was zeroed says nothing against a rig.
+            given = short.with_zeros(&base, &given);
+        }
+        let as_given = short.solve_states(&base, &given, None);
         let refitted = short.fit(&base, as_given.z.clone(), &as_given.states, Effort::FULL);
         if hurry.wanted() {
             unfinished.push(Part::Parameters);
@@ -149,7 +154,11 @@ impl Work<'_> {
             // Names of finished rounds stay if they stand up to a fit to the end; who else might stand in their place
             // was not looked at.
             unfinished.extend([Part::Search, Part::Rivals]);
-            // What the best set so far has beside them is suspected: it was not gone through.
+            // Far from the data an effect may stand for what was not come to.
+            if short.is_far(&named) {
+                named = refitted.clone();
+            }
+            // What the best set so far has beside the names is suspected: it was not gone through.
             let so_far = search.closest().model;
             let beside = so_far.effects.iter().filter(|e| !named.model.has(e.id));
             suspected.extend(beside.map(|e| Suspected::unfinished(e)));
@@ -215,9 +224,10 @@ impl Work<'_> {
             named,
             rivals,
             suspected,
+            // With an expression beside them, the names were not fitted over long horizons.
+            finished: finished.filter(|_| custom.is_none()),
             custom,
             first,
-            finished,
             unfinished,
         };
         found.settle_rivals();

@@ -62,7 +62,7 @@ impl Folds {
             run.recording = 0;
         }
         let (hypothesis, z) = fitted.model.for_others(&fitted.z, &apart);
-        let z = with_zeros_found(&apart, |_| true, &hypothesis, &z);
+        let z = with_zeros_found(&apart, &hypothesis, &z);
         (Some(apart), Predictor { hypothesis, z })
     }
 

@@ -9,7 +9,7 @@ use furuta_model::{Actuation, Effect, Jet, Params, Plant, Rig, Scalar, Spec};
 use crate::pendulum::Pendulum;
 use crate::shooting::{
     Data, Late, Layout, Model, Observed, Prior, ZEROS, is_late, zero_bounds, zero_priors,
-    zero_units,
+    zero_units, zeros_each,
 };
 
 /// The identifiable base parameters, in the order of the vector; the scale of torque is fixed by `mass * com`.
@@ -56,7 +56,8 @@ pub(super) struct Sheet {
     pub(super) recordings: usize,
     /// Whether each recording has zeros of its own.
     pub(super) own_zeros: bool,
-    /// The recording from whose zero of theta angles of rest are counted; none of recordings that the fit has not seen.
+    /// The recording from whose zero of theta angles of rest are counted; none of recordings that the fit has not seen,
+    /// and none where an effect of the rig file says at which angle it acts: all are counted from the rig's zero then.
     pub(super) reference: Option<usize>,
     /// Effects that the rig file already has: part of every hypothesis, their values fixed.
     pub(super) present: Vec<Effect<f64>>,
@@ -83,6 +84,10 @@ impl Sheet {
             Pendulum::Alone => matches!(i, INERTIA | PENDULUM_DAMPING),
             Pendulum::Driven => matches!(i, INERTIA | PENDULUM_DAMPING | LENGTH),
         };
+        let present: Vec<Effect<f64>> = (rig.effects.iter().copied())
+            .filter(|e| pendulum.has(e.spec()))
+            .collect();
+        let sees_angle = (present.iter()).any(|e| e.spec().acts.includes(Acts::ANGLE));
         let carried = rig.params.pendulum.mass * rig.params.arm.length.powi(2);
         Self {
             params: rig.params,
@@ -101,10 +106,8 @@ impl Sheet {
                 .fold(0.0, f64::max),
             recordings: data.recordings,
             own_zeros,
-            reference: Some(0),
-            present: (rig.effects.iter().copied())
-                .filter(|e| pendulum.has(e.spec()))
-                .collect(),
+            reference: (!sees_angle).then_some(0),
+            present,
             looked_for: Vec::new(),
         }
     }
@@ -358,7 +361,7 @@ impl Hypothesis {
     /// How many recordings have a zero of theta of their own that shows.
     pub(super) fn free_zeros(&self) -> usize {
         if self.sheet.own_zeros && self.sees_angle() {
-            self.sheet.recordings - 1
+            self.sheet.recordings - usize::from(self.sheet.reference.is_some())
         } else {
             0
         }
@@ -409,7 +412,7 @@ impl Hypothesis {
         values
     }
 
-    /// The zeros `[theta, alpha]` of each recording's encoders against those of the first, rad.
+    /// The zeros `[theta, alpha]` of each recording's encoders, rad, against those of the reference.
     pub(super) fn zeros(&self, z: &[f64]) -> Vec<[f64; ZEROS]> {
         let (layout, values) = (self.layout(), self.physical(z));
         let zero = |r: usize, k: usize| match layout.zeros {
@@ -427,7 +430,7 @@ impl Model for Hypothesis {
         Layout {
             shared: self.shared(),
             lead: FIRST_EFFECT,
-            zeros: if self.sheet.own_zeros { ZEROS } else { 0 },
+            zeros: zeros_each(self.sheet.own_zeros),
             recordings: self.sheet.recordings,
         }
     }

@@ -39,6 +39,15 @@ pub(super) struct Judged {
     pub(super) finished: Option<Fit>,
 }
 
+impl Judged {
+    /// Other names are left.
+    fn set_named(&mut self, search: &Search<'_>, named: Fit) {
+        self.rivals = search.rivals(&named);
+        self.named = named;
+        self.finished = None;
+    }
+}
+
 impl Judge<'_> {
     /// The names that hold. Entries on request that explain more than a name stand in its place meanwhile.
     pub(super) fn judge(&self, named: Fit, rivals: Vec<Rival>) -> Judged {
@@ -69,10 +78,9 @@ impl Judge<'_> {
         }
         let left = !self.problem.explains(&judged.named);
         if !stand_ins.is_empty() {
-            let (named, contested) = stand_ins.taken_out(self.problem, judged.named);
+            let (named, contested) = stand_ins.taken_out(self.problem, judged.named.clone());
             judged.suspected.extend(contested);
-            judged.rivals = self.search.rivals(&named);
-            judged.named = named;
+            judged.set_named(self.search, named);
         }
         if left {
             let scattered = constancy::scattered(self.problem, &judged.named);
@@ -121,8 +129,7 @@ impl Judge<'_> {
 
     fn drop(&self, judged: &mut Judged, smaller: Fit, why: Suspected) {
         judged.suspected.push(why);
-        judged.rivals = self.search.rivals(&smaller);
-        judged.named = smaller;
+        judged.set_named(self.search, smaller);
     }
 
     /// Whether data kept apart say nothing of an effect.
@@ -138,6 +145,7 @@ impl Judge<'_> {
         while judged.named.model.effects.iter().any(|e| asked(e)) {
             let told = (self.finished)(&judged.named, false);
             let Some(spec) = evidence::uncertain(&told, asked) else {
+                judged.finished = Some(told);
                 return;
             };
             let smaller = self.without(&judged.named, spec);
@@ -160,6 +168,7 @@ impl Judge<'_> {
                 judged.suspected.extend(left);
                 judged.named = self.base.clone();
                 judged.rivals = Vec::new();
+                judged.finished = None;
                 return;
             }
             let here = self.apart.unseen(&judged.named);

@@ -2,7 +2,7 @@
 
 use furuta_model::effects::spec;
 
-use super::result::{NamedEffect, Zero};
+use super::result::{Against, NamedEffect, Zero};
 use super::search::Rival;
 use super::{Fit, candidates, repair};
 use crate::recording::Recording;
@@ -39,9 +39,14 @@ pub(super) fn effects(
     effects
 }
 
-/// The zeros of each recording's encoders against those of the first.
+/// The zeros of each recording's encoders.
 pub(super) fn zeros(recordings: &[Recording], fit: &Fit) -> Vec<Zero> {
-    if !fit.model.sheet.own_zeros || recordings.len() < 2 {
+    let sheet = &fit.model.sheet;
+    let against = match sheet.reference {
+        Some(_) => Against::FirstRecording,
+        None => Against::RigFile,
+    };
+    if !sheet.own_zeros || (recordings.len() < 2 && against == Against::FirstRecording) {
         return Vec::new();
     }
     let shows = fit.model.sees_angle();
@@ -51,6 +56,7 @@ pub(super) fn zeros(recordings: &[Recording], fit: &Fit) -> Vec<Zero> {
         .zip(recordings)
         .map(|([theta, alpha], recording)| Zero {
             run: recording.name.clone(),
+            against,
             theta: if shows { theta } else { f64::NAN },
             alpha,
         })

@@ -16,7 +16,7 @@ pub(super) fn verify(
 ) {
     let models = &models.each_ref().map(|m| {
         let (hypothesis, z) = m.hypothesis.for_others(&m.z, data);
-        let z = with_zeros_found(data, |_| true, &hypothesis, &z);
+        let z = with_zeros_found(data, &hypothesis, &z);
         Predictor { hypothesis, z }
     });
     let unit = models[0].hypothesis.sheet.params.motor.actuation.unit();

@@ -19,6 +19,7 @@ mod solve;
 mod start;
 mod states;
 mod window;
+mod zero_search;
 mod zeros;
 
 pub(crate) use data::{Data, Run, Window};
@@ -30,4 +31,5 @@ pub(crate) use model::{Layout, Model, Observed, Prior};
 pub(crate) use rig::AsGiven;
 pub(crate) use start::Start;
 pub(crate) use window::{Traced, Windows};
-pub(crate) use zeros::{ZEROS, with_zeros_found, zero_bounds, zero_priors, zero_units};
+pub(crate) use zero_search::with_zeros_found;
+pub(crate) use zeros::{ZEROS, zero_bounds, zero_priors, zero_units, zeros_each};

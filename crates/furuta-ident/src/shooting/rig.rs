@@ -5,7 +5,7 @@ use furuta_model::{Effect, Jet, Plant, Rig};
 
 use super::late::Late;
 use super::model::{Layout, Model, Observed, Prior};
-use super::zeros::{ZEROS, zero_bounds, zero_priors};
+use super::zeros::{zero_bounds, zero_priors, zeros_each};
 use crate::pendulum::Pendulum;
 
 /// A rig and the number of recordings that it is compared with.
@@ -24,7 +24,7 @@ impl Model for AsGiven<'_> {
         Layout {
             shared: 0,
             lead: 0,
-            zeros: if self.own_zeros { ZEROS } else { 0 },
+            zeros: zeros_each(self.own_zeros),
             recordings: self.recordings,
         }
     }

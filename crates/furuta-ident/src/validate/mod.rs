@@ -165,7 +165,7 @@ pub fn validate_with(
         state,
         own_zeros: !options.same_zero,
     };
-    let z = with_zeros_found(&data, |_| true, &model, &vec![0.0; model.layout().len()]);
+    let z = with_zeros_found(&data, &model, &vec![0.0; model.layout().len()]);
     let windows = Windows::new(&model, &z);
     let mut channels = Vec::new();
     let mut notices: Vec<String> = state.notice().map(str::to_owned).into_iter().collect();

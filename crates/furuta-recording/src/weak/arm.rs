@@ -5,7 +5,7 @@ use furuta_model::params::Coefficients;
 
 use super::super::Recording;
 use super::super::regression::Regression;
-use super::{SLOW, over, unbroken};
+use super::{SLOW, over};
 
 /// Half the width of the bump, s: short against what a command makes an arm do, long against a count.
 const HALF: f64 = 0.06;
@@ -31,7 +31,7 @@ pub(crate) fn regression(
 ) -> Regression<TERMS> {
     let mut regression = Regression::default();
     let late = (delay / recording.sample_period).round() as usize;
-    over(recording, unbroken(recording), HALF, |window, bump| {
+    over(recording, HALF, |window, bump| {
         let (mut x, mut y) = ([0.0; TERMS], 0.0);
         let [middle, centre] = window.at(bump.len() / 2);
         for (j, w) in bump.iter().enumerate() {
@@ -63,7 +63,7 @@ const ONE_SINE: f64 = 0.05;
 /// Whether the command is a single sine about a constant.
 pub(crate) fn is_one_sine(recording: &Recording) -> bool {
     let mut regression = Regression::<2>::default();
-    over(recording, unbroken(recording), HALF, |window, bump| {
+    over(recording, HALF, |window, bump| {
         let (mut x, mut y) = ([0.0; 2], 0.0);
         for (j, w) in bump.iter().enumerate() {
             let u = recording.u.get(window.first + j).copied();

@@ -58,13 +58,8 @@ impl Window<'_> {
     }
 }
 
-/// Lays bumps of `half` s from centre to end over stretches of a recording and calls `f` with each.
-fn over(
-    recording: &Recording,
-    stretches: impl Iterator<Item = Range<usize>>,
-    half: f64,
-    mut f: impl FnMut(&Window, &[Weight]),
-) {
+/// Lays bumps of `half` s from centre to end over a recording and calls `f` with each.
+fn over(recording: &Recording, half: f64, mut f: impl FnMut(&Window, &[Weight])) {
     let h = recording.sample_period;
     let half = ((half / h).round() as usize).max(LEAST_HALF);
     let lag = ((SPEED / h).round() as usize).max(1);
@@ -73,7 +68,7 @@ fn over(
         .collect();
     let samples = 2 * (half + lag) + 1;
     let stride = half.div_ceil(2).max(recording.len() / BUMPS);
-    for stretch in stretches {
+    for stretch in unbroken(recording) {
         let columns = [&recording.theta, &recording.alpha].map(|c| c.get(stretch.clone()));
         let [Some(theta), Some(alpha)] = columns else {
             continue;

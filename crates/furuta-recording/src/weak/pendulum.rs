@@ -2,7 +2,7 @@
 
 use super::super::Recording;
 use super::super::regression::{Estimate, Regression};
-use super::{CORRELATED, SLOW, over, unbroken};
+use super::{CORRELATED, SLOW, over};
 
 /// Half the width of the bump, s: short against a swing, long against a count.
 const HALF: f64 = 0.1;
@@ -31,7 +31,7 @@ pub(crate) const STANDING: [usize; 4] = [GRAVITY, 3, 5, 7];
 /// the acceleration as recorded.
 pub(crate) fn regression(recording: &Recording, scale: f64, zero: f64) -> Regression<TERMS> {
     let mut regression = Regression::default();
-    over(recording, unbroken(recording), HALF, |window, bump| {
+    over(recording, HALF, |window, bump| {
         let (mut x, mut y) = ([0.0; TERMS], 0.0);
         let [_, centre] = window.at(bump.len() / 2);
         for (j, w) in bump.iter().enumerate() {
