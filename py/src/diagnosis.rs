@@ -214,8 +214,8 @@ impl PyDiagnosis {
         self.field(py, "suspected")
     }
 
-    /// The zeros of the recordings' encoders: `run`, `theta` and `alpha` (rad), and `against` what they are counted, the
-    /// `first_recording` or the `rig_file`.
+    /// The zeros of the recordings' encoders: `run`, `theta` and `alpha` (rad), counted from those `against` which they
+    /// are told, of the `first_recording` or the `rig_file`.
     #[getter]
     fn zeros<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.field(py, "zeros")

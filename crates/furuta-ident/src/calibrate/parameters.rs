@@ -303,8 +303,8 @@ impl Space {
         effects.iter().any(|e| e.spec().acts.includes(Acts::ANGLE))
     }
 
-    /// Whether each effect that depends on the arm's angle is free to turn with it: an angle of rest, or a phase, is one
-    /// of these. Then nothing else says where an encoder reads zero.
+    /// Whether each effect that depends on the arm's angle is free to turn with it: its angle of rest, or its phase, is
+    /// one of these. Then nothing else says where an encoder reads zero.
     pub(super) fn turns(&self, free: &[usize]) -> bool {
         let turned: Vec<usize> = (free.iter())
             .filter_map(|&i| match self.parameters[i].place {
