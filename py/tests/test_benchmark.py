@@ -183,5 +183,5 @@ def test_the_right_one_of_several_places_in_the_turn(tmp_path):
     assert case.effects == ("x.eccentric_theta", "disturbance.kick")
     folder = tmp_path / case.write(tmp_path)
     found = furuta.diagnose(sorted(folder.glob("run-*.csv")), folder / "rig.toml")
-    assert {effect.id for effect in found.effects} == {"sensor.theta.eccentricity", "disturbance.kick"}
+    assert {effect["id"] for effect in found.effects} == {"sensor.theta.eccentricity", "disturbance.kick"}
     assert found.verdict == "missing_effects"
