@@ -1,8 +1,8 @@
 //! Where the encoders' zeros of a recording are, everything else held.
 //!
-//! What repeats with the arm's angle (a tilt, a motor's cogging, an encoder's eccentric disc) is alike at several angles:
-//! the cost has a valley beside each, and a fit ends in the one where it began. Places all around the turn are tried,
-//! recording by recording.
+//! What repeats with the arm's angle (a tilt, a motor's cogging, an encoder's eccentric disc) is alike at several
+//! angles: the cost has a valley beside each, and a fit ends in the one where it began. Places all around the turn are
+//! tried, recording by recording.
 
 use std::f64::consts::{PI, TAU};
 
