@@ -145,6 +145,9 @@ class Motion:
             place = np.sin(p("arm.angle_friction", "order") * angle + p("arm.angle_friction", "phase"))
             level = p("arm.angle_friction", "torque") * (1 + p("arm.angle_friction", "depth") * place)
             rotor -= level * np.tanh(speed / REST)
+        if "arm.fading_friction" in self.effects:
+            fade = np.exp(-t / p("arm.fading_friction", "time_constant"))
+            rotor -= p("arm.fading_friction", "torque") * fade * np.tanh(speed / REST)
         ripple = p("motor.ripple", "amplitude") * np.sin(
             p("motor.ripple", "order") * angle + p("motor.ripple", "phase")
         )
@@ -196,7 +199,7 @@ class Motion:
             *([0.0] * len(self.effects.keys() & {"arm.presliding", "arm.lugre", "motor.lag"})),
             *([0.0] * len(self.effects.keys() & {"arm.relaxation", "motor.inductance"})),
         ]
-        rubs = ("coulomb", "stribeck", "load_friction", "angle_friction", "arm.stop")
+        rubs = ("coulomb", "stribeck", "load_friction", "angle_friction", "fading_friction", "arm.stop")
         stiff = "drive.backlash" in self.effects or any(word in id for id in self.effects for word in rubs)
         options = ({"method": "LSODA", "rtol": 1e-8, "atol": 1e-10} if stiff else {}) | options
         states = lagrange.integrate(self.values, self.torque, start, edges, **options)

@@ -41,7 +41,7 @@ EFFECTS = (
 
 # In no draw of the benchmark: those that a diagnosis looks for on request alone, and lost counts, which came later.
 RARE = (
-    "arm.load_friction", "arm.angle_friction", "arm.lugre", "arm.relaxation", "arm.stop",
+    "arm.load_friction", "arm.angle_friction", "arm.fading_friction", "arm.lugre", "arm.relaxation", "arm.stop",
     "motor.resolution", "motor.inductance", "motor.current_limit",
     "sensor.theta.eccentricity", "sensor.alpha.eccentricity",
     "sensor.theta.lost_counts", "sensor.alpha.lost_counts", "sensor.jitter",
@@ -197,6 +197,8 @@ def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float
                 "order": float(rng.integers(1, 7)),
                 "phase": plain(0, 2 * np.pi),
             }
+        case "arm.fading_friction":
+            return {"torque": torque * between(0.15, 0.25), "time_constant": plain(2.0, 4.0)}
         case "arm.relaxation":
             return {"stiffness": torque * between(0.3, 0.6), "time_constant": plain(0.3, 1.0)}
         case "arm.stop":

@@ -48,6 +48,8 @@ CALLED = {
     "x.maxwell_cable": "arm.relaxation",
     "x.gear_friction": "arm.load_friction",
     "x.friction_angle": "arm.angle_friction",
+    "x.fading_friction": "arm.fading_friction",
+    "x.gain_angle": "motor.ripple",
     "x.inductance": "motor.inductance",
     "x.current_limit": "motor.current_limit",
     "x.eccentric_theta": "sensor.theta.eccentricity",
@@ -117,7 +119,7 @@ def draw_foreign(
                 "damping_ratio": plain(0.02, 0.05),
             }
         case "x.fading_friction":
-            return {"torque": torque * between(0.15, 0.25), "tau": plain(2.0, 4.0)}
+            return {"torque": torque * between(0.15, 0.25), "time_constant": plain(2.0, 4.0)}
         case "x.sqrt_friction":
             return {"coefficient": torque * between(0.06, 0.10)}
         case "x.voltage_backlash":

@@ -45,6 +45,6 @@ def frictions(effects: Effects, rig: TrueRig, motor: int) -> list[Law]:
                         p["torque"] * (1 + p["depth"] * np.sin(p["order"] * angle[motor] + p["phase"]))
                     )
                 )
-            case "x.fading_friction":
-                laws.append(lambda t, angle, speed, driving, p=p: p["torque"] * np.exp(-t / p["tau"]))
+            case "x.fading_friction" | "arm.fading_friction":
+                laws.append(lambda t, angle, speed, driving, p=p: p["torque"] * np.exp(-t / p["time_constant"]))
     return laws

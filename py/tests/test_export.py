@@ -49,6 +49,7 @@ LEFT_OUT = {
     "arm.cogging": {"amplitude": 1e-3, "order": 6, "phase": 0.2},
     "arm.load_friction": {"coefficient": 0.2},
     "arm.angle_friction": {"torque": 1e-3, "depth": 0.5, "order": 2, "phase": 0.2},
+    "arm.fading_friction": {"torque": 1e-3, "time_constant": 2.0},
     "arm.relaxation": {"stiffness": 5e-3, "time_constant": 0.5},
     "arm.stop": {"stiffness": 0.5, "angle": 0.3, "damping": 1e-3, "middle": 0.0},
     "motor.resolution": {"step": 0.5},

@@ -59,6 +59,7 @@ DIFFERENCES = {
     "pendulum.coulomb": 5e-4,
     "arm.load_friction": 1e-3,
     "arm.angle_friction": 1e-3,
+    "arm.fading_friction": 1e-3,
     "arm.stop": 5e-4,  # its damper acts from the step after the contact on
     "drive.backlash": 1e-3,
     "disturbance.arm_kick": 1e-5,

@@ -40,6 +40,7 @@ TOLERANCE = {
     "pendulum.coulomb": 5e-4,
     "arm.load_friction": 1e-3,
     "arm.angle_friction": 1.5e-3,
+    "arm.fading_friction": 1e-3,
     # The current is held for a step, as a lagged voltage is.
     "motor.inductance": 2e-6,
     "arm.relaxation": 2e-6,

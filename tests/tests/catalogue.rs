@@ -9,12 +9,13 @@ use furuta_model::simulate::trajectory;
 use furuta_model::{CATALOGUE, Plant, RARE, Rig, Spec, State, effects};
 
 /// The public names: rig files, recordings' metadata and reports out there hold them.
-const IDS: [&str; 43] = [
+const IDS: [&str; 44] = [
     "arm.coulomb",
     "arm.stribeck",
     "arm.quadratic",
     "arm.load_friction",
     "arm.angle_friction",
+    "arm.fading_friction",
     "arm.spring",
     "arm.cable",
     "arm.relaxation",

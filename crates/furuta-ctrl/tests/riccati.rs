@@ -214,6 +214,20 @@ fn errors_name_the_cause() {
     }
 }
 
+/// Weights of which no number can hold the gain are to blame themselves: the input does reach every mode.
+#[test]
+fn weights_too_far_apart_are_said_to_be_so() {
+    let a = Matrix2::new(1.0, 0.1, 0.2, 1.0);
+    let b = Vector2::new(0.0, 0.1);
+    for (q, r) in [(1e300, 1e-300), (1e200, 1e-200), (1.0, 1e-307)] {
+        let weights = Weights::diagonal([q, q], [r]);
+        for solve in [dlqr, lqr] {
+            let found = solve(&a, &b, &weights);
+            assert_ne!(found, Err(DesignError::NotStabilisable), "{q} {r}");
+        }
+    }
+}
+
 /// Orthogonal coordinates in which no entry is 0.
 fn turn(seed: u32) -> SMatrix<f64, 3, 3> {
     let mut state = seed;

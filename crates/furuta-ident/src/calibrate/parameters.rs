@@ -1,6 +1,6 @@
 //! The numbers of a rig file that can be calibrated, by their keys, and how a plain vector of them becomes a plant.
 
-use furuta_model::effects::{Acts, Kind, MAX_PARAMETERS};
+use furuta_model::effects::MAX_PARAMETERS;
 use furuta_model::params::{Coefficients, RANGES};
 use furuta_model::{Effect, Jet, Params, Plant, Rig};
 
@@ -300,7 +300,7 @@ impl Space {
     /// Whether an effect depends on the arm's absolute angle.
     pub(super) fn sees_angle(&self) -> bool {
         let effects = &self.rig.effects;
-        effects.iter().any(|e| e.spec().acts.includes(Acts::ANGLE))
+        effects.iter().any(|e| e.spec().sees_angle())
     }
 
     /// Whether each effect that depends on the arm's angle is free to turn with it: its angle of rest, or its phase, is
@@ -311,14 +311,11 @@ impl Space {
                 Place::Effect(of, k) => Some((of, k)),
                 Place::Rig(_) => None,
             })
-            .filter(|&(of, k)| {
-                let kind = self.rig.effects[of].spec().parameters[k].kind;
-                matches!(kind, Kind::Rest | Kind::Phase)
-            })
+            .filter(|&(of, k)| self.rig.effects[of].spec().origin() == Some(k))
             .map(|(of, _)| of)
             .collect();
         let mut effects = self.rig.effects.iter().enumerate();
-        effects.all(|(i, e)| turned.contains(&i) || !e.spec().acts.includes(Acts::ANGLE))
+        effects.all(|(i, e)| turned.contains(&i) || !e.spec().sees_angle())
     }
 
     /// By how much the rig file's delays make everything late, s.

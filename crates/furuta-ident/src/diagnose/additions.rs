@@ -1,7 +1,7 @@
 //! One more effect: which candidates of the catalogue are fitted, from which starts, and what the fits say.
 
 use furuta_model::Spec;
-use furuta_model::effects::{Acts, Kind, ParameterSpec};
+use furuta_model::effects::Acts;
 use rayon::prelude::*;
 
 use super::Fit;
@@ -154,9 +154,7 @@ impl Problem<'_> {
         else {
             return fit;
         };
-        let is_phase = |p: &ParameterSpec| matches!(p.kind, Kind::Phase | Kind::Rest);
-        let phase = spec.parameters.iter().position(is_phase);
-        let phase = phase.filter(|_| spec.acts.includes(Acts::ANGLE)).map(|i| {
+        let phase = spec.origin().filter(|_| spec.sees_angle()).map(|i| {
             let unit = spec.parameters[i].typical(&h.sheet.params);
             (h.offset(h.effects.len() - 1) + i, unit)
         });

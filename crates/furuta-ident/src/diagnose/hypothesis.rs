@@ -87,7 +87,7 @@ impl Sheet {
         let present: Vec<Effect<f64>> = (rig.effects.iter().copied())
             .filter(|e| pendulum.has(e.spec()))
             .collect();
-        let sees_angle = (present.iter()).any(|e| e.spec().acts.includes(Acts::ANGLE));
+        let sees_angle = present.iter().any(|e| e.spec().sees_angle());
         let carried = rig.params.pendulum.mass * rig.params.arm.length.powi(2);
         Self {
             params: rig.params,
@@ -333,7 +333,7 @@ impl Hypothesis {
         let present = self.sheet.present.iter().map(|e| e.spec());
         present
             .chain(self.effects.iter().copied())
-            .any(|e| e.acts.includes(Acts::ANGLE))
+            .any(|e| e.sees_angle())
     }
 
     /// Length of the part of the vector that all recordings share.

@@ -1,6 +1,5 @@
 //! A rig file as it is: nothing of it is fitted but the zeros of the recordings' encoders.
 
-use furuta_model::effects::Acts;
 use furuta_model::{Effect, Jet, Plant, Rig};
 
 use super::late::Late;
@@ -50,7 +49,7 @@ impl Model for AsGiven<'_> {
 
     fn bounds(&self, _: &[f64]) -> Vec<(f64, f64)> {
         let mut effects = self.rig.effects.iter();
-        let sees_angle = effects.any(|e| e.spec().acts.includes(Acts::ANGLE));
+        let sees_angle = effects.any(|e| e.spec().sees_angle());
         zero_bounds(&self.layout(), sees_angle, None)
     }
 

@@ -78,6 +78,8 @@ marks! {
     PENDULUM,
     /// Shifts an encoder's zero, as each recording's own zero does.
     ZERO,
+    /// It depends on the time since the run began.
+    CLOCK,
 }
 
 impl Acts {

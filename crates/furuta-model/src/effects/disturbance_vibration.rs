@@ -61,7 +61,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::UNCOMMANDED,
-    acts: Acts::TORQUE.and(Acts::ARM),
+    acts: Acts::TORQUE.and(Acts::ARM).and(Acts::CLOCK),
     at_rest: AtRest::UNCOMMANDED,
     own: None,
     offered: Offered::Always,

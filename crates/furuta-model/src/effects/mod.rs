@@ -313,6 +313,7 @@ macro_rules! catalogue {
 catalogue! {
     arm_load_friction::ArmLoadFriction,
     arm_angle_friction::ArmAngleFriction,
+    arm_fading_friction::ArmFadingFriction,
     arm_lugre::ArmLugre,
     arm_relaxation::ArmRelaxation,
     arm_stop::ArmStop,

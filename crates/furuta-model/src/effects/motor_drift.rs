@@ -18,7 +18,7 @@ pub(super) const SPEC: Spec = Spec {
     sentence: "The winding warms up or the supply sags: the same voltage does less and less as the run goes on.",
     shows: "The error grows with time, not with state; the start of a run fits, its end does not.",
     experiment: "the same excitation at the beginning and at the end of a long run",
-    look_alikes: &["arm.coulomb"],
+    look_alikes: &["arm.coulomb", "arm.fading_friction"],
     parameters: &[
         ParameterSpec {
             name: "rate",
@@ -34,7 +34,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::Refitted(BaseParameter::MotorGain, "the mean over the recording is seen"),
-    acts: Acts::VOLTAGE,
+    acts: Acts::VOLTAGE.and(Acts::CLOCK),
     at_rest: AtRest::Local("at the run's start"),
     own: None,
     offered: Offered::Always,

@@ -168,13 +168,14 @@ pub struct Spec {
 
 impl Spec {
     /// Whether it is a function of the present state and of the motor's voltage alone: it remembers nothing, does not
-    /// depend on time, and changes neither the command nor the readings. A run with such effects can be cut into
+    /// depend on time ([`Acts::CLOCK`]), and changes neither the command nor the readings. A run with such effects can be cut into
     /// pieces that begin with a state.
     ///
     /// ```
     /// let follows = |id| furuta_model::effects::spec(id).expect("in the catalogue").follows_state();
     /// assert!(follows("arm.coulomb") && follows("motor.ripple"));
     /// assert!(!follows("motor.delay") && !follows("arm.presliding") && !follows("disturbance.vibration"));
+    /// assert!(!follows("arm.fading_friction") && !follows("motor.drift"));
     /// ```
     #[must_use]
     pub fn follows_state(&self) -> bool {
@@ -184,8 +185,34 @@ impl Spec {
             .and(Acts::ANGLE)
             .and(Acts::SHAFT)
             .and(Acts::ARM);
-        let depends_on_time = self.footprint == Footprint::UNCOMMANDED;
-        of_state.includes(self.acts) && !depends_on_time
+        of_state.includes(self.acts)
+    }
+
+    /// Whether it depends on the arm's absolute angle, so that it matters where the arm's encoder was zeroed.
+    ///
+    /// ```
+    /// let sees = |id| furuta_model::effects::spec(id).expect("in the catalogue").sees_angle();
+    /// assert!(sees("arm.cogging") && sees("sensor.theta.eccentricity"));
+    /// assert!(!sees("arm.coulomb") && !sees("disturbance.vibration"));
+    /// ```
+    #[must_use]
+    pub const fn sees_angle(&self) -> bool {
+        self.acts.includes(Acts::ANGLE)
+    }
+
+    /// Which of its parameters says from where its law is counted: a phase, or an angle of rest.
+    ///
+    /// ```
+    /// let origin = |id| furuta_model::effects::spec(id).expect("in the catalogue").origin();
+    /// assert_eq!(origin("arm.cogging"), Some(2)); // amplitude, order, phase
+    /// assert_eq!(origin("arm.spring"), Some(1)); // stiffness, rest
+    /// assert_eq!(origin("arm.coulomb"), None);
+    /// ```
+    #[must_use]
+    pub fn origin(&self) -> Option<usize> {
+        self.parameters
+            .iter()
+            .position(|p| matches!(p.kind, Kind::Phase | Kind::Rest))
     }
 
     /// Whether it acts once: at one moment of one run.

@@ -71,6 +71,7 @@ fn by_formula(
             let level = v[0] * (1.0 + v[1] * (v[2] * x.theta + v[3]).sin());
             (u, -level * w.abs())
         }
+        "arm.fading_friction" => (u, -v[0] * (-t / v[1]).exp() * w.abs()),
         "arm.stop" => {
             let from_middle = x.theta - v[3];
             let deep = from_middle.abs() - v[1];

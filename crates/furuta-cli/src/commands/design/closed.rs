@@ -128,13 +128,20 @@ impl Judged {
     /// What is said where the loop does not hold.
     fn warnings(&self, rig: &Rig) -> Vec<String> {
         let mut warnings = Vec::new();
-        let growth = match &self.observed {
-            Some((growth, _)) => *growth,
-            None => self.closed.growth(),
+        let (growth, mut with) = match &self.observed {
+            Some((growth, _)) => (*growth, vec!["the standard estimator"]),
+            None => (self.closed.growth(), Vec::new()),
         };
         if growth.is_nan() || growth >= 0.0 {
+            if !rig.effects.is_empty() {
+                with.push("the effects of the rig file");
+            }
+            let with = match with.is_empty() {
+                true => String::new(),
+                false => format!(" with {}", with.join(" and ")),
+            };
             warnings.push(format!(
-                "rig {}: the closed loop has a pole at {growth:+.3} 1/s with the effects of the rig file",
+                "rig {}: the closed loop{with} has a pole at {growth:+.3} 1/s",
                 rig.name
             ));
         }

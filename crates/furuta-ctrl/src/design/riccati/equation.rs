@@ -123,14 +123,19 @@ impl<T: Float, const N: usize, const M: usize> RiccatiEquation<T, N, M> {
         self.scaled = true;
     }
 
-    /// The same system with the weight 1 on every scaled state: it can be stabilised exactly where the input reaches
-    /// all unstable modes.
-    pub(super) fn with_unit_weight(mut self) -> Self {
-        self.q = SMatrix::identity();
-        self.h = SMatrix::identity();
-        self.n = SMatrix::zeros();
-        self.free = self.a;
-        self
+    /// The system with the weight 1 on every input and every scaled state: it can be stabilised exactly where the input
+    /// reaches all unstable modes, whatever weights were given.
+    pub(super) fn with_unit_weights(
+        a: &SMatrix<T, N, N>,
+        b: &SMatrix<T, N, M>,
+    ) -> Result<Self, DesignError> {
+        let unit = Weights::new(SMatrix::identity(), SMatrix::identity());
+        let scaled = Self::new(a, b, &unit)?;
+        Ok(Self {
+            q: SMatrix::identity(),
+            h: SMatrix::identity(),
+            ..scaled
+        })
     }
 
     /// A matrix that weighs scaled states, in the units that were given.

@@ -61,7 +61,7 @@ pub fn discrete<T: Float, const N: usize, const M: usize>(
     b: &SMatrix<T, N, M>,
     weights: &Weights<T, N, M>,
 ) -> Result<Solution<T, N, M>, DesignError> {
-    solve(Time::Discrete, &RiccatiEquation::new(a, b, weights)?)
+    solve(Time::Discrete, a, b, weights)
 }
 
 /// Solves `A'X + XA - (XB + N) R^-1 (B'X + N') + Q = 0` for the stabilising `X`;
@@ -84,16 +84,19 @@ pub fn continuous<T: Float, const N: usize, const M: usize>(
     b: &SMatrix<T, N, M>,
     weights: &Weights<T, N, M>,
 ) -> Result<Solution<T, N, M>, DesignError> {
-    solve(Time::Continuous, &RiccatiEquation::new(a, b, weights)?)
+    solve(Time::Continuous, a, b, weights)
 }
 
 fn solve<T: Float, const N: usize, const M: usize>(
     time: Time,
-    problem: &RiccatiEquation<T, N, M>,
+    a: &SMatrix<T, N, N>,
+    b: &SMatrix<T, N, M>,
+    weights: &Weights<T, N, M>,
 ) -> Result<Solution<T, N, M>, DesignError> {
-    attempt(time, problem).map_err(|reason| match reason {
+    let is_solved = |p: &RiccatiEquation<T, N, M>| attempt(time, p).is_ok();
+    attempt(time, &RiccatiEquation::new(a, b, weights)?).map_err(|reason| match reason {
         DesignError::NoStabilisingSolution { .. }
-            if attempt(time, &problem.with_unit_weight()).is_err() =>
+            if !RiccatiEquation::with_unit_weights(a, b).is_ok_and(|p| is_solved(&p)) =>
         {
             DesignError::NotStabilisable
         }

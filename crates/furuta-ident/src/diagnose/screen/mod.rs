@@ -117,7 +117,7 @@ pub(super) fn looks(spec: &Spec) -> Option<Looks> {
     } else if acts.includes(Acts::CONTACT) {
         Some(Looks::Stops)
     } else {
-        let placed = acts.includes(Acts::ANGLE) || spec.parameters.iter().any(places);
+        let placed = spec.sees_angle() || spec.parameters.iter().any(places);
         (acts.includes(Acts::TORQUE) && !acts.includes(Acts::MEMORY) && placed)
             .then_some(Looks::Grid)
     }

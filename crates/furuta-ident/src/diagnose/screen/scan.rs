@@ -4,7 +4,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use furuta_model::dynamics::Angle;
-use furuta_model::effects::{Acts, Clock, Instant, Kind, Law, ParameterSpec};
+use furuta_model::effects::{Clock, Instant, Kind, Law, ParameterSpec};
 use furuta_model::{Effect, Spec, State};
 use rayon::prelude::*;
 
@@ -149,10 +149,7 @@ impl Screen {
 
     /// The effect at this place with the best strength and, where it has one, the best phase or angle of rest.
     pub(super) fn gain(&self, spec: &'static Spec, mut values: Vec<f64>) -> Option<Place> {
-        let turned = spec
-            .parameters
-            .iter()
-            .position(|p| matches!(p.kind, Kind::Phase | Kind::Rest));
+        let turned = spec.origin();
         let first = Effect::of(spec, &values)?;
         let quarter = match turned {
             Some(i) if spec.parameters[i].kind == Kind::Phase => {
@@ -169,7 +166,7 @@ impl Screen {
         };
         // A place in the turn is one for each recording whose encoder has a zero of its own, until an effect has told
         // these zeros.
-        let apart = self.zeros_open && spec.acts.includes(Acts::ANGLE);
+        let apart = self.zeros_open && spec.sees_angle();
         let mut sums =
             vec![Sums::zero(self.gradient.len()); if apart { self.recordings } else { 1 }];
         for response in &self.responses {

@@ -44,6 +44,7 @@ impl Definition {
         add(voltage, Acts::VOLTAGE);
         add(uses(&[Variable::Theta]), Acts::ANGLE);
         let timed = uses(&[Variable::T]);
+        add(timed, Acts::CLOCK);
         Spec {
             id,
             name,
