@@ -139,7 +139,7 @@ class Motion:
             most = p("motor.current_limit", "limit") / rig.torque_per_volt
             volts = np.clip(volts - emf, -most, most) + emf
         if "arm.load_friction" in self.effects:
-            passed = rig.torque_per_volt * volts - rig.arm_damping * speed
+            passed = rig.torque_per_volt * volts - p("arm.load_friction", "back_emf") * rig.arm_damping * speed
             rotor -= p("arm.load_friction", "coefficient") * abs(passed) * np.tanh(speed / REST)
         if "arm.angle_friction" in self.effects:
             place = np.sin(p("arm.angle_friction", "order") * angle + p("arm.angle_friction", "phase"))

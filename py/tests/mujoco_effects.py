@@ -189,7 +189,7 @@ def draw_effect(effect: str, rig: TrueRig, rng: np.random.Generator, size: float
                 "torque": sign * scale * between(0.8, 1.3),
             }  # fmt: skip
         case "arm.load_friction":
-            return {"coefficient": between(0.20, 0.35)}
+            return {"coefficient": between(0.20, 0.35), "back_emf": plain(0.1, 1.0)}
         case "arm.angle_friction":
             return {
                 "torque": torque * between(0.08, 0.15),

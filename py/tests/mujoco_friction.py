@@ -36,7 +36,7 @@ def frictions(effects: Effects, rig: TrueRig, motor: int) -> list[Law]:
             case "arm.load_friction":
                 laws.append(
                     lambda t, angle, speed, driving, p=p: (
-                        p["coefficient"] * abs(driving - rig.arm_damping * speed[motor])
+                        p["coefficient"] * abs(driving - p["back_emf"] * rig.arm_damping * speed[motor])
                     )
                 )
             case "x.friction_angle" | "arm.angle_friction":

@@ -185,3 +185,18 @@ def test_the_right_one_of_several_places_in_the_turn(tmp_path):
     found = furuta.diagnose(sorted(folder.glob("run-*.csv")), folder / "rig.toml")
     assert {effect["id"] for effect in found.effects} == {"sensor.theta.eccentricity", "disturbance.kick"}
     assert found.verdict == "missing_effects"
+
+
+@pytest.mark.parametrize(("name", "hidden", "named"), (
+    # Named a drift of the motor's gain beside Stribeck's friction.
+    ("169-foreign", "x.fading_friction", "arm.fading_friction"),
+    # Left unexplained: a ripple was looked for from six periods a turn on.
+    ("177-foreign", "x.gain_angle", "motor.ripple"),
+))  # fmt: skip
+def test_what_the_catalogue_has_is_called_by_its_name(name, hidden, named, tmp_path):
+    case = next(case for case in plan(1301) if case.name == name)
+    assert case.effects == (hidden,)
+    folder = tmp_path / case.write(tmp_path)
+    found = furuta.diagnose(sorted(folder.glob("run-*.csv")), folder / "rig.toml")
+    assert [effect["id"] for effect in found.effects] == [named]
+    assert found.verdict == "missing_effects"

@@ -47,7 +47,7 @@ LEFT_OUT = {
     "arm.presliding": {"torque": 1e-3, "stiffness": 0.5},
     "arm.lugre": {"torque": 1e-3, "stiffness": 0.5, "damping": 1e-3},
     "arm.cogging": {"amplitude": 1e-3, "order": 6, "phase": 0.2},
-    "arm.load_friction": {"coefficient": 0.2},
+    "arm.load_friction": {"coefficient": 0.2, "back_emf": 1.0},
     "arm.angle_friction": {"torque": 1e-3, "depth": 0.5, "order": 2, "phase": 0.2},
     "arm.fading_friction": {"torque": 1e-3, "time_constant": 2.0},
     "arm.relaxation": {"stiffness": 5e-3, "time_constant": 0.5},

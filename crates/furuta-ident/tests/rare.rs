@@ -129,7 +129,7 @@ fn the_table_of_what_few_rigs_have() {
     let spins = State::new(0.0, std::f64::consts::PI, 0.0, 40.0);
     let hangs = State::hanging();
     let hidden: &[(&str, &[f64], State<f64>)] = &[
-        ("arm.load_friction", &[0.3], hangs),
+        ("arm.load_friction", &[0.3, 0.4], hangs),
         ("arm.angle_friction", &[2e-3, 0.8, 2.0, 0.8], hangs),
         ("arm.fading_friction", &[3e-3, 2.0], hangs),
         ("arm.lugre", &[2e-3, 0.05, 2e-3], hangs),

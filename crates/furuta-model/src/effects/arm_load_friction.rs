@@ -1,21 +1,24 @@
-//! Friction of the arm under load: dry friction of `coefficient |drive u - arm_damping theta_dot|`.
+//! Friction of the arm under load: dry friction of `coefficient |drive u - back_emf arm_damping theta_dot|`.
 
 use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
 use crate::scalar::Scalar;
 
 parameters! {
-    /// Friction of the arm under load: dry friction of `coefficient |drive u - arm_damping theta_dot|`, the torque that
-    /// the motor passes on, as gears have it (the load-dependent term of the BAM servo models, Duclusaud et al., 2025).
+    /// Friction of the arm under load: dry friction of `coefficient |drive u - back_emf arm_damping theta_dot|`, the
+    /// torque that the motor passes on, as gears have it (the load-dependent term of the BAM servo models, Duclusaud et
+    /// al., 2025).
     ArmLoadFriction {
         /// Friction over the torque that the motor passes on, -.
         coefficient,
+        /// The part of the arm's damping that is back-EMF, 0 to 1: the rest brakes the arm itself, and passes no gears.
+        back_emf,
     }
 }
 
 pub(super) const SPEC: Spec = Spec {
     id: "arm.load_friction",
     name: "Friction of the arm under load",
-    law: "dry friction of coefficient |drive u - arm_damping theta_dot|; at rest it holds up to that",
+    law: "dry friction of coefficient |drive u - back_emf arm_damping theta_dot|; at rest it holds up to that",
     sentence: "Gears rub in proportion to the torque that they pass on: what arrives at the arm is less than what \
         the motor gives.",
     shows: "The error has the sign of the arm's speed and grows with the voltage; an arm that coasts without \
@@ -34,6 +37,17 @@ pub(super) const SPEC: Spec = Spec {
             typical: Typical::Of(|_| 0.2),
             starts: &[0.5],
         },
+        ParameterSpec {
+            name: "back_emf",
+            unit: "-",
+            kind: Kind::Share,
+            default: Some(1.0),
+            min: 0.0,
+            max: 1.0,
+            off: 0.0,
+            typical: Typical::Of(|_| 1.0),
+            starts: &[1.0],
+        },
     ],
     strengths: 1,
     footprint: Footprint::ARM_DAMPING,
@@ -47,7 +61,7 @@ impl<S: Scalar> Law<S> for ArmLoadFriction<S> {
     #[inline(always)]
     fn dry_friction(&self, at: &Instant<'_, S>) -> [S; 2] {
         let c = at.coefficients;
-        let passed = c.drive * at.volts - c.arm_damping * at.x.theta_dot;
+        let passed = c.drive * at.volts - self.back_emf * c.arm_damping * at.x.theta_dot;
         [self.coefficient * passed.abs(), S::ZERO]
     }
 }

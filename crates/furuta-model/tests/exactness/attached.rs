@@ -121,7 +121,7 @@ proptest! {
 fn friction_under_load_takes_its_share_and_holds() {
     let p = bare_arm(false);
     let c = p.coefficients();
-    let geared = plant(&p, "arm.load_friction", &[0.3]);
+    let geared = plant(&p, "arm.load_friction", &[0.3, 1.0]);
     let (u, t) = (2.0, 0.5);
     let [theta, speed] = after(&geared, [0.0, 0.0], u, t, 1e-3);
     let acceleration = 0.7 * c.drive * u / c.arm;

@@ -65,7 +65,10 @@ fn by_formula(
         }
         "arm.load_friction" => {
             let c = p.coefficients();
-            (u, -v[0] * (c.drive * u - c.arm_damping * w).abs() * w.abs())
+            (
+                u,
+                -v[0] * (c.drive * u - v[1] * c.arm_damping * w).abs() * w.abs(),
+            )
         }
         "arm.angle_friction" => {
             let level = v[0] * (1.0 + v[1] * (v[2] * x.theta + v[3]).sin());
