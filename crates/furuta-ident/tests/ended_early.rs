@@ -114,34 +114,3 @@ fn the_time_limit_ends_a_search_that_is_no_interruption() {
         "{percents:?}"
     );
 }
-
-/// Whenever the time ends: an effect that stands for what the search had not come to is not named.
-#[test]
-fn no_limit_of_time_gives_a_name_that_is_false() {
-    let hidden: &[(&str, &[f64])] = &[
-        ("arm.cogging", &[3e-3, 6.0, 0.8]),
-        ("motor.inductance", &[0.03, 1.0]),
-    ];
-    let recordings = recordings(hidden);
-    let request = Request {
-        recordings: &recordings,
-        rig: &qube(),
-        verify: &[],
-    };
-    // From ends within the first round to one within the last, on machines of different speeds.
-    for tenths in [1, 3, 5, 8, 12, 18, 27, 40] {
-        let options = Options {
-            time_limit: Some(Duration::from_millis(100 * tenths)),
-            ..Options::default()
-        };
-        let found = diagnose_with(&request, options, &|_| ()).expect("good recordings");
-        let found = found.diagnosis;
-        let mut false_names = names(&found);
-        println!(
-            "{tenths} tenths of a second: {false_names:?} {:?} {:?}",
-            found.verdict, found.unfinished
-        );
-        false_names.retain(|name| hidden.iter().all(|(id, _)| id != name));
-        assert_eq!(false_names, [""; 0], "after {tenths} tenths of a second");
-    }
-}
