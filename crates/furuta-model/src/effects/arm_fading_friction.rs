@@ -39,7 +39,7 @@ pub(super) const SPEC: Spec = Spec {
             unit: "s",
             kind: Kind::Real,
             default: None,
-            min: 0.1,
+            min: 0.01,
             max: 1e4,
             off: 0.0,
             typical: Typical::Of(|_| 5.0),
