@@ -54,8 +54,8 @@ pub(super) const SPEC: Spec = Spec {
             typical: Typical::Of(|_| 2.0),
             // A pulley or a magnet off its axis gives the low ones, the windings the even ones above.
             starts: &[
-                0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0, 17.0,
-                18.0, 19.0, 20.0,
+                0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0,
+                15.0, 16.0, 17.0, 18.0, 19.0, 20.0,
             ],
         },
         ParameterSpec {

@@ -168,8 +168,8 @@ pub struct Spec {
 
 impl Spec {
     /// Whether it is a function of the present state and of the motor's voltage alone: it remembers nothing, does not
-    /// depend on time ([`Acts::CLOCK`]), and changes neither the command nor the readings. A run with such effects can be cut into
-    /// pieces that begin with a state.
+    /// depend on time ([`Acts::CLOCK`]), and changes neither the command nor the readings. A run with such effects can
+    /// be cut into pieces that begin with a state.
     ///
     /// ```
     /// let follows = |id| furuta_model::effects::spec(id).expect("in the catalogue").follows_state();
