@@ -138,24 +138,27 @@ fn what_is_named_stays_beside_an_expression() {
     );
 }
 
-/// A gain that depends on the angle: two terms, in the place of whatever effects were taken for it.
+/// A gain that depends on the angle needs no two terms: it is a ripple of the motor that repeats once a turn.
 #[test]
-fn a_gain_that_depends_on_the_angle_is_imitated() {
+fn a_gain_that_depends_on_the_angle_has_a_name() {
+    let (sine, cosine): (f64, f64) = (8e-4, -6e-4);
     let seen = recordings(&[
-        term("custom.1", 8e-4, 0.0, "u*sin(theta)"),
-        term("custom.2", -6e-4, 0.0, "u*cos(theta)"),
+        term("custom.1", sine, 0.0, "u*sin(theta)"),
+        term("custom.2", cosine, 0.0, "u*cos(theta)"),
     ]);
     let d = diagnosed(&seen).diagnosis;
-    assert_eq!(d.verdict, Verdict::Unexplained, "{}", d.to_json());
-    let custom = d.custom.as_ref().expect("an expression");
-    assert!(custom.held_out_gain > 0.5, "{custom:?}");
-    assert!(
-        custom
-            .terms
-            .iter()
-            .any(|t| t.expression.contains("u*") && t.on == "arm"),
-        "{custom:?}"
-    );
+    assert_eq!(d.verdict, Verdict::MissingEffects, "{}", d.to_json());
+    assert!(d.custom.is_none(), "{:?}", d.custom);
+    let ids: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
+    assert_eq!(ids, ["motor.ripple"]);
+    let found = |name: &str| d.effects[0].parameters[name].value;
+    assert_eq!(found("order"), 1.0);
+    // Five standard deviations of each.
+    assert!((found("phase") - cosine.atan2(sine)).abs() < 2e-3);
+    let mut rig = qube();
+    rig.params.motor.torque_constant *= 0.97;
+    let share = sine.hypot(cosine) / rig.params.coefficients().drive;
+    assert!((found("amplitude") / share - 1.0).abs() < 2e-3);
 }
 
 /// Neither where nothing is hidden nor where the catalogue has a name for it.
