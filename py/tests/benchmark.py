@@ -14,8 +14,8 @@ effect reports in `limits`).
 
 A foreign case (what no catalogue has, alone or with a catalogue effect beside) counts as exact when the verdict is
 `unexplained`, nothing false is named, and the effect beside is; the table counts the three apart, too. Some of what is
-foreign is an entry on request by now: such a case is exact as well when it is called by that name and the effect beside
-is named.
+foreign is in the catalogue by now: such a case is exact as well when it is called by that name and the effect beside is
+named.
 
 Another seed is another set of rigs, sizes, pairs and data sheets. The program under test sees a copy without
 truth.json.
@@ -165,7 +165,7 @@ def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, obj
 def table(rows: list[dict[str, object]], groups: list[str]) -> list[str]:
     """How many of each group are exact or near, and how many have something named that is not there.
 
-    Of foreign effects: how many were named or else `unexplained` alone, how many of those that are entries on request
+    Of foreign effects: how many were named or else `unexplained` alone, how many of those that are in the catalogue
     were named, and beside how many the catalogue effect was.
     """
     heads = (f"{head:>8}" for head in ("alone", "named", "beside", "seconds"))

@@ -1,6 +1,6 @@
 """What can be hidden in the MuJoCo rig and is in no catalogue, to be reported as unexplained.
 
-Some of it is among the entries on request since (`CALLED`), which a diagnosis names where they explain the recordings.
+Some of it is in the catalogue since (`CALLED`), which a diagnosis names where it explains the recordings.
 
 Sizes are such that recordings show each several times above an encoder's noise within half a second.
 
@@ -42,7 +42,7 @@ FOREIGN = (
     "x.voltage_backlash",
 )  # fmt: skip
 
-# By what name the catalogue has it, among the entries on request. Lost counts there are one recording's alone.
+# By what name the catalogue has it. Lost counts there are one recording's alone.
 CALLED = {
     "x.memory": "arm.relaxation",
     "x.maxwell_cable": "arm.relaxation",

@@ -136,7 +136,7 @@ pub enum DesignError {
     #[error(
         "no stabilising solution (measure of stability {measure}, must be below 1): a mode on the \
          stability boundary has no weight (no noise), or [Q, N; N', R] is not positive semidefinite; \
-         give every state a weight, none of them many orders of magnitude from the others"
+         give every state a weight, and none that is many orders of magnitude from the others"
     )]
     NoStabilisingSolution {
         /// Spectral radius of the best closed loop found (continuous time: of its Cayley transform); NaN where the

@@ -78,7 +78,8 @@ marks! {
     PENDULUM,
     /// Shifts an encoder's zero, as each recording's own zero does.
     ZERO,
-    /// It depends on the time since the run began.
+    /// Its law depends on the time since the run began, all the while: what begins and ends at moments has
+    /// [`Self::JUMPS`].
     CLOCK,
 }
 

@@ -1,6 +1,7 @@
 //! Friction of the arm under load: dry friction of `coefficient |drive u - back_emf arm_damping theta_dot|`.
 
 use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
+use super::motor_inductance::BACK_EMF;
 use crate::scalar::Scalar;
 
 parameters! {
@@ -37,17 +38,7 @@ pub(super) const SPEC: Spec = Spec {
             typical: Typical::Of(|_| 0.2),
             starts: &[0.5],
         },
-        ParameterSpec {
-            name: "back_emf",
-            unit: "-",
-            kind: Kind::Share,
-            default: Some(1.0),
-            min: 0.0,
-            max: 1.0,
-            off: 0.0,
-            typical: Typical::Of(|_| 1.0),
-            starts: &[1.0],
-        },
+        BACK_EMF,
     ],
     strengths: 1,
     footprint: Footprint::ARM_DAMPING,

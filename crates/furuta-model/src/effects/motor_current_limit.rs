@@ -1,6 +1,7 @@
 //! Limit of the motor's current: `|drive u - back_emf arm_damping theta_dot| <= limit`.
 
 use super::{Acts, AtRest, Footprint, Instant, Kind, Law, Offered, ParameterSpec, Spec, Typical};
+use super::motor_inductance::BACK_EMF;
 use crate::scalar::Scalar;
 
 parameters! {
@@ -36,17 +37,7 @@ pub(super) const SPEC: Spec = Spec {
             // A limit above what was reached does nothing: halves, down to a thirtieth of the stall torque.
             starts: &[0.7, 1.2, 1.8, 0.35, 0.175, 0.0875],
         },
-        ParameterSpec {
-            name: "back_emf",
-            unit: "-",
-            kind: Kind::Share,
-            default: Some(1.0),
-            min: 0.0,
-            max: 1.0,
-            off: 0.0,
-            typical: Typical::Of(|_| 1.0),
-            starts: &[1.0],
-        },
+        BACK_EMF,
     ],
     strengths: 1,
     footprint: Footprint::GAIN_BY_LEVEL,

@@ -14,6 +14,19 @@ parameters! {
     }
 }
 
+/// The part of the arm's damping that is back-EMF.
+pub(super) const BACK_EMF: ParameterSpec = ParameterSpec {
+    name: "back_emf",
+    unit: "-",
+    kind: Kind::Share,
+    default: Some(1.0),
+    min: 0.0,
+    max: 1.0,
+    off: 0.0,
+    typical: Typical::Of(|_| 1.0),
+    starts: &[1.0],
+};
+
 pub(super) const SPEC: Spec = Spec {
     id: "motor.inductance",
     name: "Inductance of the motor",
@@ -36,17 +49,7 @@ pub(super) const SPEC: Spec = Spec {
             typical: Typical::Of(|_| 0.01),
             starts: &[0.3, 2.0],
         },
-        ParameterSpec {
-            name: "back_emf",
-            unit: "-",
-            kind: Kind::Share,
-            default: Some(1.0),
-            min: 0.0,
-            max: 1.0,
-            off: 0.0,
-            typical: Typical::Of(|_| 1.0),
-            starts: &[1.0],
-        },
+        BACK_EMF,
     ],
     strengths: 1,
     footprint: Footprint::Like(

@@ -128,20 +128,17 @@ impl Judged {
     /// What is said where the loop does not hold.
     fn warnings(&self, rig: &Rig) -> Vec<String> {
         let mut warnings = Vec::new();
-        let (growth, mut with) = match &self.observed {
-            Some((growth, _)) => (*growth, vec!["the standard estimator"]),
-            None => (self.closed.growth(), Vec::new()),
+        let (growth, estimator) = match &self.observed {
+            Some((growth, _)) => (*growth, " with the standard estimator"),
+            None => (self.closed.growth(), ""),
         };
         if growth.is_nan() || growth >= 0.0 {
-            if !rig.effects.is_empty() {
-                with.push("the effects of the rig file");
-            }
-            let with = match with.is_empty() {
-                true => String::new(),
-                false => format!(" with {}", with.join(" and ")),
+            let effects = match rig.effects.is_empty() {
+                true => "",
+                false => ", the effects of the rig file included,",
             };
             warnings.push(format!(
-                "rig {}: the closed loop{with} has a pole at {growth:+.3} 1/s",
+                "rig {}: the closed loop{estimator}{effects} has a pole at {growth:+.3} 1/s",
                 rig.name
             ));
         }
