@@ -66,9 +66,8 @@ fn what_comes_again_is_no_kick() {
     assert!(reason.contains("another at"), "{reason}");
 }
 
-/// Dry friction that wears off as the rig warms up, and an arm that is read by an encoder with some noise.
-#[test]
-fn friction_that_fades_is_not_called_a_law_of_the_speed() {
+/// Two sweeps of an arm with a dry friction (N m) that changes with the time (s), read by encoders with some noise.
+fn rubbed(friction: impl Fn(f64) -> f64) -> [Recording; 2] {
     let rig = qube();
     let run = |name: &str, amplitude, phase: f64, seed: u64| {
         let h = 2e-3;
@@ -78,8 +77,7 @@ fn friction_that_fades_is_not_called_a_law_of_the_speed() {
         let mut samples = Vec::new();
         for k in 0..5000_u32 {
             let t = f64::from(k) * h;
-            let friction = 4e-3 * (-t / 3.0).exp();
-            let coulomb = Effect::new("arm.coulomb", &[friction]).expect("valid");
+            let coulomb = Effect::new("arm.coulomb", &[friction(t)]).expect("valid");
             plant = furuta_model::Plant::new(&rig.params, &[coulomb]).expect("valid");
             let y = plant.measure(&s);
             let u = sweep(t, &s.x) - 0.2 * s.x.theta;
@@ -90,10 +88,38 @@ fn friction_that_fades_is_not_called_a_law_of_the_speed() {
         }
         Recording::from_samples(name, samples).expect("valid").0
     };
-    let found = diagnosis(
-        &[run("a.csv", 2.0, 0.0, 1), run("b.csv", 3.0, 2.0, 2)],
-        &qube(),
+    [run("a.csv", 2.0, 0.0, 1), run("b.csv", 3.0, 2.0, 2)]
+}
+
+/// Friction that wears off as the rig warms up, simulated as Coulomb friction that is another in each sample.
+#[test]
+fn friction_that_fades_is_called_so() {
+    let (torque, seconds) = (4e-3, 3.0);
+    let found = diagnosis(&rubbed(|t| torque * (-t / seconds).exp()), &qube());
+    assert_eq!(
+        names(&found),
+        ["arm.fading_friction"],
+        "{:?}",
+        found.suspected
     );
+    assert_eq!(found.verdict, Verdict::MissingEffects);
+    // Three standard deviations of the time constant, which is known to 0.06 per cent; both are within a third of it.
+    let parameters = &found.effects[0].parameters;
+    assert!(
+        (parameters["torque"].value / torque - 1.0).abs() < 2e-3,
+        "{parameters:?}"
+    );
+    assert!(
+        (parameters["time_constant"].value / seconds - 1.0).abs() < 2e-3,
+        "{parameters:?}"
+    );
+}
+
+/// Friction that comes and goes is no law of the speed, nor one that fades.
+#[test]
+fn friction_that_comes_and_goes_is_not_called_a_law_of_the_speed() {
+    let waves = |t: f64| 2e-3 * (1.0 + (std::f64::consts::TAU * t / 4.0).cos());
+    let found = diagnosis(&rubbed(waves), &qube());
     assert_eq!(found.verdict, Verdict::Unexplained);
     assert_eq!(names(&found), [""; 0], "{:?}", found.suspected);
     let scattered = |s: &furuta_ident::diagnose::result::Suspected| {
