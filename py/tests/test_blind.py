@@ -13,21 +13,23 @@ from command_line import program
 
 SHARED = pathlib.Path(__file__).resolve().parents[3] / "shared/blind"
 
-# Of 29 cases, two are clean, one is outside the catalogue. All are exact where the time limit is not reached; with
-# backlash, a slow machine may reach it twice.
-LEAST_EXACT = 27
+# Exact at least: of 29 cases, two are clean, one is outside the catalogue. All are exact where the time limit is not
+# reached; with backlash, a slow machine may reach it twice. The 16 whose sheets are off and whose recordings have a zero
+# each are far from it.
+LEAST_EXACT = {"dev": 27, "rough": 16}
 
 
-@pytest.mark.long
 @pytest.mark.skipif(not (SHARED / "score.py").exists(), reason="no ../shared/blind beside the project")
-def test_score():
+@pytest.mark.parametrize("cases", [pytest.param("dev", marks=pytest.mark.long), "rough"])
+def test_score(cases):
     command = [sys.executable, str(SHARED / "score.py"), "--cli", str(program()), "--jobs", "2", "--limit", "600"]
-    printed = subprocess.run(command, capture_output=True, text=True, timeout=3000).stdout
-    print(printed)
-    assert "clean 2/2" in printed
-    assert "outside the catalogue 1/1" in printed
-    exact = int(re.search(r"^(\d+) passed, \d+ failed$", printed, re.MULTILINE).group(1))
-    assert exact >= LEAST_EXACT
+    done = subprocess.run([*command, "--cases", str(SHARED / cases)], capture_output=True, text=True, timeout=3000)
+    print(done.stdout, done.stderr)
+    if cases == "dev":
+        assert "clean 2/2" in done.stdout
+        assert "outside the catalogue 1/1" in done.stdout
+    exact = int(re.search(r"^(\d+) passed, \d+ failed$", done.stdout, re.MULTILINE).group(1))
+    assert exact >= LEAST_EXACT[cases]
 
 
 CASES = sorted((SHARED / "dev").glob("dev-*"))

@@ -103,7 +103,7 @@ fn friction_that_fades_is_called_so() {
         found.suspected
     );
     assert_eq!(found.verdict, Verdict::MissingEffects);
-    // Three standard deviations of the time constant, which is known to 0.06 per cent; both are within a third of it.
+    // Three standard deviations of the time constant, which is known to 0.06 per cent; both are within a third of that.
     let parameters = &found.effects[0].parameters;
     assert!(
         (parameters["torque"].value / torque - 1.0).abs() < 2e-3,

@@ -4,7 +4,7 @@ use super::criteria::CRITERIA;
 use super::predict::{self, Predictor, rms};
 use super::result::{Best, HeldOut};
 use super::{Fit, LONG, REPORT, SEARCH};
-use crate::shooting::{Data, Effort, Problem, Run, Window, with_zeros_found};
+use crate::shooting::{Data, Effort, Model, Problem, Run, Window, with_zeros_fitted};
 use crate::stop::Stop;
 
 use rayon::prelude::*;
@@ -49,9 +49,14 @@ impl Folds {
 }
 
 impl Folds {
-    /// What predicts a part that a fit has not seen. A recording that was kept apart comes with data of its own, since
-    /// its encoders' zeros are found in its first seconds.
-    fn apart(&self, data: &Data, part: usize, fitted: &Fit) -> (Option<Data>, Predictor) {
+    /// What predicts a part that `fitted` has not seen. A recording that was kept apart comes with data of its own, since
+    /// its encoders' zeros are fitted to it from where the full fit has them, like the initial states of its windows.
+    fn apart(
+        &self,
+        data: &Data,
+        part: usize,
+        (full, fitted): (&Fit, &Fit),
+    ) -> (Option<Data>, Predictor) {
         if !self.comes_apart(fitted) {
             return (None, fitted.into());
         }
@@ -61,8 +66,12 @@ impl Folds {
         for run in &mut apart.runs {
             run.recording = 0;
         }
-        let (hypothesis, z) = fitted.model.for_others(&fitted.z, &apart);
-        let z = with_zeros_found(&apart, &hypothesis, &z);
+        let (hypothesis, mut z) = fitted.model.for_others(&fitted.z, &apart);
+        let (all, own) = (full.model.layout(), hypothesis.layout());
+        for i in 0..own.zeros {
+            z[own.zero(0, i)] = full.z[all.zero(part, i)];
+        }
+        let z = with_zeros_fitted(&apart, &hypothesis, &z);
         (Some(apart), Predictor { hypothesis, z })
     }
 
@@ -88,6 +97,8 @@ impl Folds {
 pub(super) struct Unseen {
     /// Errors over windows of [`REPORT`], rad.
     pub(super) errors: Vec<[f64; 2]>,
+    /// The sum of their squares in units of the noise: what is told of each name.
+    pub(super) squared: f64,
     /// Geometric means over windows of the mean squared error in units of the noise: over windows of [`SEARCH`] and of
     /// [`REPORT`] and, where the pendulum hangs, of [`LONG`] and over whole runs; not a number where there are none.
     /// One window that ends beside its best initial state, as one in sixty does where something sticks, does not decide
@@ -121,8 +132,14 @@ pub(super) fn best(
 const LEAST: f64 = 1e-2;
 
 impl Unseen {
-    /// Whether this model predicts better over short windows and no worse over long ones.
+    /// Whether this model predicts better over short windows, over most of them and all in all, and no worse over long
+    /// ones.
     pub(super) fn is_better_than(&self, other: &Self) -> bool {
+        self.squared < other.squared && self.is_mostly_better_than(other)
+    }
+
+    /// Whether this model predicts most short windows better, and long ones no worse.
+    pub(super) fn is_mostly_better_than(&self, other: &Self) -> bool {
         let [search, report, long, whole] =
             std::array::from_fn(|i| self.horizons[i] / other.horizons[i]);
         let no_worse = |ratio: f64| ratio.is_nan() || ratio < CRITERIA.no_worse;
@@ -209,8 +226,10 @@ pub(super) fn unseen(
             .fold((0.0, 0), |(s, n), (_, sums)| (s + sums[h].0, n + sums[h].1));
         (sum / count as f64).exp()
     });
+    let errors: Vec<_> = parts.into_iter().flat_map(|(errors, _)| errors).collect();
     Unseen {
-        errors: parts.into_iter().flat_map(|(errors, _)| errors).collect(),
+        squared: squared(data, &errors),
+        errors,
         horizons,
     }
 }
@@ -238,7 +257,7 @@ fn of_part(
     } else {
         fit.clone()
     };
-    let (apart, predictor) = folds.apart(data, part, &fitted);
+    let (apart, predictor) = folds.apart(data, part, (fit, &fitted));
     let data = apart.as_ref().unwrap_or(data);
     // Logarithms of mean squares, at least the noise's, and how many.
     let of = |windows: &[Vec<[f64; 2]>]| -> (f64, usize) {
@@ -296,13 +315,13 @@ pub(super) fn compared(data: &Data, before: &[[f64; 2]], after: &[[f64; 2]]) -> 
 
 /// Share of the smaller model's squared error (in units of the noise) that the larger one removes.
 pub(super) fn removed(data: &Data, smaller: &[[f64; 2]], larger: &[[f64; 2]]) -> f64 {
-    let sum = |errors: &[[f64; 2]]| -> f64 {
-        errors
-            .iter()
-            .map(|e| (e[0] / data.noise[0]).powi(2) + (e[1] / data.noise[1]).powi(2))
-            .sum()
-    };
-    1.0 - sum(larger) / sum(smaller)
+    1.0 - squared(data, larger) / squared(data, smaller)
+}
+
+/// The sum of squared errors in units of the noise.
+fn squared(data: &Data, errors: &[[f64; 2]]) -> f64 {
+    let of = |e: &[f64; 2]| (e[0] / data.noise[0]).powi(2) + (e[1] / data.noise[1]).powi(2);
+    errors.iter().map(of).sum()
 }
 
 #[cfg(test)]
@@ -312,8 +331,24 @@ mod tests {
     fn at(horizons: [f64; 4]) -> Unseen {
         Unseen {
             errors: Vec::new(),
+            squared: 0.0,
             horizons,
         }
+    }
+
+    /// A name that makes most windows a little better and some much worse is none: what is told of it would deny it.
+    #[test]
+    fn better_over_most_windows_is_not_enough() {
+        let none = f64::NAN;
+        let left = |level, squared| Unseen {
+            squared,
+            ..at([level, level, none, none])
+        };
+        let without = left(4.0, 400.0);
+        assert!(left(3.0, 300.0).is_better_than(&without));
+        assert!(left(3.0, 410.0).is_mostly_better_than(&without));
+        assert!(!left(3.0, 410.0).is_better_than(&without));
+        assert!(!left(4.1, 300.0).is_better_than(&without));
     }
 
     /// A model whose numbers cannot be is never written, however well it predicts.

@@ -186,7 +186,11 @@ impl Judge<'_> {
             let Some((rival, without)) = worst else {
                 return;
             };
-            let why = Suspected::new(rival.spec, here.horizons, without.horizons);
+            let why = if here.is_mostly_better_than(&without) {
+                Suspected::worse(rival.spec, here.squared / without.squared)
+            } else {
+                Suspected::new(rival.spec, here.horizons, without.horizons)
+            };
             let again = self.without(&judged.named, rival.spec);
             if again.cost < rival.without.cost {
                 self.drop(judged, again, why);

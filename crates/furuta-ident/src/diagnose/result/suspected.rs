@@ -146,6 +146,17 @@ impl Suspected {
         Self::because(spec, reason)
     }
 
+    /// One that makes most of the data kept apart a little better and some of it much worse: all in all the squared
+    /// error is this many times as large with it.
+    pub(crate) fn worse(spec: &Spec, times: f64) -> Self {
+        let reason = format!(
+            "on data kept apart, predicted over 0.5 s, it helps in most places and harms in others: all in all the \
+             squared error is {} times as large with it",
+            significant(times, 3)
+        );
+        Self::because(spec, reason)
+    }
+
     /// From the mean squared errors on data kept apart, with the effect and without it.
     pub(crate) fn new(spec: &Spec, with: [f64; 4], without: [f64; 4]) -> Self {
         let worst = (0..HORIZONS.len())
