@@ -14,8 +14,8 @@ from command_line import program
 SHARED = pathlib.Path(__file__).resolve().parents[3] / "shared/blind"
 
 # Exact at least: of 29 cases, two are clean, one is outside the catalogue. All are exact where the time limit is not
-# reached; with backlash, a slow machine may reach it twice. The 16 whose sheets are off and whose recordings have a zero
-# each are far from it.
+# reached; with backlash, a slow machine may reach it twice. The 16 whose sheets are off and whose recordings have each
+# a zero are far from it.
 LEAST_EXACT = {"dev": 27, "rough": 16}
 
 

@@ -49,8 +49,8 @@ impl Folds {
 }
 
 impl Folds {
-    /// What predicts a part that `fitted` has not seen. A recording that was kept apart comes with data of its own, since
-    /// its encoders' zeros are fitted to it from where the full fit has them, like the initial states of its windows.
+    /// What predicts a part that `fitted` has not seen. A recording that was kept apart comes with data of its own: its
+    /// encoders' zeros are fitted to it from where the full fit has them, like the initial states of its windows.
     fn apart(
         &self,
         data: &Data,
