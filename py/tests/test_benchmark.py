@@ -192,8 +192,6 @@ def test_the_right_one_of_several_places_in_the_turn(tmp_path):
     (1301, "169-foreign", "x.fading_friction", "arm.fading_friction"),
     # Left unexplained: a ripple was looked for from six periods a turn on.
     (1301, "177-foreign", "x.gain_angle", "motor.ripple"),
-    # Left unexplained: the zero of a recording kept apart was not found again between stops that leave it little room.
-    (1401, "176-foreign", "x.end_stops", "arm.stop"),
 ))  # fmt: skip
 def test_what_the_catalogue_has_is_called_by_its_name(seed, name, hidden, named, tmp_path):
     found = diagnosis_of(seed, name, hidden, tmp_path)

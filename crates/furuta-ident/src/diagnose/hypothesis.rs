@@ -493,7 +493,7 @@ impl Model for Hypothesis {
     fn priors(&self) -> Vec<Option<Prior>> {
         let mut priors = vec![None; self.shared()];
         for (prior, known) in priors.iter_mut().zip(self.sheet.known) {
-            *prior = known.map(Prior::around_zero);
+            *prior = known.map(|std| Prior { mean: 0.0, std });
         }
         priors.extend(zero_priors(&self.layout()));
         priors

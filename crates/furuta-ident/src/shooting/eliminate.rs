@@ -112,7 +112,7 @@ fn reduced_n<const N: usize, M: Model>(
     for (i, prior) in model.priors().into_iter().enumerate() {
         if let Some(prior) = prior {
             let weight = prior_weight * prior.std.powi(-2);
-            out.gradient[i] += weight * prior.beyond(z[i]);
+            out.gradient[i] += weight * (z[i] - prior.mean);
             out.matrix[(i, i)] += weight;
         }
     }

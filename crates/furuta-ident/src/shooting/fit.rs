@@ -54,7 +54,7 @@ impl<M: Model> Fit<M> {
     /// beforehand counts as much more (the likelihood of errors of unknown size).
     pub(super) fn add_up(&mut self, floor: f64) {
         let of = |(prior, z): (&Option<Prior>, &f64)| {
-            prior.map_or(0.0, |p| (p.beyond(*z) / p.std).powi(2))
+            prior.map_or(0.0, |p| ((z - p.mean) / p.std).powi(2))
         };
         self.priors = self.model.priors().iter().zip(&self.z).map(of).collect();
         let left: f64 = self.costs.iter().sum();

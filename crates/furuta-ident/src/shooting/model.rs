@@ -123,25 +123,6 @@ pub(crate) struct Prior {
     pub(crate) mean: f64,
     /// Its standard deviation, in units of the vector.
     pub(crate) std: f64,
-    /// Up to this far from it every value is as likely, in units of the vector.
-    pub(crate) within: f64,
-}
-
-impl Prior {
-    /// Of a number that is likely to be 0, in units of the vector.
-    pub(crate) const fn around_zero(std: f64) -> Self {
-        Self {
-            mean: 0.0,
-            std,
-            within: 0.0,
-        }
-    }
-
-    /// How far a value is from the likely ones, in units of the vector.
-    pub(crate) fn beyond(&self, z: f64) -> f64 {
-        let off = z - self.mean;
-        off - off.clamp(-self.within, self.within)
-    }
 }
 
 /// What a fit varies. Numbers are in units of their natural size.

@@ -1,21 +1,15 @@
 //! The zeros of each recording among the numbers of a fit: an incremental encoder counts from where the arm rested when
 //! it was switched on.
 
-use std::f64::consts::PI;
-
 use furuta_model::Jet;
 
 use super::model::{Layout, Observed, Prior};
 
 /// Zeros of a recording: theta's, alpha's.
 pub(crate) const ZEROS: usize = 2;
-/// The unit of each, rad.
+/// The unit of each, and its standard deviation in it, rad: an arm rests at any angle within half a turn when its
+/// encoder is switched on (uniform: `pi / sqrt(3)`); a pendulum hangs within its hinge's friction, a count or two.
 pub(super) const UNIT: [f64; ZEROS] = [1.0, 0.01];
-/// Within which each is likely anywhere, in its unit: an arm rests at any angle within half a turn when its encoder is
-/// switched on. A recording that tells nothing of its zero leaves it where the search placed it.
-const WITHIN: [f64; ZEROS] = [PI, 0.0];
-/// The standard deviation of each beyond that, in its unit: of an angle anywhere within half a turn it is
-/// `pi / sqrt(3)`; a pendulum hangs within its hinge's friction, a count or two.
 const STD: [f64; ZEROS] = [1.8, 0.5];
 /// How far each may be from where it should, in its unit.
 const MOST: [f64; ZEROS] = [100.0, 10.0];
@@ -46,7 +40,6 @@ pub(crate) fn zero_priors(layout: &Layout) -> Vec<Option<Prior>> {
     let prior = |i: usize| Prior {
         mean: 0.0,
         std: STD[i % ZEROS],
-        within: WITHIN[i % ZEROS],
     };
     (0..zeros).map(prior).map(Some).collect()
 }

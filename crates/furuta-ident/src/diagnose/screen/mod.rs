@@ -178,7 +178,7 @@ impl Screen {
             } else if let Some(prior) = priors[place] {
                 let weight = weight * prior.std.powi(-2);
                 normal[(i, i)] += weight;
-                gradient[i] -= weight * prior.beyond(fit.z[place]);
+                gradient[i] += weight * (prior.mean - fit.z[place]);
             }
         }
         let travel = (0..sheet.recordings).map(|r| {
