@@ -189,19 +189,21 @@ def test_the_right_one_of_several_places_in_the_turn(tmp_path):
 
 @pytest.mark.parametrize(("seed", "name", "hidden", "named"), (
     # Named a drift of the motor's gain beside Stribeck's friction.
-    (1301, "169-foreign", "x.fading_friction", "arm.fading_friction"),
+    (1301, "169-foreign", ("x.fading_friction",), ["arm.fading_friction"]),
     # Left unexplained: a ripple was looked for from six periods a turn on.
-    (1301, "177-foreign", "x.gain_angle", "motor.ripple"),
+    (1301, "177-foreign", ("x.gain_angle",), ["motor.ripple"]),
+    # Left unexplained: the zero of a recording kept apart was not found again between stops that leave it little room.
+    (1401, "193-foreign", ("x.end_stops", "arm.spring"), ["arm.spring", "arm.stop"]),
 ))  # fmt: skip
 def test_what_the_catalogue_has_is_called_by_its_name(seed, name, hidden, named, tmp_path):
     found = diagnosis_of(seed, name, hidden, tmp_path)
-    assert [effect["id"] for effect in found.effects] == [named]
+    assert sorted(effect["id"] for effect in found.effects) == named
     assert found.verdict == "missing_effects"
 
 
 def test_a_name_that_harms_data_kept_apart_is_none(tmp_path):
     """A supply that sags under load. A drift of the motor's gain makes most windows a little better and some worse."""
-    found = diagnosis_of(1401, "177-foreign", "x.pwm_sag", tmp_path)
+    found = diagnosis_of(1401, "177-foreign", ("x.pwm_sag",), tmp_path)
     assert found.effects == []
     assert found.verdict == "unexplained"
     reasons = {effect["id"]: effect["reason"] for effect in found.suspected}
@@ -211,6 +213,6 @@ def test_a_name_that_harms_data_kept_apart_is_none(tmp_path):
 def diagnosis_of(seed, name, hidden, folder):
     """What is found in a foreign case of the benchmark."""
     case = next(case for case in plan(seed) if case.name == name)
-    assert case.effects == (hidden,)
+    assert case.effects == hidden
     folder = folder / case.write(folder)
     return furuta.diagnose(sorted(folder.glob("run-*.csv")), folder / "rig.toml")
