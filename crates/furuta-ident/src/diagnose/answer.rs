@@ -141,7 +141,7 @@ impl Work<'_> {
                 } else {
                     apart.errors(without)
                 };
-                held_out::removed(self.data, &without.errors, &after.errors)
+                after.removes_of(&without)
             };
             let gains: Vec<f64> = found.rivals.iter().map(|r| gain(&r.without)).collect();
             let repaired = found.custom.as_ref().map(|c| apart.unseen(&c.fit));

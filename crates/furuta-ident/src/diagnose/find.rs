@@ -213,7 +213,7 @@ impl Work<'_> {
             self.teller.stage("looking for an expression");
             let without = self.apart.unseen(&named);
             let folds = &self.apart.folds;
-            custom = custom::propose(calm, folds, &refitted, (&named, &without.errors));
+            custom = custom::propose(calm, folds, &refitted, (&named, &without));
             if end.wanted() {
                 unfinished.push(Part::Expression);
             }

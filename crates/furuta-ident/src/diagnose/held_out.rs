@@ -4,7 +4,7 @@ use super::criteria::CRITERIA;
 use super::predict::{self, Predictor, rms};
 use super::result::{Best, HeldOut};
 use super::{Fit, LONG, REPORT, SEARCH};
-use crate::shooting::{Data, Effort, Model, Problem, Run, Window, with_zeros_fitted};
+use crate::shooting::{Data, Effort, Model, Problem, Run, Window};
 use crate::stop::Stop;
 
 use rayon::prelude::*;
@@ -46,9 +46,7 @@ impl Folds {
             Self::Blocks => ((w.start as f64 + 0.5) * run.h / BLOCK) as usize % 2,
         }
     }
-}
 
-impl Folds {
     /// What predicts a part that `fitted` has not seen. A recording that was kept apart comes with data of its own: its
     /// encoders' zeros are fitted to it from where the full fit has them, like the initial states of its windows.
     fn apart(
@@ -71,7 +69,8 @@ impl Folds {
         for i in 0..own.zeros {
             z[own.zero(0, i)] = full.z[all.zero(part, i)];
         }
-        let z = with_zeros_fitted(&apart, &hypothesis, &z);
+        let windows = apart.windows(REPORT, |_| true);
+        let z = Problem::new(&apart, windows).with_zeros(&hypothesis, &z);
         (Some(apart), Predictor { hypothesis, z })
     }
 
@@ -135,7 +134,12 @@ impl Unseen {
     /// Whether this model predicts better over short windows, over most of them and all in all, and no worse over long
     /// ones.
     pub(super) fn is_better_than(&self, other: &Self) -> bool {
-        self.squared < other.squared && self.is_mostly_better_than(other)
+        self.removes_of(other) > 0.0 && self.is_mostly_better_than(other)
+    }
+
+    /// Share of the squared error of a smaller model that this one removes.
+    pub(super) fn removes_of(&self, smaller: &Self) -> f64 {
+        1.0 - self.squared / smaller.squared
     }
 
     /// Whether this model predicts most short windows better, and long ones no worse.
@@ -311,11 +315,6 @@ pub(super) fn compared(data: &Data, before: &[[f64; 2]], after: &[[f64; 2]]) -> 
         augmented: rms(after.iter()).into(),
         noise_floor: data.noise.into(),
     })
-}
-
-/// Share of the smaller model's squared error (in units of the noise) that the larger one removes.
-pub(super) fn removed(data: &Data, smaller: &[[f64; 2]], larger: &[[f64; 2]]) -> f64 {
-    1.0 - squared(data, larger) / squared(data, smaller)
 }
 
 /// The sum of squared errors in units of the noise.

@@ -31,5 +31,5 @@ pub(crate) use model::{Layout, Model, Observed, Prior};
 pub(crate) use rig::AsGiven;
 pub(crate) use start::Start;
 pub(crate) use window::{Traced, Windows};
-pub(crate) use zero_search::{with_zeros_fitted, with_zeros_found};
+pub(crate) use zero_search::with_zeros_found;
 pub(crate) use zeros::{ZEROS, zero_bounds, zero_priors, zero_units, zeros_each};

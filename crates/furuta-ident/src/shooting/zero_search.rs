@@ -223,10 +223,9 @@ impl Problem<'_> {
     }
 }
 
-/// Zeros are found over windows of this length, s.
-const WINDOW: f64 = 0.5;
-/// What is to be predicted afterwards says where its zeros are in a first part of this length, s.
+/// Zeros are found in the first part of a recording of this length, s, over windows of the second.
 const FIRST: f64 = 3.0;
+const WINDOW: f64 = 0.5;
 
 /// The vector with the zeros that suit the first seconds of each recording, everything else held.
 pub(crate) fn with_zeros_found<M: Model>(data: &Data, model: &M, z: &[f64]) -> Vec<f64> {
@@ -234,9 +233,4 @@ pub(crate) fn with_zeros_found<M: Model>(data: &Data, model: &M, z: &[f64]) -> V
     let mut windows = data.windows(WINDOW, |_| true);
     windows.retain(early);
     Problem::new(data, windows).with_zeros(model, z)
-}
-
-/// The vector with the zeros that suit each recording as a whole, everything else held.
-pub(crate) fn with_zeros_fitted<M: Model>(data: &Data, model: &M, z: &[f64]) -> Vec<f64> {
-    Problem::new(data, data.windows(WINDOW, |_| true)).with_zeros(model, z)
 }

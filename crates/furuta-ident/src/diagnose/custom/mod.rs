@@ -26,7 +26,7 @@ use self::library::{Column, library};
 use self::normal::{LibraryNormal, normals};
 use self::sparse::choose;
 use super::Fit;
-use super::held_out::{self, Folds};
+use super::held_out::{self, Asked, Folds, Unseen};
 use super::hypothesis::Sheet;
 use super::predict::{self, rms};
 use super::repair;
@@ -62,9 +62,8 @@ pub(super) fn propose(
     problem: &Problem<'_>,
     folds: &Folds,
     refitted: &Fit,
-    (named, without): (&Fit, &[[f64; 2]]),
+    (named, without): (&Fit, &Unseen),
 ) -> Option<Custom> {
-    let data = problem.data;
     let beside = grow(problem, folds, named).map(|grown| needed(problem, grown));
     let left = |grown: &Option<Grown>| grown.as_ref().map_or(named.cost, |(fit, _)| fit.cost);
     let explains = |grown: &Option<Grown>| grown.as_ref().is_some_and(|(f, _)| problem.explains(f));
@@ -80,28 +79,24 @@ pub(super) fn propose(
     if !lasts(problem, &[refitted, named], &fit) {
         return None;
     }
-    let asked = held_out::Asked {
-        refit: true,
-        horizons: false,
-    };
-    let with = held_out::unseen(data, folds, &fit, asked, problem.stop).errors;
+    let with = held_out::unseen(problem.data, folds, &fit, Asked::ERRORS, problem.stop);
     if problem.stop.wanted() {
         return None;
     }
-    let gain = held_out::removed(data, without, &with);
+    let gain = with.removes_of(without);
     if gain.is_nan() || gain < LEAST_GAIN {
         return None;
     }
     let expression = Expression {
         terms: terms(&fit, &columns),
         held_out_gain: gain,
-        without: rms(without.iter()).into(),
-        with: rms(with.iter()).into(),
+        without: rms(without.errors.iter()).into(),
+        with: rms(with.errors.iter()).into(),
     };
     Some(Custom {
         fit,
         expression,
-        errors: with,
+        errors: with.errors,
         columns,
     })
 }
