@@ -180,7 +180,8 @@ impl<S: Scalar> Plant<S> {
     }
 
     /// What the inner states have become over the times of `h` seconds before now, the oldest first: in each the rig was
-    /// in one of these states under one of these commands (V). Plants without such states do not listen.
+    /// in one of these states under one of these commands (V), which a lag or a resonance of the motor follows late;
+    /// they are as they come after a delay. Plants without such states do not listen.
     ///
     /// ```
     /// use furuta_model::{Effect, Plant, Rig, State};
@@ -205,11 +206,21 @@ impl<S: Scalar> Plant<S> {
         }
         let past = past.into_iter();
         let (length, count) = (S::from_real(h), past.len());
+        let mut motor = None;
         for (k, (x, command)) in past.enumerate() {
             #[allow(clippy::cast_precision_loss)]
             let ago = (count - k) as f64 - 0.5;
             let t = s.t - length.scale(S::Real::from_f64(ago));
-            let volts = self.mapped(t, S::from_real(command));
+            let target = self.mapped(t, S::from_real(command));
+            let volts = if self.follows_late() {
+                let before = motor.unwrap_or_else(|| self.motor_after_long(target));
+                let after = self.followed(before, target, length);
+                motor = Some(after);
+                (self.acting_volts(&before) + self.acting_volts(&after))
+                    .scale(S::Real::from_f64(0.5))
+            } else {
+                target
+            };
             let settled = volts - self.back_emf(x.theta_dot);
             if k == 0 {
                 s.inner[0] = S::ZERO;
@@ -242,6 +253,15 @@ impl<S: Scalar> Plant<S> {
         for time in [self.relaxation.time_constant, self.winding.time_constant] {
             if time.value() > 0.0 {
                 slowest = slowest.min(1.0 / time.value());
+            }
+        }
+        // What follows the voltage remembers what the voltage does.
+        if self.winding.is_late() || self.acts.includes(Acts::STATE) {
+            if self.acts.includes(Acts::LAG) {
+                slowest = slowest.min(1.0 / self.lag.value());
+            }
+            if self.acts.includes(Acts::RESONANCE) {
+                slowest = slowest.min(0.5 * self.resonance.decay().value());
             }
         }
         if self.acts.includes(Acts::STATE) {

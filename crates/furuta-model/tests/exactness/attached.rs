@@ -313,3 +313,49 @@ fn a_stop_has_exact_derivatives() {
         assert!((found / slope - 1.0).abs() < 1e-4, "{i}: {found} {slope}");
     }
 }
+
+/// A winding remembers the voltage as a lag of it lets it rise, not as it was commanded: of two plants after the same
+/// second, one simulated and one entered, the motor pulls alike.
+#[test]
+fn a_winding_remembers_what_the_voltage_did() {
+    let p = bare_arm(true);
+    let c = p.coefficients();
+    let hanging = State::new(0.0, PI, 0.0, 0.0);
+    let with_lag = |lag: f64| -> Plant<f64> {
+        let effects = [
+            Effect::new("motor.lag", &[lag]).expect("valid"),
+            Effect::new("motor.inductance", &[0.06, 0.5]).expect("valid"),
+        ];
+        Plant::new(&p, &effects).expect("valid")
+    };
+    let (lag, h) = (0.02, 1e-3);
+    let plant = with_lag(lag);
+    let mut s = plant.rest(hanging);
+    let (mut past, mut commands) = (Vec::new(), Vec::new());
+    for k in 0..1000 {
+        // Steps of 5 V: behind the lag they are weak, and a winding that took them whole would be far off.
+        let u = if k / 40 % 2 == 0 { 3.0 } else { -2.0 };
+        let before = s.x;
+        plant.step(&mut s, u, h);
+        let speed = 0.5 * (before.theta_dot + s.x.theta_dot);
+        past.push((State::new(s.x.theta, PI, speed, 0.0), u));
+        commands.push(u);
+    }
+    let mut entered = plant.resume(s.x, s.t, &commands, h);
+    plant.remember(&mut entered, past, h);
+    let pulled = |mut s: furuta_model::PlantState<f64>| {
+        let before = s.x.theta_dot;
+        plant.step(&mut s, 0.0, 1e-6);
+        (s.x.theta_dot - before) / 1e-6
+    };
+    let (simulated, remembered) = (pulled(s), pulled(entered));
+    // The mean of both ends of a millisecond, for that of a voltage that fades: (h/lag)^2/12 of what 5 V pull.
+    let tolerance = (h / lag).powi(2) / 12.0 * 5.0 * c.drive / c.arm;
+    assert!(
+        (simulated - remembered).abs() < tolerance,
+        "{simulated} {remembered} {tolerance}"
+    );
+    // The slower of the two says for how long that goes back.
+    assert_eq!(plant.forgetting(0.0, &hanging, 0.0), Some(1.0 / 0.06));
+    assert_eq!(with_lag(0.2).forgetting(0.0, &hanging, 0.0), Some(5.0));
+}
