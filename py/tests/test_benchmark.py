@@ -182,7 +182,7 @@ def test_the_right_one_of_several_places_in_the_turn(tmp_path):
     case = next(case for case in plan(1201) if case.name == "191-foreign")
     assert case.effects == ("x.eccentric_theta", "disturbance.kick")
     folder = tmp_path / case.write(tmp_path)
-    found = furuta.diagnose(sorted(folder.glob("run-*.csv")), folder / "rig.toml")
+    found = furuta.diagnose(sorted(folder.glob("run-*.csv")), folder / "rig.toml", time_limit=None)
     assert {effect["id"] for effect in found.effects} == {"sensor.theta.eccentricity", "disturbance.kick"}
     assert found.verdict == "missing_effects"
 
@@ -194,6 +194,11 @@ def test_the_right_one_of_several_places_in_the_turn(tmp_path):
     (1301, "177-foreign", ("x.gain_angle",), ["motor.ripple"]),
     # Left unexplained: the zero of a recording kept apart was not found again between stops that leave it little room.
     (1401, "193-foreign", ("x.end_stops", "arm.spring"), ["arm.spring", "arm.stop"]),
+    # Left unexplained: at a window's start the winding remembered the command in place of the voltage behind the lag.
+    (1401, "188-foreign", ("x.inductance", "motor.lag"), ["motor.inductance", "motor.lag"]),
+    # Left unexplained: alone neither of the two convinces.
+    (1401, "182-foreign", ("x.gain_angle", "sensor.delay"), ["motor.delay", "motor.ripple"]),
+    (1301, "184-foreign", ("x.gear_friction", "motor.ripple"), ["arm.load_friction", "motor.ripple"]),
 ))  # fmt: skip
 def test_what_the_catalogue_has_is_called_by_its_name(seed, name, hidden, named, tmp_path):
     found = diagnosis_of(seed, name, hidden, tmp_path)
@@ -211,8 +216,8 @@ def test_a_name_that_harms_data_kept_apart_is_none(tmp_path):
 
 
 def diagnosis_of(seed, name, hidden, folder):
-    """What is found in a foreign case of the benchmark."""
+    """What is found in a foreign case of the benchmark, however slow the machine is."""
     case = next(case for case in plan(seed) if case.name == name)
     assert case.effects == hidden
     folder = folder / case.write(folder)
-    return furuta.diagnose(sorted(folder.glob("run-*.csv")), folder / "rig.toml")
+    return furuta.diagnose(sorted(folder.glob("run-*.csv")), folder / "rig.toml", time_limit=None)

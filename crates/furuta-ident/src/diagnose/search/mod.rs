@@ -221,12 +221,17 @@ impl<'a> Search<'a> {
 
     /// The eligible sets, the best score first.
     fn ranked(&self) -> Vec<&Set> {
+        self.by_score(|node| node.eligible)
+    }
+
+    /// The sets that are `wanted`, the best score first.
+    fn by_score(&self, wanted: impl Fn(&Node) -> bool) -> Vec<&Set> {
         let unit = self.unit();
         let score = |s: &Set| self.problem.score(&self.known[s].fit, unit);
         let mut sets: Vec<&Set> = self
             .known
             .keys()
-            .filter(|s| self.known[*s].eligible)
+            .filter(|s| wanted(&self.known[*s]))
             .collect();
         sets.sort_by(|a, b| score(a).total_cmp(&score(b)));
         sets
@@ -263,7 +268,8 @@ impl<'a> Search<'a> {
         self.known[best].fit.clone()
     }
 
-    /// The set to go through next: the best one to its end; of those beside it each grows.
+    /// The set to go through next: the best one to its end; of those beside it each grows. Far from the data where no
+    /// effect convinces alone, one of a pair may be among those that come nearest.
     fn next(&self) -> Option<Set> {
         let ranked = self.ranked();
         let best = ranked.first()?;
@@ -274,7 +280,13 @@ impl<'a> Search<'a> {
         let is_far = self.problem.chi(&node.fit) > FAR;
         let beam = if is_far { BEAM } else { 1 };
         let open = |s: &&&Set| !self.known[**s].grown;
-        ranked.iter().take(beam).find(open).map(|s| (*s).clone())
+        let none_convinces = is_far && **best == set(&self.fixed);
+        let one = self.fixed.effects.len() + 1;
+        let alone =
+            none_convinces.then(|| self.by_score(|node| node.fit.model.effects.len() == one));
+        let beside = ranked.iter().take(beam);
+        let next = beside.chain(alone.iter().flatten().take(BEAM)).find(open);
+        next.map(|s| (*s).clone())
     }
 
     /// Tries the set without each of its effects, and with a simpler look-alike in the place of each: one in which some
