@@ -14,7 +14,8 @@ from command_line import program
 
 SHARED = pathlib.Path(__file__).resolve().parents[3] / "shared/blind"
 
-# Of 29 cases, two are clean, one is outside the catalogue. The 16 have sheets that are off and a zero in each recording.
+# Of 29 cases, two are clean, one is outside the catalogue. The 16 have sheets that are off and a zero in each of their
+# recordings.
 EXACT = {"dev": 29, "rough": 16}
 
 # What is named must not depend on how fast this machine is: the command runs until it has searched all.

@@ -9,6 +9,7 @@ use super::regime::{How, Regime};
 use super::state::{Contact, PlantState, STATES};
 use super::trial::Stages;
 use crate::effects::Acts;
+use crate::integrate::{Fixed, Stage};
 use crate::scalar::Scalar;
 use crate::state::State;
 
@@ -206,21 +207,21 @@ impl<S: Scalar> Plant<S> {
         }
         let past = past.into_iter();
         let (length, count) = (S::from_real(h), past.len());
-        let mut motor = None;
+        // The motor goes through the commands again, and is put back where it was.
+        let now = (s.t, s.voltage, s.ringing);
         for (k, (x, command)) in past.enumerate() {
             #[allow(clippy::cast_precision_loss)]
-            let ago = (count - k) as f64 - 0.5;
-            let t = s.t - length.scale(S::Real::from_f64(ago));
-            let target = self.mapped(t, S::from_real(command));
-            let volts = if self.follows_late() {
-                let before = motor.unwrap_or_else(|| self.motor_after_long(target));
-                let after = self.followed(before, target, length);
-                motor = Some(after);
-                (self.acting_volts(&before) + self.acting_volts(&after))
-                    .scale(S::Real::from_f64(0.5))
-            } else {
-                target
-            };
+            let ago =
+                |part: f64| now.0 - length.scale(S::Real::from_f64((count - k) as f64 - part));
+            s.t = ago(0.0);
+            let u = S::from_real(command);
+            if k == 0 {
+                s.voltage = self.mapped(s.t, u);
+                s.ringing = self.settled(s.voltage);
+            }
+            let driven = self.driven(s, u, Fixed(h));
+            (s.voltage, s.ringing) = (driven.voltage, driven.ringing);
+            let (t, volts) = (ago(0.5), driven.volts[Stage::Middle as usize]);
             let settled = volts - self.back_emf(x.theta_dot);
             if k == 0 {
                 s.inner[0] = S::ZERO;
@@ -231,6 +232,7 @@ impl<S: Scalar> Plant<S> {
             s.inner[1] = self.winding.after(s.inner[1], settled, length);
             self.own_after(&mut s.inner, &x, t, volts, h);
         }
+        (s.t, s.voltage, s.ringing) = now;
     }
 
     /// How fast the inner states forget where they were, at time `t` (s) in this state under this command (V): the

@@ -6,15 +6,6 @@ use crate::effects::Acts;
 use crate::scalar::Scalar;
 use crate::state::State;
 
-/// What a motor remembers of its commands.
-#[derive(Copy, Clone)]
-pub(super) struct Motor<S> {
-    /// The voltage behind the lag, V.
-    pub(super) voltage: S,
-    /// How far the resonance is behind that voltage.
-    pub(super) ringing: [S; 2],
-}
-
 impl<S: Scalar> Plant<S> {
     /// The plant's state with the mechanical state `x`, after a long time without command.
     #[must_use]
@@ -57,51 +48,8 @@ impl<S: Scalar> Plant<S> {
         }
     }
 
-    /// Whether the motor's voltage follows a command late, so that it remembers those before.
-    pub(super) fn follows_late(&self) -> bool {
-        self.acts.includes(Acts::LAG) || self.acts.includes(Acts::RESONANCE)
-    }
-
-    /// What drives the motor after a long time under this voltage.
-    pub(super) fn motor_after_long(&self, volts: S) -> Motor<S> {
-        Motor {
-            voltage: volts,
-            ringing: self.settled(volts),
-        }
-    }
-
-    /// What drives the motor `h` seconds later, the voltage that it follows held.
-    pub(super) fn followed(&self, before: Motor<S>, target: S, h: S) -> Motor<S> {
-        let lagging = self.acts.includes(Acts::LAG);
-        let voltage = if lagging {
-            target + (before.voltage - target) * (-(h / self.lag)).exp()
-        } else {
-            target
-        };
-        let ringing = if self.acts.includes(Acts::RESONANCE) {
-            let mean = if lagging {
-                (before.voltage + voltage).scale(S::Real::from_f64(0.5))
-            } else {
-                target
-            };
-            self.resonance.after(before.ringing, mean, h)
-        } else {
-            before.ringing
-        };
-        Motor { voltage, ringing }
-    }
-
-    /// The voltage that acts on the arm.
-    pub(super) fn acting_volts(&self, motor: &Motor<S>) -> S {
-        if self.acts.includes(Acts::RESONANCE) {
-            self.resonance.output(motor.ringing)
-        } else {
-            motor.voltage
-        }
-    }
-
     /// How far a motor that rings is behind a command that it has followed for long.
-    fn settled(&self, volts: S) -> [S; 2] {
+    pub(super) fn settled(&self, volts: S) -> [S; 2] {
         if self.acts.includes(Acts::RESONANCE) {
             self.resonance.settled(volts)
         } else {
@@ -143,21 +91,32 @@ impl<S: Scalar> Plant<S> {
     ) {
         let first = past.first().map_or(S::ZERO, |u| S::from_real(*u));
         self.settle(s, x, first);
-        if self.follows_late() || self.acts.includes(Acts::DELAY) {
+        let lagging = self.acts.includes(Acts::LAG);
+        let rings = self.acts.includes(Acts::RESONANCE);
+        if lagging || rings || self.acts.includes(Acts::DELAY) {
             #[allow(clippy::cast_precision_loss)]
             let mut ago = past.len() as f64;
+            let decay = (-(S::from_real(h) / self.lag)).exp();
             for u in past {
                 let u = S::from_real(*u);
                 s.commands.push(u);
-                if self.follows_late() {
+                if lagging || rings {
                     let now = S::from_real(t) - S::from_real(h).scale(S::Real::from_f64(ago));
                     let target = self.mapped(now, self.delayed(s, u, h));
-                    let before = Motor {
-                        voltage: s.voltage,
-                        ringing: s.ringing,
+                    let before = s.voltage;
+                    s.voltage = if lagging {
+                        target + (before - target) * decay
+                    } else {
+                        target
                     };
-                    let after = self.followed(before, target, S::from_real(h));
-                    (s.voltage, s.ringing) = (after.voltage, after.ringing);
+                    if rings {
+                        let mean = if lagging {
+                            (before + s.voltage).scale(S::Real::from_f64(0.5))
+                        } else {
+                            target
+                        };
+                        s.ringing = self.resonance.after(s.ringing, mean, S::from_real(h));
+                    }
                 }
                 ago -= 1.0;
             }

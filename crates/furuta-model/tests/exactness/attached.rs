@@ -349,8 +349,8 @@ fn a_winding_remembers_what_the_voltage_did() {
         (s.x.theta_dot - before) / 1e-6
     };
     let (simulated, remembered) = (pulled(s), pulled(entered));
-    // The mean of both ends of a millisecond, for that of a voltage that fades: (h/lag)^2/12 of what 5 V pull.
-    let tolerance = (h / lag).powi(2) / 12.0 * 5.0 * c.drive / c.arm;
+    // The middle of each millisecond, for the mean of a voltage that fades: (h/lag)^2/24 of what 5 V pull.
+    let tolerance = (h / lag).powi(2) / 24.0 * 5.0 * c.drive / c.arm;
     assert!(
         (simulated - remembered).abs() < tolerance,
         "{simulated} {remembered} {tolerance}"
