@@ -100,8 +100,8 @@ fn upper_bound(
         (limit, deviation)
     };
     let first = score(FIRST)?;
-    // A law may do more the smaller its number is, as a user's own can: of that there is no largest one.
-    if first.square <= score(0.5 * FIRST)?.square {
+    // A user's own law may do more the smaller its number is: of that there is no largest one.
+    if spec.own.is_some() && first.square <= score(0.5 * FIRST)?.square {
         return None;
     }
     // What sticks is not in proportion to its strength: the second test is made where it matters.
