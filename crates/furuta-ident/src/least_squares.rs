@@ -17,6 +17,18 @@ pub(crate) trait LeastSquares<Place> {
     /// The problem linearised at a place, which may hold that already.
     fn linearise(&self, place: &mut Place) -> Self::Linear;
 
+    /// The same at a place that was reached by a step of `before`, which lowered the cost by `gain`: a linear form
+    /// whose next step is to gain less than [`CONTRACTION`] of that may serve again. Whether it does.
+    fn linearise_again(
+        &self,
+        place: &mut Place,
+        before: Self::Linear,
+        gain: f64,
+    ) -> (Self::Linear, bool) {
+        let _ = (before, gain);
+        (self.linearise(place), false)
+    }
+
     /// The damped step, and by how much the linear model says that it lowers the cost. `None` where there is none.
     fn step(&self, place: &Place, linear: &Self::Linear, damping: f64)
     -> Option<(Self::Step, f64)>;
@@ -39,6 +51,10 @@ pub(crate) trait LeastSquares<Place> {
         false
     }
 }
+
+/// A step by an older linear form is to gain less than this share of what the last step gained, or it is found anew:
+/// what all further ones gain, a geometric series, is then less than a third of the last.
+pub(crate) const CONTRACTION: f64 = 0.25;
 
 /// How the damping changes, and when the method ends.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +83,9 @@ pub(crate) fn minimise<Place, P: LeastSquares<Place>>(
     let mut here = start;
     let mut damping = rules.damping;
     let mut linear = problem.linearise(&mut here);
+    // Whether it was found elsewhere: the end of the method, and a step that does not help, are judged by one that was
+    // not.
+    let mut old = false;
     for iteration in 0..rules.iterations {
         let Some((step, predicted)) = problem.step(&here, &linear, damping) else {
             break;
@@ -85,9 +104,14 @@ pub(crate) fn minimise<Place, P: LeastSquares<Place>>(
             if last {
                 return (here, None);
             }
-            if !on {
+            if on {
+                (linear, old) = problem.linearise_again(&mut here, linear, gain);
+            } else if std::mem::take(&mut old) {
+                linear = problem.linearise(&mut here);
+            } else {
                 break;
             }
+        } else if std::mem::take(&mut old) {
             linear = problem.linearise(&mut here);
         } else {
             damping = (damping * rules.stiffen.0).max(rules.stiffen.1);

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::parameters::Space;
 use crate::pendulum::Pendulum;
 use crate::shooting::{
-    self, Data, Effort, Layout, Model, Observed, Prior, Reduced, Run, Start, Window, Windows,
-    reduced, with_zeros_found, zero_bounds, zero_priors, zeros_each,
+    self, About, Data, Effort, Keep, Layout, Model, Observed, Prior, Reduced, Run, Start, Window,
+    Windows, with_zeros_found, zero_bounds, zero_priors, zeros_each,
 };
 
 /// Near upright no model predicts for longer, s.
@@ -189,19 +189,26 @@ impl<'a> CalibrationProblem<'a> {
         Self::known(self.engine().fit(&model, z, &fit.states, Effort::TIGHT))
     }
 
-    /// All windows linearised in the free parameters and the recordings' zeros, initial states eliminated, scores in
-    /// blocks of `block` seconds if that is given.
-    fn reduced(&self, fit: &Fit, free: &[usize], block: Option<f64>) -> Reduced {
+    /// All windows linearised in the free parameters and the recordings' zeros, initial states eliminated, with what is
+    /// to be kept beside the sums.
+    fn reduced(&self, fit: &Fit, free: &[usize], keep: Keep) -> Reduced {
         let model = self.model(&fit.values, free);
         let z = model.vector(&fit.zeros);
-        let (data, windows) = (self.data, &self.windows);
-        reduced(&model, &z, data, windows, &fit.states, 1.0, block)
+        let about = About {
+            model: &model,
+            z: &z,
+            data: self.data,
+            windows: &self.windows,
+            states: &fit.states,
+            prior_weight: 1.0,
+        };
+        about.reduced(keep)
     }
 
     /// What the windows say of the free parameters, in units of their scales, initial states and those zeros eliminated
     /// that a fit would move.
     pub(super) fn information(&self, fit: &Fit, free: &[usize]) -> DMatrix<f64> {
-        let (mut m, p) = (self.reduced(fit, free, None).matrix, free.len());
+        let (mut m, p) = (self.reduced(fit, free, Keep::Sums).matrix, free.len());
         let zeros = m.nrows() - p;
         let model = self.model(&fit.values, free);
         let bounds = model.bounds(&model.vector(&fit.zeros));
@@ -238,7 +245,7 @@ impl<'a> CalibrationProblem<'a> {
         let model = self.model(&fit.values, free);
         let p = model.layout().len();
         let z = model.vector(&fit.zeros);
-        let r = self.reduced(fit, free, Some(BLOCK));
+        let r = self.reduced(fit, free, Keep::Blocks(BLOCK));
         let blocks: Vec<&DVector<f64>> = r.windows.iter().flat_map(|w| &w.blocks).collect();
         let bounds = model.bounds(&z);
         let resting: Vec<bool> = z

@@ -243,7 +243,7 @@ mod tests {
     use crate::diagnose::hypothesis::{Hypothesis, Sheet};
     use crate::diagnose::sweep::sweep;
     use crate::pendulum::Pendulum;
-    use crate::shooting::{Data, Effort};
+    use crate::shooting::{Data, Effort, bounded_step};
 
     /// Much of what an effect changes the base parameters and the zeros can follow: an offset of alpha differs from the
     /// recordings' own zeros by their prior alone. A fit begins where all of them fit beside a small effect, and not
@@ -278,6 +278,11 @@ mod tests {
             // What is left to gain is what a linear step misses.
             let gain = (without.cost - start.cost) / (without.cost - with.cost);
             assert!(gain > 0.5, "{id}: {gain}");
+            // The last steps of a fit are made by older slopes: where it ends, new ones do not lead on.
+            let (r, bounds) = (problem.linearise(&with), h.bounds(&with.z));
+            let step = bounded_step(&with.z, &r, &bounds, 0.0).expect("determined");
+            let left = 2.0 * r.gradient.dot(&step) - (&r.matrix * &step).dot(&step);
+            assert!(left < Effort::FULL.tolerance * with.cost, "{id}: {left}");
         }
     }
 }

@@ -1,13 +1,14 @@
 //! All windows linearised at once, their initial states eliminated: what is left is a quadratic in the parameters.
 
-use nalgebra::{DMatrix, DVector, Matrix4, SMatrix, Vector4};
+use nalgebra::{Cholesky, Const, DMatrix, DVector, Matrix4, SMatrix, Vector4};
 use rayon::prelude::*;
 
 use super::data::{Data, Window};
 use super::model::{Layout, Model};
 use super::predict::some;
+use super::slopes::{Along, Slopes};
 use super::start::Start;
-use super::window::{WindowNormal, normal};
+use super::window::{Kept, WindowNormal, normal};
 
 /// The most numbers that one window can depend on.
 pub(crate) const MAX_FREE: usize = 24;
@@ -32,9 +33,41 @@ pub(crate) struct Response {
     pub(crate) blocks: Vec<DVector<f64>>,
     /// The diagonal of the reduced Gauss-Newton matrix.
     pub(crate) information: DVector<f64>,
+    /// The reduced Gauss-Newton matrix of the numbers that the window depends on.
+    matrix: DMatrix<f64>,
+    /// Where the window says something: the Gauss-Newton matrix of its initial state, and how that and the parameters
+    /// go together.
+    own_matrix: Option<Cholesky<f64, Const<4>>>,
+    cross: SMatrix<f64, 4, MAX_FREE>,
+    /// How each sample follows, where that is kept.
+    slopes: Option<Slopes>,
+}
+
+/// What is kept of the windows beside the sums.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Keep {
+    Sums,
+    /// Scores in blocks of this many seconds.
+    Blocks(f64),
+    /// The slopes, for [`Reduced::again`].
+    Slopes,
 }
 
 impl Response {
+    /// What is needed to follow the window by its slopes.
+    pub(super) fn linear(&self) -> Option<(&Slopes, &Cholesky<f64, Const<4>>)> {
+        self.slopes.as_ref().zip(self.own_matrix.as_ref())
+    }
+
+    /// Takes up another gradient: how the initial state goes on, and what is left of the parameters' gradient.
+    fn turn(&mut self, gradient: &[f64], places: impl Iterator<Item = (usize, usize)>) {
+        let Some(own) = &self.own_matrix else { return };
+        self.own = own.solve(&Vector4::from_fn(|a, _| gradient[a]));
+        for (i, at) in places {
+            self.score[at] = gradient[4 + i] - self.cross.column(i).dot(&self.own);
+        }
+    }
+
     /// The initial state after a step of the parameters.
     pub(crate) fn follow(
         &self,
@@ -51,91 +84,143 @@ impl Response {
     }
 }
 
-/// Linearises all windows in the parameters of `model`; what is known beforehand counts `prior_weight` times. Scores
-/// are kept in blocks of `block` seconds as well, if that is given.
-pub(crate) fn reduced<M: Model>(
-    model: &M,
-    z: &[f64],
-    data: &Data,
-    windows: &[Window],
-    states: &[Start],
-    prior_weight: f64,
-    block: Option<f64>,
-) -> Reduced {
-    match model.layout().local() {
-        0..=8 => reduced_n::<12, M>(model, z, data, windows, states, prior_weight, block),
-        9..=12 => reduced_n::<16, M>(model, z, data, windows, states, prior_weight, block),
-        13..=16 => reduced_n::<20, M>(model, z, data, windows, states, prior_weight, block),
-        _ => reduced_n::<{ 4 + MAX_FREE }, M>(model, z, data, windows, states, prior_weight, block),
-    }
+/// Where the numbers that a window of this recording depends on stand.
+fn places(layout: &Layout, recording: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..layout.local()).map(move |i| (i, layout.place(recording, i)))
 }
 
-fn reduced_n<const N: usize, M: Model>(
-    model: &M,
-    z: &[f64],
-    data: &Data,
-    windows: &[Window],
-    states: &[Start],
-    prior_weight: f64,
-    block: Option<f64>,
-) -> Reduced {
-    let seen = model.observed::<N>(z);
-    let layout = model.layout();
-    let p = layout.len();
-    let mut out = Reduced {
-        gradient: DVector::zeros(p),
-        matrix: DMatrix::zeros(p, p),
-        windows: Vec::with_capacity(windows.len()),
-    };
-    // In parallel, and added up in order: the same digits whatever the number of threads.
-    let normals: Vec<WindowNormal<N>> = windows
-        .par_iter()
-        .zip(states)
-        .map_init(
-            || some(&seen.plant),
-            |s, (w, start)| {
-                let block = block.map(|seconds| data.runs[w.run].samples_in(seconds));
-                normal(&seen, s, data, w, start, block)
-            },
-        )
-        .collect();
-    for (n, w) in normals.iter().zip(windows) {
-        let recording = data.runs[w.run].recording;
-        out.windows.push(eliminated(
-            n,
-            &layout,
-            recording,
-            &mut out.gradient,
-            &mut out.matrix,
-        ));
+/// Windows to be linearised about their starts and the numbers `z` of a model.
+pub(crate) struct About<'a, M> {
+    pub(crate) model: &'a M,
+    pub(crate) z: &'a [f64],
+    pub(crate) data: &'a Data,
+    pub(crate) windows: &'a [Window],
+    pub(crate) states: &'a [Start],
+    /// How much what is known beforehand counts.
+    pub(crate) prior_weight: f64,
+}
+
+/// What a window says where it was followed by its slopes.
+pub(super) enum Told {
+    /// What it said before.
+    Same,
+    /// Another gradient.
+    Along(Along),
+    /// Nothing: its slopes hold no longer.
+    Nothing,
+}
+
+impl<M: Model> About<'_, M> {
+    /// Linearises all windows.
+    pub(crate) fn reduced(&self, keep: Keep) -> Reduced {
+        let all: Vec<usize> = (0..self.windows.len()).collect();
+        self.added_up(self.linearised(&all, keep))
     }
-    for (i, prior) in model.priors().into_iter().enumerate() {
-        if let Some(prior) = prior {
-            let weight = prior_weight * prior.std.powi(-2);
-            out.gradient[i] += weight * (z[i] - prior.mean);
-            out.matrix[(i, i)] += weight;
+
+    /// The same by slopes that were found `before`; the windows of which nothing is told are linearised anew.
+    pub(super) fn again(&self, mut before: Reduced, told: &[Told]) -> Reduced {
+        let layout = self.model.layout();
+        let mut anew = Vec::new();
+        for (i, told) in told.iter().enumerate() {
+            match told {
+                Told::Same => {}
+                Told::Along(along) => {
+                    let recording = self.data.runs[self.windows[i].run].recording;
+                    before.windows[i].turn(&along.gradient, places(&layout, recording));
+                }
+                Told::Nothing => anew.push(i),
+            }
+        }
+        for (i, response) in anew.iter().zip(self.linearised(&anew, Keep::Slopes)) {
+            before.windows[*i] = response;
+        }
+        self.added_up(before.windows)
+    }
+
+    /// Windows linearised, their initial states eliminated.
+    fn linearised(&self, which: &[usize], keep: Keep) -> Vec<Response> {
+        match self.model.layout().local() {
+            0..=8 => self.linearised_n::<12>(which, keep),
+            9..=12 => self.linearised_n::<16>(which, keep),
+            13..=16 => self.linearised_n::<20>(which, keep),
+            _ => self.linearised_n::<{ 4 + MAX_FREE }>(which, keep),
         }
     }
-    out
+
+    fn linearised_n<const N: usize>(&self, which: &[usize], keep: Keep) -> Vec<Response> {
+        if which.is_empty() {
+            return Vec::new();
+        }
+        let seen = self.model.observed::<N>(self.z);
+        let layout = self.model.layout();
+        which
+            .par_iter()
+            .map_init(
+                || some(&seen.plant),
+                |s, &i| {
+                    let w = &self.windows[i];
+                    let run = &self.data.runs[w.run];
+                    let kept = match keep {
+                        Keep::Sums => Kept::default(),
+                        Keep::Blocks(seconds) => Kept {
+                            block: Some(run.samples_in(seconds)),
+                            slopes: None,
+                        },
+                        Keep::Slopes => Kept {
+                            block: None,
+                            slopes: Some(4 + layout.local()),
+                        },
+                    };
+                    let n = normal(&seen, s, self.data, w, &self.states[i], kept);
+                    eliminated(n, &layout, run.recording)
+                },
+            )
+            .collect()
+    }
+
+    /// The sum over all windows, in order: the same digits whatever the number of threads; with what is known
+    /// beforehand.
+    fn added_up(&self, windows: Vec<Response>) -> Reduced {
+        let layout = self.model.layout();
+        let p = layout.len();
+        let (mut gradient, mut matrix) = (DVector::zeros(p), DMatrix::zeros(p, p));
+        for (response, w) in windows.iter().zip(self.windows) {
+            let recording = self.data.runs[w.run].recording;
+            for (i, at) in places(&layout, recording) {
+                gradient[at] += response.score[at];
+                for (j, beside) in places(&layout, recording) {
+                    matrix[(at, beside)] += response.matrix[(i, j)];
+                }
+            }
+        }
+        for (i, prior) in self.model.priors().into_iter().enumerate() {
+            if let Some(prior) = prior {
+                let weight = self.prior_weight * prior.std.powi(-2);
+                gradient[i] += weight * (self.z[i] - prior.mean);
+                matrix[(i, i)] += weight;
+            }
+        }
+        Reduced {
+            gradient,
+            matrix,
+            windows,
+        }
+    }
 }
 
-/// Adds what a window says once its initial state follows.
-fn eliminated<const N: usize>(
-    n: &WindowNormal<N>,
-    layout: &Layout,
-    recording: usize,
-    gradient: &mut DVector<f64>,
-    matrix: &mut DMatrix<f64>,
-) -> Response {
-    let places: Vec<(usize, usize)> = (0..layout.local())
-        .map(|i| (i, layout.place(recording, i)))
-        .collect();
+/// What a window says once its initial state follows.
+fn eliminated<const N: usize>(n: WindowNormal<N>, layout: &Layout, recording: usize) -> Response {
+    let places: Vec<(usize, usize)> = places(layout, recording).collect();
     let mut response = Response {
         by_parameters: SMatrix::zeros(),
         own: Vector4::zeros(),
         score: DVector::zeros(layout.len()),
         blocks: Vec::new(),
         information: DVector::zeros(layout.len()),
+        own_matrix: None,
+        cross: SMatrix::zeros(),
+        slopes: n.slopes,
+        matrix: DMatrix::zeros(layout.local(), layout.local()),
     };
     let mut own = Matrix4::from_fn(|a, b| n.matrix[a][b]);
     for i in 0..4 {
@@ -151,7 +236,8 @@ fn eliminated<const N: usize>(
         }
     }
     response.by_parameters = own.solve(&cross);
-    response.own = own.solve(&Vector4::from_fn(|a, _| n.gradient[a]));
+    (response.own_matrix, response.cross) = (Some(own), cross);
+    response.turn(&n.gradient, places.iter().copied());
     response.blocks = (n.blocks.iter())
         .map(|gradient| {
             let of_state = Vector4::from_fn(|a, _| gradient[a]);
@@ -163,15 +249,62 @@ fn eliminated<const N: usize>(
         })
         .collect();
     for &(i, at) in &places {
-        let score = n.gradient[4 + i] - cross.column(i).dot(&response.own);
-        response.score[at] = score;
-        gradient[at] += score;
-        response.information[at] =
-            n.matrix[4 + i][4 + i] - cross.column(i).dot(&response.by_parameters.column(i));
-        for &(j, beside) in &places {
+        for &(j, _) in &places {
             let follows = cross.column(i).dot(&response.by_parameters.column(j));
-            matrix[(at, beside)] += n.matrix[4 + i][4 + j] - follows;
+            response.matrix[(i, j)] = n.matrix[4 + i][4 + j] - follows;
         }
+        response.information[at] = response.matrix[(i, i)];
     }
     response
+}
+
+#[cfg(test)]
+mod tests {
+    use furuta_model::Rig;
+
+    use super::*;
+    use crate::pendulum::Pendulum;
+    use crate::shooting::falls::{FALLS, SECONDS, falls};
+    use crate::shooting::{AsGiven, Effort, Problem};
+
+    /// Followed to where they were found, slopes say what linearising anew says; windows of which nothing is told are
+    /// linearised anew.
+    #[test]
+    fn slopes_where_they_were_found_say_what_linearising_says() {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let data = Data::new(&falls(&rig), &rig);
+        let problem = Problem::new(&data, data.windows(SECONDS, |_| true));
+        let model = AsGiven {
+            rig: &rig,
+            recordings: FALLS,
+            state: Pendulum::Swings,
+            own_zeros: true,
+        };
+        let z = vec![0.01; model.layout().len()];
+        let solved = problem.solve_states(&model, &z, None);
+        let fit = problem.fit(&model, z, &solved.states, Effort::QUICK.within(0));
+        let about = problem.about(&fit);
+        let fresh = about.reduced(Keep::Slopes);
+        let seen = model.observed::<4>(&fit.z).plain();
+        let told: Vec<Told> = (fresh.windows.iter().enumerate())
+            .map(|(i, response)| {
+                let (slopes, _) = response.linear().expect("the window says something");
+                let (w, start) = (&problem.windows[i], &fit.states[i]);
+                match i % 3 {
+                    0 => Told::Nothing,
+                    1 => Told::Same,
+                    _ => Told::Along(Along::new(&seen, &data, w, start, slopes)),
+                }
+            })
+            .collect();
+        let again = about.again(about.reduced(Keep::Slopes), &told);
+        // The same sums of the same numbers; a simulation without derivatives differs in rounding alone.
+        let close = |a: f64, b: f64, size: f64| (a - b).abs() < 1e-9 * size;
+        let size = fresh.gradient.amax();
+        assert!(size > 1.0, "{size}");
+        for (a, b) in again.gradient.iter().zip(fresh.gradient.iter()) {
+            assert!(close(*a, *b, size), "{a} {b}");
+        }
+        assert_eq!(again.matrix, fresh.matrix);
+    }
 }

@@ -7,11 +7,13 @@
 
 use nalgebra::DVector;
 
+use super::bounded::{bounded_step, past};
 use super::data::{Data, Window};
-use super::eliminate::{Reduced, reduced};
+use super::eliminate::{About, Keep, Reduced, Told};
 use super::model::{Model, Prior};
+use super::slopes::Along;
 use super::start::Start;
-use crate::least_squares::{LeastSquares, Rules, minimise};
+use crate::least_squares::{CONTRACTION, LeastSquares, Rules, minimise};
 use crate::stop::Stop;
 
 /// What a model is fitted to.
@@ -243,7 +245,11 @@ impl<'a> Problem<'a> {
             past: vec![0.0; z.len()],
             z,
         };
-        self.refine_states(&mut here);
+        let Some(windows) = self.entered(&mut here) else {
+            return here;
+        };
+        let linear = self.about(&here).reduced(Keep::Slopes);
+        let along = self.refine(&mut here, &windows, &linear);
         if !here.cost.is_finite() {
             return here;
         }
@@ -257,7 +263,14 @@ impl<'a> Problem<'a> {
             iterations: effort.iterations,
             ..RULES
         };
-        let (mut here, linear) = minimise(&search, here, &rules);
+        let mut start = At {
+            fit: here,
+            along,
+            linear: None,
+        };
+        // The step that brought the starts here may have gained anything.
+        start.linear = Some((search.linearise_again(&mut start, linear, f64::INFINITY)).0);
+        let (At { fit: mut here, .. }, linear) = minimise(&search, start, &rules);
         let r = linear.unwrap_or_else(|| self.linearise(&here));
         (here.std, here.widened) = self.deviations(&here, &r, &bounds);
         here.past = past(&here.z, &r, &bounds);
@@ -266,10 +279,27 @@ impl<'a> Problem<'a> {
 
     /// All windows linearised about a fit.
     pub(crate) fn linearise<M: Model>(&self, f: &Fit<M>) -> Reduced {
-        let weight = prior_weight(f.costs.iter().sum(), self.floor());
-        let (data, windows) = (self.data, &self.windows);
-        reduced(&f.model, &f.z, data, windows, &f.states, weight, None)
+        self.about(f).reduced(Keep::Sums)
     }
+
+    pub(super) fn about<'f, M>(&'f self, f: &'f Fit<M>) -> About<'f, M> {
+        About {
+            model: &f.model,
+            z: &f.z,
+            data: self.data,
+            windows: &self.windows,
+            states: &f.states,
+            prior_weight: prior_weight(f.costs.iter().sum(), self.floor()),
+        }
+    }
+}
+
+/// A fit, and what its windows say by the slopes with which it was reached.
+struct At<M> {
+    fit: Fit<M>,
+    along: Vec<Option<Along>>,
+    /// All windows linearised there, where that is known.
+    linear: Option<Reduced>,
 }
 
 /// A fit as a problem of least squares.
@@ -300,37 +330,75 @@ impl Fitting<'_, '_> {
 }
 
 /// One model's fit; the model is a type of the implementation, not of the problem.
-impl<M: Model> LeastSquares<Fit<M>> for Fitting<'_, '_> {
+impl<M: Model> LeastSquares<At<M>> for Fitting<'_, '_> {
     type Linear = Reduced;
     type Step = DVector<f64>;
 
-    fn cost(&self, place: &Fit<M>) -> f64 {
-        place.cost
+    fn cost(&self, place: &At<M>) -> f64 {
+        place.fit.cost
     }
 
-    fn linearise(&self, place: &mut Fit<M>) -> Reduced {
-        self.problem.linearise(place)
+    fn linearise(&self, place: &mut At<M>) -> Reduced {
+        let known = place.linear.take();
+        known.unwrap_or_else(|| self.problem.about(&place.fit).reduced(Keep::Slopes))
     }
 
-    fn step(&self, place: &Fit<M>, r: &Reduced, damping: f64) -> Option<(DVector<f64>, f64)> {
+    /// The slopes of the windows that were followed by them serve again as long as steps lead on: each is to gain far
+    /// less than the last.
+    fn linearise_again(&self, place: &mut At<M>, before: Reduced, gain: f64) -> (Reduced, bool) {
+        let about = self.problem.about(&place.fit);
+        let told: Vec<Told> = (std::mem::take(&mut place.along).into_iter())
+            .zip(&place.fit.states)
+            .map(|(along, start)| match along {
+                // It may have been started again.
+                Some(along) if along.start == *start => Told::Along(along),
+                _ => Told::Nothing,
+            })
+            .collect();
+        let again = about.again(before, &told);
+        let step = self.step(place, &again, RULES.ease.1);
+        let leads_on = step.is_some_and(|(_, predicted)| predicted < CONTRACTION * gain);
+        if leads_on || self.problem.stop.wanted() {
+            return (
+                again,
+                told.iter().any(|told| matches!(told, Told::Along(_))),
+            );
+        }
+        let told: Vec<Told> = (told.into_iter())
+            .map(|told| match told {
+                Told::Along(_) => Told::Nothing,
+                _ => Told::Same,
+            })
+            .collect();
+        (about.again(again, &told), false)
+    }
+
+    fn step(&self, at: &At<M>, r: &Reduced, damping: f64) -> Option<(DVector<f64>, f64)> {
         if self.problem.stop.wanted() {
             return None;
         }
-        let step = bounded_step(&place.z, r, self.bounds, damping)?;
+        let step = bounded_step(&at.fit.z, r, self.bounds, damping)?;
         let predicted = 2.0 * r.gradient.dot(&step) - (&r.matrix * &step).dot(&step);
         Some((step, predicted))
     }
 
-    fn trial(&self, place: &Fit<M>, r: &Reduced, step: &DVector<f64>, _: bool) -> Fit<M> {
-        self.problem.follow(place, r, step)
+    fn trial(&self, at: &At<M>, r: &Reduced, step: &DVector<f64>, _: bool) -> At<M> {
+        let (fit, along) = self.problem.follow(&at.fit, r, step);
+        At {
+            fit,
+            along,
+            linear: None,
+        }
     }
 
-    fn is_worth_a_step(&self, place: &Fit<M>, predicted: f64, iteration: usize) -> bool {
-        let missing = place.cost - self.effort.goal;
-        !(self.may_end(place, iteration) && missing > Self::ratio(iteration) * predicted.max(0.0))
+    fn is_worth_a_step(&self, at: &At<M>, predicted: f64, iteration: usize) -> bool {
+        let missing = at.fit.cost - self.effort.goal;
+        let may_end = self.may_end(&at.fit, iteration);
+        !(may_end && missing > Self::ratio(iteration) * predicted.max(0.0))
     }
 
-    fn reached(&self, place: &mut Fit<M>, gain: f64, iteration: usize) -> bool {
+    fn reached(&self, at: &mut At<M>, gain: f64, iteration: usize) -> bool {
+        let place = &mut at.fit;
         let before = place.cost + gain;
         // Before a fit ends, every window is looked at once more.
         let ends = self.is_small(gain, place.cost);
@@ -348,81 +416,10 @@ impl<M: Model> LeastSquares<Fit<M>> for Fitting<'_, '_> {
     }
 
     /// A fit that begins where it has to end takes no step: its windows are looked at all the same.
-    fn mend(&self, place: &mut Fit<M>) -> bool {
+    fn mend(&self, at: &mut At<M>) -> bool {
+        let place = &mut at.fit;
         let reached = place.cost;
         self.problem.restart_worse(place);
         !self.is_small(reached - place.cost, place.cost)
     }
-}
-
-/// A step of the parameters that stays within their bounds: components at a bound that would leave it rest.
-pub(crate) fn bounded_step(
-    z: &[f64],
-    r: &Reduced,
-    bounds: &[(f64, f64)],
-    damping: f64,
-) -> Option<DVector<f64>> {
-    let (_, step) = resting(z, r, bounds, damping)?;
-    Some(DVector::from_fn(z.len(), |i, _| {
-        z[i] - (z[i] - step[i]).clamp(bounds[i].0, bounds[i].1)
-    }))
-}
-
-/// The step where these numbers rest.
-fn step_beside(r: &Reduced, resting: &[bool], damping: f64) -> Option<DVector<f64>> {
-    let (mut m, mut g) = (r.matrix.clone(), r.gradient.clone());
-    for i in 0..resting.len() {
-        m[(i, i)] += damping * m[(i, i)] + 1e-9;
-        if resting[i] {
-            m.row_mut(i).fill(0.0);
-            m.column_mut(i).fill(0.0);
-            m[(i, i)] = 1.0;
-            g[i] = 0.0;
-        }
-    }
-    Some(m.cholesky()?.solve(&g))
-}
-
-/// Which numbers rest, held or at a bound that the step would leave, and the step of the others.
-fn resting(
-    z: &[f64],
-    r: &Reduced,
-    bounds: &[(f64, f64)],
-    damping: f64,
-) -> Option<(Vec<bool>, DVector<f64>)> {
-    let p = z.len();
-    let mut resting: Vec<bool> = bounds.iter().map(|(low, high)| low == high).collect();
-    for _ in 0..p {
-        let step = step_beside(r, &resting, damping)?;
-        let mut left = false;
-        for i in 0..p {
-            let (low, high) = bounds[i];
-            let at = (z[i] <= low && step[i] > 0.0) || (z[i] >= high && step[i] < 0.0);
-            if at && !resting[i] {
-                resting[i] = true;
-                left = true;
-            }
-        }
-        if !left {
-            return Some((resting, step));
-        }
-    }
-    None
-}
-
-/// How far beyond its bound each number would go, were it free beside those that rest.
-fn past(z: &[f64], r: &Reduced, bounds: &[(f64, f64)]) -> Vec<f64> {
-    let mut out = vec![0.0; z.len()];
-    let Some((mut resting, _)) = resting(z, r, bounds, 0.0) else {
-        return out;
-    };
-    for (i, (low, high)) in bounds.iter().enumerate() {
-        if low < high && resting[i] {
-            resting[i] = false;
-            let step = step_beside(r, &resting, 0.0).map_or(0.0, |step| step[i]);
-            out[i] = if z[i] <= *low { step } else { -step }.max(0.0);
-            resting[i] = true;
-        }
-    }
-    out
 }

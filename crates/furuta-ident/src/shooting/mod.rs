@@ -2,6 +2,7 @@
 //! sensitivities, initial states that are eliminated, and the fit of any model to all of it.
 
 mod astray;
+mod bounded;
 mod data;
 mod deviations;
 mod eliminate;
@@ -15,6 +16,7 @@ mod noise;
 mod predict;
 mod reversals;
 mod rig;
+mod slopes;
 mod solve;
 mod start;
 mod states;
@@ -22,9 +24,10 @@ mod window;
 mod zero_search;
 mod zeros;
 
+pub(crate) use bounded::bounded_step;
 pub(crate) use data::{Data, Run, Window};
-pub(crate) use eliminate::{MAX_FREE, Reduced, reduced};
-pub(crate) use fit::{Effort, Fit, Problem, WHITE, bounded_step};
+pub(crate) use eliminate::{About, Keep, MAX_FREE, Reduced};
+pub(crate) use fit::{Effort, Fit, Problem, WHITE};
 pub(crate) use impulse::{Block, ImpulseResponse, impulse_responses};
 pub(crate) use late::{Late, is_late};
 pub(crate) use model::{Layout, Model, Observed, Prior};

@@ -5,9 +5,10 @@ use nalgebra::{Cholesky, Matrix4, Vector4};
 
 use super::data::{Data, Window};
 use super::predict::some;
-use super::start::{Rotor, Start};
-use super::window::{WindowNormal, Windows, cost, normal};
-use crate::least_squares::{LeastSquares, Rules, minimise};
+use super::slopes::Along;
+use super::start::{Rotor, Start, is_worth_a_step};
+use super::window::{Kept, WindowNormal, Windows, cost, normal};
+use crate::least_squares::{CONTRACTION, LeastSquares, Rules, minimise};
 
 /// How an initial state is solved for: Gauss-Newton steps with next to no damping, since four states and hundreds of
 /// samples leave little doubt.
@@ -19,8 +20,6 @@ const RULES: Rules = Rules {
     most: 1e6,
     abandoned: 0.0,
 };
-/// A step that is predicted to gain less than this plus this share of the cost is not simulated.
-const LEAST_STEP: (f64, f64) = (0.01, 1e-3);
 /// Half widths of the polynomials that say where a window may start, samples.
 const SMOOTHED: [usize; 3] = [10, 5, 20];
 /// A start that costs more than this many times the best end is not followed.
@@ -38,29 +37,37 @@ struct Initial<'a> {
     s: std::cell::RefCell<Box<PlantState<Jet<f64, 4>>>>,
 }
 
-/// A start, its cost, and the window linearised there if that was asked for.
+/// A start, its cost, and what is known of its gradient there.
 struct Tried {
     start: Start,
     cost: f64,
-    normal: Option<WindowNormal<4>>,
+    known: Known,
+}
+
+/// What is known of a window's gradient.
+enum Known {
+    Nothing,
+    /// By the slopes of another start.
+    Along([f64; 4]),
+    Linearised(WindowNormal<4>),
 }
 
 impl Initial<'_> {
-    fn at(&self, start: Start, linearise: bool) -> Tried {
-        if !linearise {
-            let cost = cost(&self.windows.plain, self.data, self.w, &start);
-            return Tried {
-                start,
-                cost,
-                normal: None,
-            };
-        }
+    fn linearised(&self, start: Start) -> WindowNormal<4> {
+        let kept = Kept {
+            slopes: Some(4),
+            ..Kept::default()
+        };
         let s = &mut self.s.borrow_mut();
-        let normal = normal(&self.windows.seen, s, self.data, self.w, &start, None);
+        normal(&self.windows.seen, s, self.data, self.w, &start, kept)
+    }
+
+    fn at(&self, start: Start) -> Tried {
+        let normal = self.linearised(start);
         Tried {
             start,
             cost: normal.cost,
-            normal: Some(normal),
+            known: Known::Linearised(normal),
         }
     }
 }
@@ -74,17 +81,32 @@ impl LeastSquares<Tried> for Initial<'_> {
     }
 
     fn linearise(&self, place: &mut Tried) -> WindowNormal<4> {
-        let known = place
-            .normal
-            .take()
-            .or_else(|| self.at(place.start, true).normal);
-        // A window that says nothing where there is none.
-        known.unwrap_or(WindowNormal {
-            cost: f64::INFINITY,
-            gradient: [0.0; 4],
-            matrix: [[0.0; 4]; 4],
-            blocks: Vec::new(),
-        })
+        match std::mem::replace(&mut place.known, Known::Nothing) {
+            Known::Linearised(normal) => normal,
+            _ => self.linearised(place.start),
+        }
+    }
+
+    /// The slopes serve again as long as steps by them lead on.
+    fn linearise_again(
+        &self,
+        place: &mut Tried,
+        before: WindowNormal<4>,
+        gain: f64,
+    ) -> (WindowNormal<4>, bool) {
+        if let Known::Along(gradient) = place.known {
+            let again = WindowNormal {
+                cost: place.cost,
+                gradient,
+                ..before
+            };
+            if let Some((_, predicted)) = self.step(place, &again, RULES.ease.1)
+                && predicted < CONTRACTION * gain
+            {
+                return (again, true);
+            }
+        }
+        (self.linearise(place), false)
     }
 
     fn step(&self, _: &Tried, n: &WindowNormal<4>, damping: f64) -> Option<(Vector4<f64>, f64)> {
@@ -97,12 +119,22 @@ impl LeastSquares<Tried> for Initial<'_> {
         Some((step, step.dot(&gradient)))
     }
 
-    fn trial(&self, place: &Tried, _: &WindowNormal<4>, step: &Vector4<f64>, last: bool) -> Tried {
-        self.at(place.start.less(step), !last)
+    fn trial(&self, place: &Tried, n: &WindowNormal<4>, step: &Vector4<f64>, last: bool) -> Tried {
+        let start = place.start.less(step);
+        let (plain, data, w) = (&self.windows.plain, self.data, self.w);
+        let (cost, known) = match n.slopes.as_ref().filter(|_| !last) {
+            Some(slopes) => {
+                let along = Along::new(plain, data, w, &start, slopes);
+                let gradient = std::array::from_fn(|i| along.gradient[i]);
+                (along.cost, Known::Along(gradient))
+            }
+            None => (cost(plain, data, w, &start), Known::Nothing),
+        };
+        Tried { start, cost, known }
     }
 
     fn is_worth_a_step(&self, place: &Tried, predicted: f64, _: usize) -> bool {
-        predicted >= LEAST_STEP.0 + LEAST_STEP.1 * place.cost
+        is_worth_a_step(predicted, place.cost)
     }
 
     fn reached(&self, _: &mut Tried, _: f64, _: usize) -> bool {
@@ -134,7 +166,7 @@ impl Windows {
             iterations,
             ..RULES
         };
-        let (end, normal) = minimise(&initial, initial.at(*start, true), &rules);
+        let (end, normal) = minimise(&initial, initial.at(*start), &rules);
         Solved {
             start: end.start,
             cost: end.cost,
@@ -292,7 +324,14 @@ mod tests {
                 rotor: Rotor::Measured,
             };
             let (plant, data) = (&seen.solver.seen, &seen.data);
-            let n = normal(plant, &mut some(&plant.plant), data, w, &start, None);
+            let n = normal(
+                plant,
+                &mut some(&plant.plant),
+                data,
+                w,
+                &start,
+                Kept::default(),
+            );
             for i in 0..4 {
                 let moved = |by: f64| {
                     let mut step = Vector4::zeros();

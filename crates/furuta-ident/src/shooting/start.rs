@@ -5,6 +5,14 @@ use nalgebra::Vector4;
 
 use super::predict::Before;
 
+/// A step of a start that is predicted to gain less than this plus this share of the cost is not simulated.
+const LEAST_STEP: (f64, f64) = (0.01, 1e-3);
+
+/// Whether a step of a start that costs this is simulated.
+pub(super) fn is_worth_a_step(predicted: f64, cost: f64) -> bool {
+    predicted >= LEAST_STEP.0 + LEAST_STEP.1 * cost
+}
+
 /// Where a window starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Start<S = f64> {

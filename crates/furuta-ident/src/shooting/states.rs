@@ -8,6 +8,7 @@ use super::data::Window;
 use super::eliminate::Reduced;
 use super::fit::{FOLLOWING, Fit, Problem};
 use super::model::Model;
+use super::slopes::Along;
 use super::start::{Rotor, Start};
 use super::window::Windows;
 
@@ -74,24 +75,46 @@ impl Problem<'_> {
         }
     }
 
-    /// Brings every window's initial state to its optimum; the cost is infinite where a coupling is stiffer than
-    /// samples follow.
-    pub(super) fn refine_states<M: Model>(&self, f: &mut Fit<M>) {
+    /// Sets every window to where a fit enters it, for [`Self::refine`]; nothing, and an infinite cost, where a
+    /// coupling is stiffer than samples follow.
+    pub(super) fn entered<M: Model>(&self, f: &mut Fit<M>) -> Option<Windows> {
         let windows = Windows::<4>::new(&f.model, &f.z);
         let plant = &windows.plain().plant;
         let period = self.data.runs.first().map_or(0.0, |r| r.h);
         if plant.has_drive() && plant.substeps(period) > MOST_STEPS {
             f.costs = vec![f64::INFINITY; f.states.len()];
-        } else {
-            self.lead_in(&windows, &mut f.states);
-            (f.states, f.costs) = self
-                .windows
-                .par_iter()
-                .zip(&f.states)
-                .map(|(w, x)| windows.solve(self.data, w, x, FOLLOWING))
-                .unzip();
+            f.add_up(self.floor());
+            return None;
         }
+        self.lead_in(&windows, &mut f.states);
+        Some(windows)
+    }
+
+    /// Brings every window's initial state to its optimum, by the slopes in `r` where these lead to it; what each
+    /// window says there by them.
+    pub(super) fn refine<M: Model>(
+        &self,
+        f: &mut Fit<M>,
+        windows: &Windows,
+        r: &Reduced,
+    ) -> Vec<Option<Along>> {
+        let (refined, along): (Vec<(Start, f64)>, Vec<Option<Along>>) = (self.windows.par_iter())
+            .zip(&f.states)
+            .zip(&r.windows)
+            .map(|((w, start), response)| {
+                let followed = match response.linear() {
+                    Some(linear) => Along::solved(windows.plain(), self.data, w, start, linear),
+                    None => Err(*start),
+                };
+                match followed {
+                    Ok(along) => ((along.start, along.cost), Some(along)),
+                    Err(start) => (windows.solve(self.data, w, &start, FOLLOWING), None),
+                }
+            })
+            .unzip();
+        (f.states, f.costs) = refined.into_iter().unzip();
         f.add_up(self.floor());
+        along
     }
 
     /// Where a drive gives way: tells each window how the one before says that the rig stood.
@@ -122,13 +145,13 @@ impl Problem<'_> {
         previous.run == w.run && previous.start + previous.len == w.start
     }
 
-    /// Where the step leads, the initial states following.
+    /// Where the step leads, the initial states following; what each window says there by its slopes in `r`.
     pub(super) fn follow<M: Model>(
         &self,
         here: &Fit<M>,
         r: &Reduced,
         step: &DVector<f64>,
-    ) -> Fit<M> {
+    ) -> (Fit<M>, Vec<Option<Along>>) {
         let layout = here.model.layout();
         let mut trial = here.clone();
         trial.z = here.z.iter().zip(step.iter()).map(|(z, s)| z - s).collect();
@@ -136,16 +159,18 @@ impl Problem<'_> {
             *x = response.follow(x, &layout, self.data.runs[w.run].recording, step);
         }
         let moved = trial.states.clone();
-        self.refine_states(&mut trial);
+        let Some(windows) = self.entered(&mut trial) else {
+            return (trial, Vec::new());
+        };
+        let along = self.refine(&mut trial, &windows, r);
         if !trial.cost.is_finite() {
-            return trial;
+            return (trial, along);
         }
         // A window that the step threw far off is tried from where it was as well.
         let off: Vec<usize> = (0..moved.len())
             .filter(|&i| trial.costs[i] > 2.0 * here.costs[i] + 20.0 && moved[i] != here.states[i])
             .collect();
         if off.len() as f64 <= THROWN_OFF * moved.len() as f64 {
-            let windows = Windows::<4>::new(&trial.model, &trial.z);
             let again: Vec<(Start, f64)> = off
                 .par_iter()
                 .map(|&i| windows.solve(self.data, &self.windows[i], &here.states[i], RESCUE))
@@ -158,6 +183,6 @@ impl Problem<'_> {
             }
         }
         trial.add_up(self.floor());
-        trial
+        (trial, along)
     }
 }

@@ -7,6 +7,7 @@ use nalgebra::Matrix4;
 use super::data::{Data, Run, Window};
 use super::model::{Model, Observed};
 use super::predict::{self, Each, Predicted, predict, some};
+use super::slopes::Slopes;
 use super::start::{Rotor, Start};
 
 /// Squared weighted residuals of one window, their gradient and Gauss-Newton matrix with respect to `N` variables.
@@ -17,17 +18,28 @@ pub(super) struct WindowNormal<const N: usize> {
     pub(super) matrix: [[f64; N]; N],
     /// The gradient's parts, block by block, where they were asked for.
     pub(super) blocks: Vec<[f64; N]>,
+    /// How each sample follows, where that was asked for.
+    pub(super) slopes: Option<Slopes>,
+}
+
+/// What [`normal`] keeps beside the sums.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Kept {
+    /// The gradient in blocks of this many samples.
+    pub(super) block: Option<usize>,
+    /// The slopes of each sample with respect to this many first variables.
+    pub(super) slopes: Option<usize>,
 }
 
 /// Linearises a window about its start and the plant given. The first four of the `N` variables are the initial
-/// state's. The gradient is kept in blocks of `block` samples as well, if there are any.
+/// state's.
 pub(super) fn normal<const N: usize>(
     seen: &Observed<Jet<f64, N>>,
     s: &mut PlantState<Jet<f64, N>>,
     data: &Data,
     w: &Window,
     start: &Start,
-    block: Option<usize>,
+    kept: Kept,
 ) -> WindowNormal<N> {
     let linearised = Linearised {
         seen,
@@ -36,7 +48,7 @@ pub(super) fn normal<const N: usize>(
         run: &data.runs[w.run],
         w,
         start: start.variables(),
-        block,
+        kept,
     };
     let mut out = in_vectors::<Jet<f64, N>, _>(linearised);
     if !out.cost.is_finite() {
@@ -53,7 +65,7 @@ struct Linearised<'a, const N: usize> {
     run: &'a Run,
     w: &'a Window,
     start: Start<Jet<f64, N>>,
-    block: Option<usize>,
+    kept: Kept,
 }
 
 impl<const N: usize> Vectorised for Linearised<'_, N> {
@@ -69,8 +81,9 @@ impl<const N: usize> Vectorised for Linearised<'_, N> {
                 gradient: [0.0; N],
                 matrix: [[0.0; N]; N],
                 blocks: Vec::new(),
+                slopes: (self.kept.slopes).map(|width| Slopes::new(width, self.w.len)),
             },
-            block: self.block,
+            block: self.kept.block,
             samples: 0,
         };
         predict(self.seen, self.s, self.run, self.w, &self.start, &mut sums);
@@ -102,6 +115,9 @@ impl<const N: usize> Each<Jet<f64, N>> for Sums<'_, N> {
                 *d *= weight;
             }
             out.cost += r * r;
+            if let Some(slopes) = &mut out.slopes {
+                slopes.push(&d);
+            }
             for a in 0..N {
                 out.gradient[a] += d[a] * r;
                 for b in 0..N {
