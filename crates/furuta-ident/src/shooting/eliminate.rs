@@ -49,7 +49,7 @@ pub(crate) enum Keep {
     Sums,
     /// Scores in blocks of this many seconds.
     Blocks(f64),
-    /// The slopes, for [`Reduced::again`].
+    /// The slopes, for [`About::again`].
     Slopes,
 }
 
