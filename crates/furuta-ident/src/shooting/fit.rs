@@ -176,9 +176,6 @@ const RATIO_LASTS: usize = 5;
 /// less than two is not far.
 const PATIENCE: usize = 3;
 pub(super) const NEAR: f64 = 2.0;
-/// How far a step may turn a zero of theta, rad: what repeats once a turn is linear in its angle for no more, and a
-/// step of several turns ends in a valley as good as the right one.
-const REACH: f64 = 1.0;
 /// Steps with which initial states follow their parameters.
 pub(super) const FOLLOWING: usize = 2;
 
@@ -327,17 +324,6 @@ impl Fitting<'_, '_> {
             || gain < FINE * (cost - self.effort.reference)
     }
 
-    /// The bounds of a step: no zero of theta is turned farther than [`REACH`].
-    fn within_reach<M: Model>(&self, here: &Fit<M>) -> Vec<(f64, f64)> {
-        let (mut bounds, layout) = (self.bounds.to_vec(), here.model.layout());
-        for r in (0..layout.recordings).filter(|_| layout.zeros > 0) {
-            let i = layout.zero(r, 0);
-            let (low, high) = bounds[i];
-            bounds[i] = (low.max(here.z[i] - REACH), high.min(here.z[i] + REACH));
-        }
-        bounds
-    }
-
     fn ratio(iteration: usize) -> f64 {
         RATIO / (1 + iteration / RATIO_LASTS) as f64
     }
@@ -391,8 +377,7 @@ impl<M: Model> LeastSquares<At<M>> for Fitting<'_, '_> {
         if self.problem.stop.wanted() {
             return None;
         }
-        let bounds = self.within_reach(&at.fit);
-        let step = bounded_step(&at.fit.z, r, &bounds, damping)?;
+        let step = bounded_step(&at.fit.z, r, self.bounds, damping)?;
         let predicted = 2.0 * r.gradient.dot(&step) - (&r.matrix * &step).dot(&step);
         Some((step, predicted))
     }
