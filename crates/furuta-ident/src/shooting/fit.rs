@@ -13,6 +13,7 @@ use super::eliminate::{About, Keep, Reduced, Told};
 use super::model::{Model, Prior};
 use super::slopes::Along;
 use super::start::Start;
+use super::zeros::UNIT;
 use crate::least_squares::{CONTRACTION, LeastSquares, Rules, minimise};
 use crate::stop::Stop;
 
@@ -176,6 +177,8 @@ const RATIO_LASTS: usize = 5;
 /// less than two is not far.
 const PATIENCE: usize = 3;
 pub(super) const NEAR: f64 = 2.0;
+/// A turn in the unit of the zeros of theta.
+const TURN: f64 = std::f64::consts::TAU / UNIT[0];
 /// Steps with which initial states follow their parameters.
 pub(super) const FOLLOWING: usize = 2;
 
@@ -219,8 +222,25 @@ impl<'a> Problem<'a> {
         (fit.cost / self.floor()).max(1.0)
     }
 
-    /// Fits `model` from the parameters and states given.
+    /// Fits `model` from the parameters and states given. What repeats with the arm's angle is as good whole turns
+    /// farther: zeros of theta that end more than half a turn off are tried whole turns back, as their prior has them.
     pub(crate) fn fit<M: Model>(
+        &self,
+        model: &M,
+        z: Vec<f64>,
+        states: &[Start],
+        effort: Effort,
+    ) -> Fit<M> {
+        let here = self.fit_from(model, z, states, effort);
+        let back = turned_back(&here);
+        if back == here.z || self.stop.wanted() {
+            return here;
+        }
+        let there = self.fit_from(model, back, &here.states, effort.towards(here.cost));
+        if there.cost < here.cost { there } else { here }
+    }
+
+    fn fit_from<M: Model>(
         &self,
         model: &M,
         z: Vec<f64>,
@@ -292,6 +312,16 @@ impl<'a> Problem<'a> {
             prior_weight: prior_weight(f.costs.iter().sum(), self.floor()),
         }
     }
+}
+
+/// The numbers of a fit with each zero of theta within half a turn.
+fn turned_back<M: Model>(fit: &Fit<M>) -> Vec<f64> {
+    let (mut z, layout) = (fit.z.clone(), fit.model.layout());
+    for r in (0..layout.recordings).filter(|_| layout.zeros > 0) {
+        let zero = &mut z[layout.zero(r, 0)];
+        *zero -= TURN * (*zero / TURN).round();
+    }
+    z
 }
 
 /// A fit, and what its windows say by the slopes with which it was reached.
