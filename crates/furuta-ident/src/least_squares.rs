@@ -17,16 +17,10 @@ pub(crate) trait LeastSquares<Place> {
     /// The problem linearised at a place, which may hold that already.
     fn linearise(&self, place: &mut Place) -> Self::Linear;
 
-    /// The same at a place that was reached by a step of `before`, which lowered the cost by `gain`: a linear form
-    /// whose next step is to gain less than [`CONTRACTION`] of that may serve again. Whether it does.
-    fn linearise_again(
-        &self,
-        place: &mut Place,
-        before: Self::Linear,
-        gain: f64,
-    ) -> (Self::Linear, bool) {
-        let _ = (before, gain);
-        (self.linearise(place), false)
+    /// The same at another place, by what was found at the place `before`; `None` where that says nothing of it.
+    fn again(&self, place: &mut Place, before: Self::Linear) -> Option<Self::Linear> {
+        let _ = (place, before);
+        None
     }
 
     /// The damped step, and by how much the linear model says that it lowers the cost. `None` where there is none.
@@ -105,7 +99,14 @@ pub(crate) fn minimise<Place, P: LeastSquares<Place>>(
                 return (here, None);
             }
             if on {
-                (linear, old) = problem.linearise_again(&mut here, linear, gain);
+                let again = problem.again(&mut here, linear);
+                let leads_on = |again: &P::Linear| {
+                    let step = problem.step(&here, again, rules.ease.1);
+                    step.is_none_or(|(_, predicted)| predicted < CONTRACTION * gain)
+                };
+                let again = again.filter(leads_on);
+                old = again.is_some();
+                linear = again.unwrap_or_else(|| problem.linearise(&mut here));
             } else if std::mem::take(&mut old) {
                 linear = problem.linearise(&mut here);
             } else {

@@ -118,9 +118,8 @@ mod tests {
     use furuta_model::Rig;
 
     use super::*;
-    use crate::pendulum::Pendulum;
-    use crate::shooting::falls::{FALLS, SECONDS, falls};
-    use crate::shooting::{AsGiven, Data, Effort};
+    use crate::shooting::falls::{SECONDS, as_given, falls};
+    use crate::shooting::{Data, Effort};
 
     /// A model without a free number, whose fits take no step, and one window that falls the other way: steps of its
     /// start alone do not turn it.
@@ -129,12 +128,7 @@ mod tests {
         let rig = Rig::builtin("qube-servo-2").expect("built in");
         let data = Data::new(&falls(&rig), &rig);
         let problem = Problem::new(&data, data.windows(SECONDS, |_| true));
-        let model = AsGiven {
-            rig: &rig,
-            recordings: FALLS,
-            state: Pendulum::Swings,
-            own_zeros: true,
-        };
+        let model = as_given(&rig);
         let z = vec![0.0; model.layout().len()];
         let solved = problem.solve_states(&model, &z, None);
         assert!(

@@ -88,9 +88,8 @@ impl Problem<'_> {
 mod tests {
     use furuta_model::Rig;
 
-    use crate::pendulum::Pendulum;
-    use crate::shooting::falls::{FALLS, SECONDS, falls};
-    use crate::shooting::{AsGiven, Data, Effort, Model, Problem};
+    use crate::shooting::falls::{SECONDS, as_given, falls};
+    use crate::shooting::{Data, Effort, Model, Problem};
 
     /// Of more recordings than there must be blocks, each may be one.
     #[test]
@@ -103,12 +102,7 @@ mod tests {
             vec![furuta_model::Effect::new("arm.spring", &[1e-3, 0.1]).expect("an effect")];
         let data = Data::new(&recordings, &other);
         let problem = Problem::new(&data, data.windows(SECONDS, |_| true));
-        let model = AsGiven {
-            rig: &other,
-            recordings: FALLS,
-            state: Pendulum::Swings,
-            own_zeros: true,
-        };
+        let model = as_given(&other);
         let start = problem.solve_states(&model, &vec![0.0; model.layout().len()], None);
         let fit = problem.fit(&model, start.z, &start.states, Effort::FULL);
         assert!(problem.chi(&fit) > 2.0, "{}", problem.chi(&fit));

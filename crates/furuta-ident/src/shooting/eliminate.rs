@@ -100,16 +100,6 @@ pub(crate) struct About<'a, M> {
     pub(crate) prior_weight: f64,
 }
 
-/// What a window says where it was followed by its slopes.
-pub(super) enum Told {
-    /// What it said before.
-    Same,
-    /// Another gradient.
-    Along(Along),
-    /// Nothing: its slopes hold no longer.
-    Nothing,
-}
-
 impl<M: Model> About<'_, M> {
     /// Linearises all windows.
     pub(crate) fn reduced(&self, keep: Keep) -> Reduced {
@@ -117,19 +107,17 @@ impl<M: Model> About<'_, M> {
         self.added_up(self.linearised(&all, keep))
     }
 
-    /// The same by slopes that were found `before`; the windows of which nothing is told are linearised anew.
-    pub(super) fn again(&self, mut before: Reduced, told: &[Told]) -> Reduced {
+    /// The same by slopes that were found `before`; the windows that were not followed by them are linearised anew.
+    pub(super) fn again(&self, mut before: Reduced, along: &[Option<Along>]) -> Reduced {
         let layout = self.model.layout();
         let mut anew = Vec::new();
-        for (i, told) in told.iter().enumerate() {
-            match told {
-                Told::Same => {}
-                Told::Along(along) => {
-                    let recording = self.data.runs[self.windows[i].run].recording;
-                    before.windows[i].turn(&along.gradient, places(&layout, recording));
-                }
-                Told::Nothing => anew.push(i),
-            }
+        for (i, along) in along.iter().enumerate() {
+            let Some(along) = along else {
+                anew.push(i);
+                continue;
+            };
+            let recording = self.data.runs[self.windows[i].run].recording;
+            before.windows[i].turn(&along.gradient, places(&layout, recording));
         }
         for (i, response) in anew.iter().zip(self.linearised(&anew, Keep::Slopes)) {
             before.windows[*i] = response;
@@ -263,47 +251,41 @@ mod tests {
     use furuta_model::Rig;
 
     use super::*;
-    use crate::pendulum::Pendulum;
-    use crate::shooting::falls::{FALLS, SECONDS, falls};
-    use crate::shooting::{AsGiven, Effort, Problem};
+    use crate::shooting::falls::{SECONDS, as_given, falls};
+    use crate::shooting::{Effort, Problem};
 
-    /// Followed to where they were found, slopes say what linearising anew says; windows of which nothing is told are
+    /// Followed to where they were found, slopes say what linearising anew says; windows that were not followed are
     /// linearised anew.
     #[test]
     fn slopes_where_they_were_found_say_what_linearising_says() {
         let rig = Rig::builtin("qube-servo-2").expect("built in");
         let data = Data::new(&falls(&rig), &rig);
         let problem = Problem::new(&data, data.windows(SECONDS, |_| true));
-        let model = AsGiven {
-            rig: &rig,
-            recordings: FALLS,
-            state: Pendulum::Swings,
-            own_zeros: true,
-        };
+        let model = as_given(&rig);
         let z = vec![0.01; model.layout().len()];
         let solved = problem.solve_states(&model, &z, None);
         let fit = problem.fit(&model, z, &solved.states, Effort::QUICK.within(0));
         let about = problem.about(&fit);
         let fresh = about.reduced(Keep::Slopes);
         let seen = model.observed::<4>(&fit.z).plain();
-        let told: Vec<Told> = (fresh.windows.iter().enumerate())
+        let along: Vec<Option<Along>> = (fresh.windows.iter().enumerate())
             .map(|(i, response)| {
                 let (slopes, _) = response.linear().expect("the window says something");
                 let (w, start) = (&problem.windows[i], &fit.states[i]);
-                match i % 3 {
-                    0 => Told::Nothing,
-                    1 => Told::Same,
-                    _ => Told::Along(Along::new(&seen, &data, w, start, slopes)),
-                }
+                (i % 2 == 0).then(|| Along::new(&seen, &data, w, start, slopes))
             })
             .collect();
-        let again = about.again(about.reduced(Keep::Slopes), &told);
+        // Gradients that are not those.
+        let mut astray = about.reduced(Keep::Slopes);
+        for response in &mut astray.windows {
+            response.score.fill(1e6);
+        }
+        let again = about.again(astray, &along);
         // The same sums of the same numbers; a simulation without derivatives differs in rounding alone.
-        let close = |a: f64, b: f64, size: f64| (a - b).abs() < 1e-9 * size;
         let size = fresh.gradient.amax();
         assert!(size > 1.0, "{size}");
         for (a, b) in again.gradient.iter().zip(fresh.gradient.iter()) {
-            assert!(close(*a, *b, size), "{a} {b}");
+            assert!((a - b).abs() < 1e-9 * size, "{a} {b}");
         }
         assert_eq!(again.matrix, fresh.matrix);
     }

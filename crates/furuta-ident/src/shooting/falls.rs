@@ -2,11 +2,13 @@
 
 use furuta_model::{Plant, Rig, State};
 
+use super::rig::AsGiven;
+use crate::pendulum::Pendulum;
 use crate::recording::Recording;
 
 const H: f64 = 0.002;
 /// The pendulum is let go this often, next to upright.
-pub(super) const FALLS: usize = 12;
+const FALLS: usize = 12;
 pub(super) const SECONDS: f64 = 1.0;
 
 /// What the encoders of a rig see whose pendulum falls again and again, each fall a recording.
@@ -27,4 +29,14 @@ pub(super) fn falls(rig: &Rig) -> Vec<Recording> {
             .0
     };
     (0..FALLS).map(fall).collect()
+}
+
+/// The rig as it is, each fall with zeros of its own.
+pub(super) fn as_given(rig: &Rig) -> AsGiven<'_> {
+    AsGiven {
+        rig,
+        recordings: FALLS,
+        state: Pendulum::Swings,
+        own_zeros: true,
+    }
 }

@@ -9,12 +9,12 @@ use nalgebra::DVector;
 
 use super::bounded::{bounded_step, past};
 use super::data::{Data, Window};
-use super::eliminate::{About, Keep, Reduced, Told};
+use super::eliminate::{About, Keep, Reduced};
 use super::model::{Model, Prior};
 use super::slopes::Along;
 use super::start::Start;
-use super::zeros::UNIT;
-use crate::least_squares::{CONTRACTION, LeastSquares, Rules, minimise};
+use super::zeros::turned_back;
+use crate::least_squares::{LeastSquares, Rules, minimise};
 use crate::stop::Stop;
 
 /// What a model is fitted to.
@@ -177,8 +177,6 @@ const RATIO_LASTS: usize = 5;
 /// less than two is not far.
 const PATIENCE: usize = 3;
 pub(super) const NEAR: f64 = 2.0;
-/// A turn in the unit of the zeros of theta.
-const TURN: f64 = std::f64::consts::TAU / UNIT[0];
 /// Steps with which initial states follow their parameters.
 pub(super) const FOLLOWING: usize = 2;
 
@@ -232,7 +230,7 @@ impl<'a> Problem<'a> {
         effort: Effort,
     ) -> Fit<M> {
         let here = self.fit_from(model, z, states, effort);
-        let back = turned_back(&here);
+        let back = turned_back(&model.layout(), &here.z);
         if back == here.z || self.stop.wanted() {
             return here;
         }
@@ -288,8 +286,7 @@ impl<'a> Problem<'a> {
             along,
             linear: None,
         };
-        // The step that brought the starts here may have gained anything.
-        start.linear = Some((search.linearise_again(&mut start, linear, f64::INFINITY)).0);
+        start.linear = search.again(&mut start, linear);
         let (At { fit: mut here, .. }, linear) = minimise(&search, start, &rules);
         let r = linear.unwrap_or_else(|| self.linearise(&here));
         (here.std, here.widened) = self.deviations(&here, &r, &bounds);
@@ -312,16 +309,6 @@ impl<'a> Problem<'a> {
             prior_weight: prior_weight(f.costs.iter().sum(), self.floor()),
         }
     }
-}
-
-/// The numbers of a fit with each zero of theta within half a turn.
-fn turned_back<M: Model>(fit: &Fit<M>) -> Vec<f64> {
-    let (mut z, layout) = (fit.z.clone(), fit.model.layout());
-    for r in (0..layout.recordings).filter(|_| layout.zeros > 0) {
-        let zero = &mut z[layout.zero(r, 0)];
-        *zero -= TURN * (*zero / TURN).round();
-    }
-    z
 }
 
 /// A fit, and what its windows say by the slopes with which it was reached.
@@ -373,34 +360,14 @@ impl<M: Model> LeastSquares<At<M>> for Fitting<'_, '_> {
         known.unwrap_or_else(|| self.problem.about(&place.fit).reduced(Keep::Slopes))
     }
 
-    /// The slopes of the windows that were followed by them serve again as long as steps lead on: each is to gain far
-    /// less than the last.
-    fn linearise_again(&self, place: &mut At<M>, before: Reduced, gain: f64) -> (Reduced, bool) {
-        let about = self.problem.about(&place.fit);
-        let told: Vec<Told> = (std::mem::take(&mut place.along).into_iter())
+    fn again(&self, place: &mut At<M>, before: Reduced) -> Option<Reduced> {
+        let along: Vec<Option<Along>> = (std::mem::take(&mut place.along).into_iter())
             .zip(&place.fit.states)
-            .map(|(along, start)| match along {
-                // It may have been started again.
-                Some(along) if along.start == *start => Told::Along(along),
-                _ => Told::Nothing,
-            })
+            // It may have been started again.
+            .map(|(along, start)| along.filter(|along| along.start == *start))
             .collect();
-        let again = about.again(before, &told);
-        let step = self.step(place, &again, RULES.ease.1);
-        let leads_on = step.is_some_and(|(_, predicted)| predicted < CONTRACTION * gain);
-        if leads_on || self.problem.stop.wanted() {
-            return (
-                again,
-                told.iter().any(|told| matches!(told, Told::Along(_))),
-            );
-        }
-        let told: Vec<Told> = (told.into_iter())
-            .map(|told| match told {
-                Told::Along(_) => Told::Nothing,
-                _ => Told::Same,
-            })
-            .collect();
-        (about.again(again, &told), false)
+        let any = along.iter().any(Option::is_some);
+        any.then(|| self.problem.about(&place.fit).again(before, &along))
     }
 
     fn step(&self, at: &At<M>, r: &Reduced, damping: f64) -> Option<(DVector<f64>, f64)> {

@@ -8,7 +8,7 @@ use super::predict::some;
 use super::slopes::Along;
 use super::start::{Rotor, Start, is_worth_a_step};
 use super::window::{Kept, WindowNormal, Windows, cost, normal};
-use crate::least_squares::{CONTRACTION, LeastSquares, Rules, minimise};
+use crate::least_squares::{LeastSquares, Rules, minimise};
 
 /// How an initial state is solved for: Gauss-Newton steps with next to no damping, since four states and hundreds of
 /// samples leave little doubt.
@@ -87,26 +87,15 @@ impl LeastSquares<Tried> for Initial<'_> {
         }
     }
 
-    /// The slopes serve again as long as steps by them lead on.
-    fn linearise_again(
-        &self,
-        place: &mut Tried,
-        before: WindowNormal<4>,
-        gain: f64,
-    ) -> (WindowNormal<4>, bool) {
-        if let Known::Along(gradient) = place.known {
-            let again = WindowNormal {
-                cost: place.cost,
-                gradient,
-                ..before
-            };
-            if let Some((_, predicted)) = self.step(place, &again, RULES.ease.1)
-                && predicted < CONTRACTION * gain
-            {
-                return (again, true);
-            }
-        }
-        (self.linearise(place), false)
+    fn again(&self, place: &mut Tried, before: WindowNormal<4>) -> Option<WindowNormal<4>> {
+        let Known::Along(gradient) = place.known else {
+            return None;
+        };
+        Some(WindowNormal {
+            cost: place.cost,
+            gradient,
+            ..before
+        })
     }
 
     fn step(&self, _: &Tried, n: &WindowNormal<4>, damping: f64) -> Option<(Vector4<f64>, f64)> {

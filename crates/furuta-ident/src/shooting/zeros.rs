@@ -44,6 +44,16 @@ pub(crate) fn zero_priors(layout: &Layout) -> Vec<Option<Prior>> {
     (0..zeros).map(prior).map(Some).collect()
 }
 
+/// The vector with each zero of theta within half a turn.
+pub(super) fn turned_back(layout: &Layout, z: &[f64]) -> Vec<f64> {
+    const TURN: f64 = std::f64::consts::TAU / UNIT[0];
+    let mut z = z.to_vec();
+    for zeros in z[layout.shared..].chunks_mut(layout.zeros.max(1)) {
+        zeros[0] -= TURN * (zeros[0] / TURN).round();
+    }
+    z
+}
+
 /// The units of the zeros of all recordings, rad.
 pub(crate) fn zero_units(layout: &Layout) -> Vec<f64> {
     let zeros = layout.len() - layout.shared;
