@@ -107,5 +107,6 @@ def test_orders_beyond_seven():
     for few, many in zip(low, high, strict=True):
         total = np.add.outer(np.arange(8), np.arange(8))
         np.testing.assert_array_equal(few[total <= 7], many[:8, :8][total <= 7])
-    with pytest.raises(furuta.DesignError, match="1 to 15"):
-        furuta.steady_motion(rig, 4.0, order=16)
+    for order in (0, 16):
+        with pytest.raises(furuta.DesignError, match="1 to 15"):
+            furuta.steady_motion(rig, 4.0, order=order)

@@ -125,7 +125,7 @@ def test_swing_up_pumps_and_says_what_is_missing():
     assert swing_up.missing_energy(HANGING) == pytest.approx(weight, rel=0.2)
     u = swing_up.update([0, np.pi - 0.2, 0, 0.5])
     assert abs(u) <= p["motor.command_limit"]
-    with pytest.raises(furuta.ControllerError, match="no such parameter; it has arm_range"):
+    with pytest.raises(furuta.ControllerError, match="swing_up has no parameter `nonsense`; it has arm_range"):
         furuta.SwingUp(rig, DT, nonsense=1)
 
 

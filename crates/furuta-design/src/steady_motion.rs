@@ -86,7 +86,7 @@ impl Motion {
         order: usize,
     ) -> Result<Self, RegulatorError> {
         let solved = match order {
-            0..=7 => Solved::Low(Box::new(SteadyMotion::to_order_under(
+            1..=7 => Solved::Low(Box::new(SteadyMotion::to_order_under(
                 coefficients,
                 load,
                 lambda,

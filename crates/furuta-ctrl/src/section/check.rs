@@ -1,5 +1,7 @@
 //! Whether values are possible for a parameter.
 
+use arrayvec::ArrayString;
+
 use super::error::SettingsError;
 use super::spec::{ParameterSpec, Shape, Spec};
 
@@ -50,9 +52,16 @@ impl ParameterSpec {
 
 impl Spec {
     /// The mistake of a parameter that the section has not.
-    pub(super) const fn unknown(&self) -> SettingsError {
+    pub(super) fn unknown(&self, name: &str) -> SettingsError {
+        let mut kept = ArrayString::new();
+        for c in name.chars() {
+            if kept.try_push(c).is_err() {
+                break;
+            }
+        }
         SettingsError::Unknown {
             section: self.id,
+            name: kept,
             known: self.names(),
         }
     }

@@ -1,6 +1,11 @@
 //! What is wrong with a setting.
 
+use arrayvec::ArrayString;
+
 use super::spec::ParameterNames;
+
+/// The most bytes that an error keeps of a name that is not known.
+const MAX_NAME: usize = 32;
 
 /// The most numbers that one section can hold.
 pub const MAX_NUMBERS: usize = 48;
@@ -10,10 +15,12 @@ pub const MAX_NUMBERS: usize = 48;
 #[non_exhaustive]
 pub enum SettingsError {
     /// The section has no parameter of this name.
-    #[error("{section} has no such parameter; it has {known}")]
+    #[error("{section} has no parameter `{name}`; it has {known}")]
     Unknown {
         /// The section.
         section: &'static str,
+        /// What was asked for, its first characters.
+        name: ArrayString<MAX_NAME>,
         /// The parameters that it has.
         known: ParameterNames,
     },

@@ -53,7 +53,10 @@ impl Settings {
     /// No such parameter, another count, or a value outside its range.
     pub fn with(&self, name: &str, values: &[f64]) -> Result<Self, SettingsError> {
         let section = self.spec.id;
-        let place = self.spec.place(name).ok_or_else(|| self.spec.unknown())?;
+        let place = self
+            .spec
+            .place(name)
+            .ok_or_else(|| self.spec.unknown(name))?;
         let parameter = &self.spec.parameters[place];
         parameter.check(section, values)?;
         let mut next = Self::new(self.spec);

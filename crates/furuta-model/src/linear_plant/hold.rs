@@ -120,7 +120,13 @@ pub fn equilibrium(plant: &Plant<f64>, hold: Hold) -> Result<Equilibrium, NoEqui
     }
     let off = value.map(|r| r.v);
     let slope = SMatrix::<f64, 3, 3>::from_fn(|i, j| value[i].d[j]);
-    let left = slope.lu().solve(&off).map_or(f64::NAN, |step| step.amax());
+    // Without gravity it rests everywhere, and no step is needed.
+    let rests = off.iter().all(|r| *r == 0.0);
+    let left = match slope.lu().solve(&off) {
+        _ if rests => 0.0,
+        Some(step) => step.amax(),
+        None => f64::NAN,
+    };
     let upright = unknown[0].abs() < core::f64::consts::FRAC_PI_2;
     if !(upright && left < 1e3 * SMALL) {
         return Err(failed(&unknown, &off));
@@ -190,4 +196,19 @@ fn command_for(plant: &Plant<f64>, volts: f64) -> f64 {
         command -= off;
     }
     command
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Hold, equilibrium};
+    use crate::{Plant, Rig};
+
+    #[test]
+    fn without_gravity_a_rig_rests_where_it_stands() -> Result<(), Box<dyn std::error::Error>> {
+        let mut rig = Rig::builtin("qube-servo-2").ok_or("no such rig")?;
+        rig.params.gravity = 0.0;
+        let at = equilibrium(&Plant::new(&rig.params, &[])?, Hold::Arm(0.3))?;
+        assert_eq!((at.x.theta, at.x.alpha, at.volts), (0.3, 0.0, 0.0));
+        Ok(())
+    }
 }

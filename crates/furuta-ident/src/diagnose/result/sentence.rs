@@ -63,12 +63,15 @@ impl Diagnosis {
     #[must_use]
     pub fn interruption(&self) -> Option<String> {
         let undone: Vec<&str> = self.unfinished.iter().map(|part| part.undone()).collect();
-        let ended = if self.interrupted {
-            "The diagnosis was interrupted"
+        let (ended, advice) = if self.interrupted {
+            ("The diagnosis was interrupted", "")
         } else {
-            "The time limit ended the diagnosis"
+            (
+                "The time limit ended the diagnosis",
+                " A longer time limit lets it end, or fewer samples (every, span).",
+            )
         };
-        (!undone.is_empty()).then(|| format!("{ended}: {}.", undone.join("; ")))
+        (!undone.is_empty()).then(|| format!("{ended}: {}.{advice}", undone.join("; ")))
     }
 
     fn effect_names(&self) -> String {
