@@ -50,8 +50,9 @@ fn seconds(limit: f64) -> PyResult<Duration> {
 ///     All recordings count their angles from the same zeros: no encoder was switched off between them.
 /// time_limit : float or None, optional
 ///     After this many seconds the search ends with what was found by then; `unfinished` says what was left undone, and
-///     what was not judged on data kept apart and does not explain the data is then suspected, not named. None: no
-///     limit.
+///     what was not judged on data kept apart and does not explain the data is then suspected, not named. Of more than
+///     1,000 samples for each second of it (60,000 for less than a minute) only stretches are looked at, and `notices`
+///     says so. None: no limit.
 /// thorough : bool, optional
 ///     Follow every candidate from every start to the end, however little it promises: several times as slow, and to
 ///     the same names where what saves time is sound.

@@ -32,6 +32,7 @@ fn what_takes_minutes_is_said_beforehand() {
     }
     let path = folder.file("long.csv", text);
     let mut child = furuta(&["diagnose", "--accept-suspicious", "--rig", "qube-servo-2"])
+        .args(["--time-limit", "1000"])
         .arg(&path)
         .stderr(Stdio::piped())
         .stdout(Stdio::null())

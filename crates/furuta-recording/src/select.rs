@@ -153,6 +153,56 @@ impl Recording {
         })
     }
 
+    /// The same recording, of which a `share` is used, in stretches of `seconds` that are spread evenly over it: what is
+    /// left out is a gap. A recording without gaps that is no longer than one stretch is used as a whole.
+    ///
+    /// ```
+    /// use furuta_recording::Recording;
+    /// let sway = |k: u32| [0.01 * f64::from(k), 0.0, (0.01 * f64::from(k)).sin(), 3.1];
+    /// let (minute, _) = Recording::from_samples("minute", (0..6000).map(sway))?;
+    /// let third = minute.in_stretches(5.0, 1.0 / 3.0);
+    /// assert_eq!(third.segments, [500..1000, 2000..2500, 3500..4000, 5000..5500]);
+    /// assert_eq!((third.len(), third.samples_used()), (6000, 2000));
+    /// # Ok::<(), furuta_recording::RecordingError>(())
+    /// ```
+    #[must_use]
+    pub fn in_stretches(&self, seconds: f64, share: f64) -> Self {
+        let len = ((seconds / self.sample_period).round() as usize).max(MIN_SEGMENT);
+        let all: Vec<Range<usize>> = (self.segments.iter())
+            .flat_map(|s| {
+                let starts = s.clone().step_by(len);
+                starts.map(|start| start..(start + len).min(s.end))
+            })
+            .collect();
+        // The shares of all stretches so far, rounded: with each whole one there is one more to use.
+        let so_far = |i: usize| (i as f64 * share + 0.5).floor();
+        let mut used: Vec<Range<usize>> = Vec::new();
+        for (i, stretch) in all.iter().enumerate() {
+            if all.len() > 1 && so_far(i + 1) <= so_far(i) {
+                continue;
+            }
+            match used.last_mut() {
+                Some(last) if last.end == stretch.start => last.end = stretch.end,
+                _ => used.push(stretch.clone()),
+            }
+        }
+        used.retain(|s| s.len() >= MIN_SEGMENT);
+        Self {
+            segments: if used.is_empty() {
+                self.segments.clone()
+            } else {
+                used
+            },
+            ..self.clone()
+        }
+    }
+
+    /// How many samples lie in its segments.
+    #[must_use]
+    pub fn samples_used(&self) -> usize {
+        self.segments.iter().map(Range::len).sum()
+    }
+
     fn cannot(&self, problem: String) -> RecordingError {
         RecordingError::Selection {
             file: self.name.clone(),

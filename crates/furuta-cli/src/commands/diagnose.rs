@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use furuta_ident::diagnose::{Options, Outcome, Request, diagnose_with};
+use furuta_ident::diagnose::{Options, Outcome, Request, diagnose_with, samples_looked_at};
 use furuta_ident::{Pendulum, Task, report};
 use furuta_model::effects::own;
 use furuta_model::{Rig, Spec, effects};
@@ -45,7 +45,8 @@ pub(crate) struct Args {
     #[arg(long)]
     same_zero: bool,
     /// After this many seconds the search ends with what was found by then; `unfinished` in the JSON says what was left
-    /// undone. What was not judged on data kept apart and does not explain the data is then suspected, not named.
+    /// undone. What was not judged on data kept apart and does not explain the data is then suspected, not named. Of
+    /// more than 1,000 samples for each second of it only stretches are looked at.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = positive)]
     time_limit: f64,
     /// Follow every candidate from every start to the end, however little it promises: several times as slow, and to
@@ -128,7 +129,6 @@ pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
         (args.recorded).load(&rig, &args.verify, args.pendulum, &mut notices)?;
     let [there, _] =
         (args.recorded).load_from(&args.compare, &[], (&rig, args.pendulum), &mut notices)?;
-    args.recorded.foretell(Task::Diagnose, &recordings);
     let request = Request {
         recordings: &recordings,
         rig: &rig,
@@ -144,6 +144,8 @@ pub(crate) fn run(args: &Args) -> Result<u8, Failure> {
         compare: &there,
         ..Options::default()
     };
+    let samples = samples_looked_at(&recordings, &options);
+    args.recorded.foretell(Task::Diagnose, samples);
     let mut outcome = search(&request, options)?;
     let interrupted = outcome.diagnosis.interrupted;
     outcome.diagnosis.notices.splice(0..0, notices);

@@ -57,10 +57,14 @@ fn span(text: &str) -> Result<Range<f64>, String> {
 /// A person is told beforehand of what takes longer than this, s.
 const LONG: f64 = 60.0;
 
+/// How many samples there are to look at.
+pub(crate) fn samples_used(recordings: &[Recording]) -> usize {
+    recordings.iter().map(Recording::samples_used).sum()
+}
+
 impl RecordedArgs {
     /// Says how long it will take where that is long.
-    pub(crate) fn foretell(&self, task: Task, recordings: &[Recording]) {
-        let samples = recordings.iter().map(Recording::len).sum();
+    pub(crate) fn foretell(&self, task: Task, samples: usize) {
         let seconds = task.seconds(samples);
         if seconds > LONG {
             let minutes = (seconds / 60.0).ceil();

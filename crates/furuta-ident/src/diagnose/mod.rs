@@ -54,6 +54,7 @@ mod sweep;
 mod torque;
 mod transients;
 mod verify;
+mod within;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -63,6 +64,7 @@ pub use parts::Parts;
 pub use progress::{Progress, STAGES};
 pub use request::{Options, Outcome, Request};
 pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
+pub use within::samples_looked_at;
 
 use crate::insufficient::{self, Insufficient};
 use crate::recording::each_once;
@@ -133,6 +135,18 @@ pub fn diagnose_with(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Outcome, Insufficient> {
     each_once(request.recordings.iter().chain(options.compare))?;
+    let (here, there) = (
+        within::within(request.recordings, &options),
+        within::within(options.compare, &options),
+    );
+    let request = &Request {
+        recordings: here.as_ref().map_or(request.recordings, |(used, _)| used),
+        ..*request
+    };
+    let options = Options {
+        compare: there.as_ref().map_or(options.compare, |(used, _)| used),
+        ..options
+    };
     // Workers that wait for others take up further jobs on the same stack.
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(rayon::current_num_threads())
@@ -145,10 +159,13 @@ pub fn diagnose_with(
         }
         compare::with_another_state(request, here, options, progress)
     };
-    match pool {
+    let mut outcome = match pool {
         Ok(pool) => pool.install(work),
         Err(_) => work(),
-    }
+    }?;
+    let said = here.into_iter().chain(there).map(|(_, said)| said);
+    outcome.diagnosis.notices.splice(0..0, said);
+    Ok(outcome)
 }
 
 fn search(

@@ -6,7 +6,7 @@ use furuta_ident::calibrate::{Options, calibrate};
 use furuta_ident::{Pendulum, Task, report, validate};
 use furuta_model::Rig;
 
-use crate::commands::recorded::RecordedArgs;
+use crate::commands::recorded::{RecordedArgs, samples_used};
 use crate::failure::Failure;
 use crate::outputs::{self, Output};
 
@@ -85,7 +85,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let [read, _] = (args.recorded).load_from(files, &[], (&rig, state), &mut notices)?;
         beside.extend(read.into_iter().map(|recording| (state, recording)));
     }
-    args.recorded.foretell(Task::Calibrate, &data);
+    args.recorded.foretell(Task::Calibrate, samples_used(&data));
     let options = Options {
         free: args.free.clone(),
         hold: args.hold.clone(),

@@ -4,7 +4,7 @@ use furuta_ident::validate::{Options, validate_with};
 use furuta_ident::{Pendulum, Task};
 use furuta_model::Rig;
 
-use crate::commands::recorded::RecordedArgs;
+use crate::commands::recorded::{RecordedArgs, samples_used};
 use crate::failure::Failure;
 
 /// Judge a rig file by recordings that it was not fitted to: fit in per cent, residual tests with their 99 % bounds,
@@ -29,7 +29,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let rig = Rig::load(&args.recorded.rig)?;
     let mut notices = Vec::new();
     let [data, _] = args.recorded.load(&rig, &[], args.pendulum, &mut notices)?;
-    args.recorded.foretell(Task::Validate, &data);
+    args.recorded.foretell(Task::Validate, samples_used(&data));
     let options = Options {
         pendulum: args.pendulum,
         same_zero: args.same_zero,
