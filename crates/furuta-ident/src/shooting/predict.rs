@@ -182,8 +182,14 @@ const LONGEST: f64 = 0.01;
 fn step<S: Scalar<Real = f64>>(plant: &Plant<S>, s: &mut PlantState<S>, u: S, h: f64) {
     let parts = (h / LONGEST).ceil().max(1.0);
     for _ in 0..parts as usize {
-        plant.step(s, u, h / parts);
+        advance(plant, s, u, h / parts);
     }
+}
+
+/// [`Plant::step`] as a call, for where few steps are made: it is a lot of code for the compiler.
+#[inline(never)]
+fn advance<S: Scalar<Real = f64>>(plant: &Plant<S>, s: &mut PlantState<S>, u: S, h: f64) {
+    plant.step(s, u, h);
 }
 
 /// Where a window that starts at sample `start` is entered, of samples that are not evenly spaced: what is read there
@@ -216,7 +222,7 @@ fn run_to(
         .max(0.0) as usize;
     enter(seen, &mut s, run, w.start, late, from);
     for k in w.start..at {
-        plant.step(&mut s, run.command(k, late), run.h);
+        advance(plant, &mut s, run.command(k, late), run.h);
     }
     s
 }
@@ -269,7 +275,7 @@ fn enter<S: Scalar<Real = f64>>(
     let first = begin(seen, s, run, start, late, from);
     let plant = seen.plant_in(run.recording);
     for k in first..start {
-        plant.step(s, S::from_f64(run.command(k, late)), run.h);
+        advance(plant, s, S::from_f64(run.command(k, late)), run.h);
     }
     arrive(seen, s, run, (first, start), from.x);
 }
