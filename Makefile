@@ -119,7 +119,7 @@ lint: $(VENV)/ready no-std
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --locked
-	$(CARGO) deny --version >/dev/null 2>&1 || $(CARGO) install cargo-deny --locked --no-default-features --quiet
+	$(CARGO) deny --version >/dev/null 2>&1 || $(CARGO) install cargo-deny --locked --no-default-features --quiet --debug
 	$(CARGO) deny --workspace check licenses bans sources
 	cd firmware && $(CARGO) fmt --all --check
 	cd firmware && CARGO_TARGET_DIR=$(TARGET) \
