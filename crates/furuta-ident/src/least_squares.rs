@@ -173,6 +173,53 @@ mod tests {
         }
     }
 
+    /// `x²`, whose older linear forms lead to [`Led::ASTRAY`] in half steps.
+    struct Led;
+
+    impl Led {
+        const ASTRAY: f64 = 0.5;
+    }
+
+    impl LeastSquares<f64> for Led {
+        type Linear = f64;
+        type Step = f64;
+
+        fn cost(&self, x: &f64) -> f64 {
+            x * x
+        }
+
+        fn linearise(&self, x: &mut f64) -> f64 {
+            *x
+        }
+
+        fn again(&self, x: &mut f64, _: f64) -> Option<f64> {
+            Some(*x - Self::ASTRAY)
+        }
+
+        fn step(&self, _: &f64, slope: &f64, _: f64) -> Option<(f64, f64)> {
+            let step = 0.5 * slope;
+            Some((step, step * slope))
+        }
+
+        fn trial(&self, x: &f64, _: &f64, step: &f64, _: bool) -> f64 {
+            x - step
+        }
+
+        fn reached(&self, _: &mut f64, gain: f64, _: usize) -> bool {
+            gain > 1e-6
+        }
+    }
+
+    #[test]
+    fn the_end_is_judged_by_a_linear_form_that_was_found_there() {
+        let rules = Rules {
+            iterations: 100,
+            ..RULES
+        };
+        let (end, _) = minimise(&Led, 3.0, &rules);
+        assert!(end.abs() < 1e-2, "{end}");
+    }
+
     const RULES: Rules = Rules {
         iterations: 40,
         damping: 1e-3,
