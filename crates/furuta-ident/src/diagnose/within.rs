@@ -3,7 +3,7 @@
 use super::request::Options;
 use crate::recording::Recording;
 
-/// Samples for each second of the time limit, on two cores: of 50,000 two effects together take two thirds of a minute
+/// Samples for each second of the time limit: with two effects 50,000 take about half a minute on two cores
 /// (`py/tests/test_long_recordings.py` prints it).
 const PER_SECOND: f64 = 1000.0;
 /// A shorter time limit leaves no more out: it is for who wants an answer at once.
