@@ -153,8 +153,8 @@ impl Recording {
         })
     }
 
-    /// The same recording, of which a `share` is used, in stretches of `seconds` that are spread evenly over it: what is
-    /// left out is a gap. A recording without gaps that is no longer than one stretch is used as a whole.
+    /// The same recording, of which a `share` is used, in stretches of `seconds` that are spread evenly over it: what
+    /// is left out is a gap. A recording without gaps that is no longer than one stretch is used as a whole.
     ///
     /// ```
     /// use furuta_recording::Recording;

@@ -37,8 +37,8 @@ pub struct Options<'a> {
     /// [`Diagnosis::suspected`]. With it, the answer may depend on the machine's speed. Recordings to `compare` have as
     /// long again.
     ///
-    /// Of more than 1,000 samples for each second of it (60,000 for less than a minute), stretches of 5 s are looked at,
-    /// spread evenly over the recordings, and [`Diagnosis::notices`] says so; [`Self::thorough`] looks at all.
+    /// Of more than 1,000 samples for each second of it (60,000 for less than a minute), stretches of 5 s are looked
+    /// at, spread evenly over the recordings, and [`Diagnosis::notices`] says so; [`Self::thorough`] looks at all.
     pub time_limit: Option<Duration>,
     /// Follow every candidate from every start to the end, however small its score statistic: several times as slow,
     /// and to the same names where what saves time is sound.
