@@ -277,7 +277,7 @@ fn mistakes_say_what_to_do() {
     ]);
     assert!(wrong.contains("end in .svg"), "{wrong}");
     let wrong = failure(&["study", "ramos-velasco", "--order", "9", "--draws", "0"]);
-    assert!(wrong.contains("1 to 15"), "{wrong}");
+    assert!(wrong.contains("1 to 7"), "{wrong}");
     let wrong = failure(&[
         "design",
         "steady-motion",
@@ -286,7 +286,7 @@ fn mistakes_say_what_to_do() {
         "--order",
         "0",
     ]);
-    assert!(wrong.contains("1 to 7"), "{wrong}");
+    assert!(wrong.contains("1 to 15"), "{wrong}");
 }
 
 #[test]

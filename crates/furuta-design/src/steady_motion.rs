@@ -86,6 +86,7 @@ impl Motion {
         order: usize,
     ) -> Result<Self, RegulatorError> {
         let solved = match order {
+            // An order that is not possible is refused by the larger one, which knows the highest.
             1..=7 => Solved::Low(Box::new(SteadyMotion::to_order_under(
                 coefficients,
                 load,

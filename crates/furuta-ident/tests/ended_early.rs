@@ -83,6 +83,7 @@ fn what_is_named_early_is_named_at_the_end() {
     assert!(suspected > 0, "what was found early was forgotten");
 }
 
+/// What no usual effect explains is searched among all of them, four times.
 #[test]
 #[ignore = "two minutes: make test-long"]
 fn what_is_in_no_catalogue_has_no_name_early() {

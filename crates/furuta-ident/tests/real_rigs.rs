@@ -116,6 +116,7 @@ fn chirps_show_the_cable() {
     assert!((d.zeros[1].theta - 1.1).abs() < 0.03, "{:?}", d.zeros);
 }
 
+/// Two diagnoses of a rig that nothing explains wholly.
 #[test]
 #[ignore = "two minutes: make test-long"]
 fn repeats_of_an_experiment_say_the_same_of_the_cable() {

@@ -153,8 +153,8 @@ impl Recording {
         })
     }
 
-    /// The same recording, of which a `share` is used, in stretches of `seconds` that are spread evenly over it: what
-    /// is left out is a gap. A recording without gaps that is no longer than one stretch is used as a whole.
+    /// The same recording, of which a `share` is used, in stretches of `seconds` that are spread evenly over it, at least
+    /// one: what is left out is a gap.
     ///
     /// ```
     /// use furuta_recording::Recording;
@@ -163,6 +163,7 @@ impl Recording {
     /// let third = minute.in_stretches(5.0, 1.0 / 3.0);
     /// assert_eq!(third.segments, [500..1000, 2000..2500, 3500..4000, 5000..5500]);
     /// assert_eq!((third.len(), third.samples_used()), (6000, 2000));
+    /// assert_eq!(minute.in_stretches(5.0, 1e-3).samples_used(), 500);
     /// # Ok::<(), furuta_recording::RecordingError>(())
     /// ```
     #[must_use]
@@ -173,26 +174,25 @@ impl Recording {
                 let starts = s.clone().step_by(len);
                 starts.map(|start| start..(start + len).min(s.end))
             })
+            .filter(|stretch| stretch.len() >= MIN_SEGMENT)
             .collect();
         // The shares of all stretches so far, rounded: with each whole one there is one more to use.
         let so_far = |i: usize| (i as f64 * share + 0.5).floor();
-        let mut used: Vec<Range<usize>> = Vec::new();
-        for (i, stretch) in all.iter().enumerate() {
-            if all.len() > 1 && so_far(i + 1) <= so_far(i) {
-                continue;
-            }
-            match used.last_mut() {
+        let mut used: Vec<usize> = (0..all.len())
+            .filter(|&i| so_far(i + 1) > so_far(i))
+            .collect();
+        if used.is_empty() {
+            used.push(all.len() / 2);
+        }
+        let mut segments: Vec<Range<usize>> = Vec::new();
+        for stretch in used.into_iter().filter_map(|i| all.get(i)) {
+            match segments.last_mut() {
                 Some(last) if last.end == stretch.start => last.end = stretch.end,
-                _ => used.push(stretch.clone()),
+                _ => segments.push(stretch.clone()),
             }
         }
-        used.retain(|s| s.len() >= MIN_SEGMENT);
         Self {
-            segments: if used.is_empty() {
-                self.segments.clone()
-            } else {
-                used
-            },
+            segments,
             ..self.clone()
         }
     }

@@ -163,8 +163,12 @@ pub fn diagnose_with(
         Ok(pool) => pool.install(work),
         Err(_) => work(),
     }?;
-    let said = here.into_iter().chain(there).map(|(_, said)| said);
-    outcome.diagnosis.notices.splice(0..0, said);
+    let here = here.map(|(_, said)| said);
+    let there = there.map(|(_, said)| format!("in the other state {said}"));
+    outcome
+        .diagnosis
+        .notices
+        .splice(0..0, here.into_iter().chain(there));
     Ok(outcome)
 }
 

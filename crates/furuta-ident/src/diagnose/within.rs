@@ -1,4 +1,4 @@
-//! How much of long recordings a diagnosis looks at, so that the time limit suffices.
+//! How much of long recordings a diagnosis looks at, for the sake of its time limit.
 
 use super::request::Options;
 use crate::recording::Recording;
@@ -18,12 +18,11 @@ pub(super) fn within(
     options: &Options<'_>,
 ) -> Option<(Vec<Recording>, String)> {
     let limit = options.time_limit.filter(|_| !options.thorough)?;
-    let samples = |all: &[Recording]| all.iter().map(Recording::samples_used).sum::<usize>() as f64;
     let seconds = |all: &[Recording]| -> f64 {
         let of = |r: &Recording| r.samples_used() as f64 * r.sample_period;
         all.iter().map(of).sum()
     };
-    let all = samples(recordings);
+    let all = samples(recordings) as f64;
     let share = PER_SECOND * limit.as_secs_f64().max(USUAL) / all;
     if share >= 1.0 {
         return None;
@@ -32,8 +31,8 @@ pub(super) fn within(
         .map(|r| r.in_stretches(STRETCH, share))
         .collect();
     let said = format!(
-        "{:.0} s of {:.0} s were looked at, in stretches of {STRETCH} s, for which the time limit suffices; all would \
-         be with a time limit of {:.0} s",
+        "{:.0} s of {:.0} s were looked at, in stretches of {STRETCH} s, for the sake of the time limit; with a time \
+         limit of {:.0} s all would be",
         seconds(&used),
         seconds(recordings),
         (all / PER_SECOND).ceil()
@@ -41,7 +40,11 @@ pub(super) fn within(
     Some((used, said))
 }
 
-/// How many samples of these recordings a diagnosis looks at: no more than the time limit suffices for.
+fn samples(recordings: &[Recording]) -> usize {
+    recordings.iter().map(Recording::samples_used).sum()
+}
+
+/// How many samples of these recordings a diagnosis with these options looks at.
 ///
 /// ```
 /// use furuta_ident::diagnose::{Options, samples_looked_at};
@@ -58,9 +61,7 @@ pub(super) fn within(
 /// ```
 #[must_use]
 pub fn samples_looked_at(recordings: &[Recording], options: &Options<'_>) -> usize {
-    let within = within(recordings, options);
-    let used = within.as_ref().map_or(recordings, |(used, _)| used);
-    used.iter().map(Recording::samples_used).sum()
+    within(recordings, options).map_or_else(|| samples(recordings), |(used, _)| samples(&used))
 }
 
 #[cfg(test)]
@@ -104,6 +105,13 @@ mod tests {
         );
         // An answer at once is of as much.
         assert_eq!(within(&all, &limited(1)).expect("too many").0, used);
+    }
+
+    #[test]
+    fn of_many_recordings_a_stretch_of_each_is_looked_at() {
+        let all: Vec<Recording> = (0..40).map(|i| recording(&i.to_string(), 20)).collect();
+        let (used, _) = within(&all, &limited(60)).expect("800 s at 1 kHz are too many");
+        assert!(used.iter().all(|r| r.samples_used() == 5000));
     }
 
     #[test]

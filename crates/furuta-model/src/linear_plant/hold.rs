@@ -121,11 +121,10 @@ pub fn equilibrium(plant: &Plant<f64>, hold: Hold) -> Result<Equilibrium, NoEqui
     let off = value.map(|r| r.v);
     let slope = SMatrix::<f64, 3, 3>::from_fn(|i, j| value[i].d[j]);
     // Without gravity it rests everywhere, and no step is needed.
-    let rests = off.iter().all(|r| *r == 0.0);
-    let left = match slope.lu().solve(&off) {
-        _ if rests => 0.0,
-        Some(step) => step.amax(),
-        None => f64::NAN,
+    let left = if off.iter().all(|r| *r == 0.0) {
+        0.0
+    } else {
+        slope.lu().solve(&off).map_or(f64::NAN, |step| step.amax())
     };
     let upright = unknown[0].abs() < core::f64::consts::FRAC_PI_2;
     if !(upright && left < 1e3 * SMALL) {
