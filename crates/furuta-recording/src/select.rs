@@ -153,8 +153,8 @@ impl Recording {
         })
     }
 
-    /// The same recording, of which a `share` is used, in stretches of `seconds` that are spread evenly over it, at least
-    /// one: what is left out is a gap.
+    /// The same recording, of which a `share` is used, in stretches of `seconds` that are spread evenly over it, at
+    /// least one: what is left out is a gap.
     ///
     /// ```
     /// use furuta_recording::Recording;
