@@ -67,10 +67,11 @@ test-rust:
 
 # The package as the Rust tests have it: nothing is built twice, and overflow is caught. What is released is tried by
 # `make wheel` and the long tests. The command line is tested as the package carries it; the package, as a wheel in an
-# empty environment too.
+# empty environment too. Files of tests run side by side, one on each core: most of what they start waits, or counts on
+# one core.
 test-python: $(VENV)/ready
 	VIRTUAL_ENV=$(CURDIR)/$(VENV) $(VENV)/bin/maturin develop --locked --quiet
-	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta $(VENV)/bin/python -m pytest
+	FURUTA_CLI=$(CURDIR)/$(VENV)/bin/furuta $(VENV)/bin/python -m pytest -n auto --dist loadfile
 	rm -rf $(TARGET)/tried
 	$(VENV)/bin/maturin build --locked --quiet --compatibility linux --interpreter $(VENV)/bin/python --out $(TARGET)/tried
 	$(VENV)/bin/python py/tests/wheel.py $(TARGET)/tried/furuta-*.whl
