@@ -214,6 +214,28 @@ def test_what_the_catalogue_has_is_called_by_its_name(seed, name, hidden, named,
     assert found.verdict == "missing_effects"
 
 
+USUAL = (
+    # An offset that the zeros of all recordings follow was not named: it moves the angles that a window starts from.
+    (1701, "085-triple", ("arm.quadratic", "pendulum.coulomb", "sensor.alpha.offset")),
+    # Five counts in both recordings: one zeroing leaves one or two.
+    (1701, "092-hard", ("sensor.alpha.offset",)),
+)
+USUAL_IN_A_MINUTE = (
+    # A scale counted from hanging, beside an offset that made up for it, was named.
+    (1702, "146-rough", ("sensor.alpha.scale", "sensor.theta.scale")),
+)
+
+
+@pytest.mark.parametrize(
+    ("seed", "name", "hidden"),
+    [*USUAL, *(pytest.param(*case, marks=pytest.mark.long) for case in USUAL_IN_A_MINUTE)],
+)
+def test_what_is_hidden_is_named(seed, name, hidden, tmp_path):
+    found = diagnosis_of(seed, name, hidden, tmp_path)
+    assert sorted(effect["id"] for effect in found.effects) == sorted(hidden)
+    assert found.verdict == "missing_effects"
+
+
 @pytest.mark.long
 def test_a_name_that_harms_data_kept_apart_is_none(tmp_path):
     """A supply that sags under load. A drift of the motor's gain makes most windows a little better and some worse."""
@@ -225,8 +247,8 @@ def test_a_name_that_harms_data_kept_apart_is_none(tmp_path):
 
 
 def diagnosis_of(seed, name, hidden, folder):
-    """What is found in a foreign case of the benchmark, however slow the machine is."""
+    """What is found in a case of the benchmark, however slow the machine is."""
     case = next(case for case in plan(seed) if case.name == name)
-    assert case.effects == hidden
+    assert set(case.effects) == set(hidden)
     folder = folder / case.write(folder)
     return furuta.diagnose(sorted(folder.glob("run-*.csv")), folder / "rig.toml", time_limit=None)

@@ -115,7 +115,7 @@ impl Model for Free<'_> {
 
     fn priors(&self) -> Vec<Option<Prior>> {
         let mut priors = vec![None; self.free.len()];
-        priors.extend(zero_priors(&self.layout()));
+        priors.extend(zero_priors(&self.layout(), &self.space.rig.sensors));
         priors
     }
 }

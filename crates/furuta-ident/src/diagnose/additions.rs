@@ -10,7 +10,7 @@ use super::criteria::CRITERIA;
 use super::evidence::Evidence;
 use super::savers::Savers;
 use super::screen::{self, Screen};
-use super::starts::{FitStart, keep_scored, news};
+use super::starts::{FitStart, news};
 use super::subset::Subset;
 use crate::shooting::{Effort, Problem};
 
@@ -194,13 +194,10 @@ impl Problem<'_> {
             .filter(move |(_, fit)| fit.cost <= least)
             .filter_map(move |(spec, fit)| {
                 let there = ended(fit)?;
-                let states = if explained {
-                    &instead.known.states
-                } else {
-                    &from.states
-                };
+                let near = if explained { instead.known } else { from };
+                let states = self.read_alike(near, &there.model, &there.z);
                 let effort = Effort::QUICK.towards(instead.goal);
-                Some((spec, self.fit(&there.model, there.z, states, effort)))
+                Some((spec, self.fit(&there.model, there.z, &states, effort)))
             })
     }
 
@@ -242,10 +239,11 @@ impl Problem<'_> {
         }
         let screen = Screen::new(self, from);
         let mut starts = self.scored(from, new, &screen, report);
-        let per_sample = self.per_sample(from);
-        let mut goal = from.cost - savers.least_share_scanned * CRITERIA.effect * per_sample;
+        let least = new.iter().map(|spec| self.least(&from.model, spec));
+        let least = least.fold(CRITERIA.effect, f64::min) * self.per_sample(from);
+        let mut goal = from.cost - savers.least_share_scanned * least;
         goal = goal.min(reaches.unwrap_or(f64::INFINITY));
-        keep_scored(self.per_sample(from), from.cost - goal, savers, &mut starts);
+        self.keep_scored(from, from.cost - goal, savers, &mut starts);
         let best_statistic = starts.first().map_or(0.0, |s| s.statistic);
         let mut favourites: Vec<&str> = Vec::new();
         for s in &starts {
@@ -299,7 +297,8 @@ impl Problem<'_> {
                 .filter(|_| !self.stop.wanted())
                 .map(|FitStart { spec, z, .. }| {
                     let h = from.model.with(spec);
-                    let fit = self.fit(&h, z, &from.states, Effort::QUICK.towards(goal));
+                    let states = self.read_alike(from, &h, &z);
+                    let fit = self.fit(&h, z, &states, Effort::QUICK.towards(goal));
                     report(spec.id);
                     (spec, fit)
                 })

@@ -20,6 +20,8 @@ pub(super) struct Criteria {
     pub(super) number: f64,
     /// Gain of each recording whose zero of theta an effect makes free.
     pub(super) zero: f64,
+    /// Gain, for each recording, of an effect that the recordings' own zeros follow as well.
+    pub(super) zeroed: f64,
     /// Further gain where an order or a frequency was looked for.
     pub(super) scanned: f64,
     /// Further gain where a moment was looked for, or a distance of levels.
@@ -67,6 +69,8 @@ pub(super) const CRITERIA: Criteria = Criteria {
     number: 25.0,
     // White noise gains 1 from each; `chi²` of one degree of freedom exceeds 6 once in 70.
     zero: 6.0,
+    // One zeroing may serve all recordings: three standard deviations of it.
+    zeroed: 9.0,
     // Some 700 orders and frequencies: `2 ln 700 = 13` more for the same rate, of which the first number's 25 holds a
     // part already.
     scanned: 10.0,
@@ -95,8 +99,11 @@ pub(super) const CRITERIA: Criteria = Criteria {
 };
 
 impl Criteria {
-    /// The least gain that names an effect.
-    pub(super) fn least(&self, spec: &Spec) -> f64 {
+    /// The least gain that names an effect; `zeros` is of how many recordings the own zeros follow it.
+    pub(super) fn least(&self, spec: &Spec, zeros: Option<usize>) -> f64 {
+        if let Some(recordings) = zeros {
+            return self.zeroed * recordings as f64;
+        }
         let place = if spec.acts_once() || screen::looks(spec) == Some(screen::Looks::Levels) {
             self.moment
         } else if screen::is_scanned(spec) {
@@ -108,13 +115,13 @@ impl Criteria {
     }
 
     /// What an effect must earn to be preferred: its least gain and a part for each further number.
-    pub(super) fn charge(&self, spec: &Spec) -> f64 {
+    pub(super) fn charge(&self, spec: &Spec, zeros: Option<usize>) -> f64 {
         let numbers = spec
             .parameters
             .iter()
             .filter(|p| p.kind.is_continuous() && p.kind != Kind::Time)
             .count();
-        self.least(spec) + self.number * numbers.saturating_sub(1) as f64
+        self.least(spec, zeros) + self.number * numbers.saturating_sub(1) as f64
     }
 }
 
@@ -131,6 +138,7 @@ mod tests {
             effect,
             number,
             zero,
+            zeroed,
             scanned,
             moment,
             elsewhere,
@@ -168,6 +176,11 @@ mod tests {
                 "zero",
                 "further gain for each zero of theta that an effect makes free, in the score",
                 zero,
+            ),
+            (
+                "zeroed",
+                "least gain, for each recording, of an effect that the recordings' own zeros of alpha follow (an offset)",
+                zeroed,
             ),
             (
                 "scanned",

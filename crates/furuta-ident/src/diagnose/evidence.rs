@@ -6,7 +6,7 @@ use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use crate::shooting::{Problem, Window};
 use furuta_model::Spec;
-use furuta_model::effects::Law;
+use furuta_model::effects::{Acts, Law};
 
 /// A fit is far from the data where half of the windows leave more than this many times the noise.
 pub(super) const FAR: f64 = 3.0;
@@ -157,8 +157,9 @@ impl Problem<'_> {
             .iter()
             .filter(|e| !smaller.model.has(e.id));
         let least = added
-            .map(|e| CRITERIA.least(e))
-            .fold(CRITERIA.effect, f64::max);
+            .map(|e| self.least(&larger.model, e))
+            .reduce(f64::max)
+            .unwrap_or(CRITERIA.effect);
         // A window that gains all that is needed by itself counts as one, however much more it gains.
         let counted = gains.iter().map(|g| g.clamp(-least, least));
         let (sum, squares) = counted.fold((0.0, 0.0), |(s, q): (f64, f64), g| (s + g, q + g * g));
@@ -189,9 +190,21 @@ impl Problem<'_> {
     /// The cost with what each effect must earn, in units of `per_sample`: the lower, the better.
     pub(super) fn score(&self, fit: &Fit, per_sample: f64) -> f64 {
         let effects = &fit.model.effects;
-        let charges: f64 = effects.iter().map(|e| CRITERIA.charge(e)).sum();
+        let charge = |e: &&Spec| CRITERIA.charge(e, self.zeros_beside(&fit.model, e));
+        let charges: f64 = effects.iter().map(charge).sum();
         let zeros = fit.model.free_zeros() as f64 * CRITERIA.zero;
         fit.cost / per_sample + charges + zeros
+    }
+
+    /// The least gain that names an effect of a model.
+    pub(super) fn least(&self, model: &Hypothesis, spec: &Spec) -> f64 {
+        CRITERIA.least(spec, self.zeros_beside(model, spec))
+    }
+
+    /// Of how many recordings the own zeros follow an effect.
+    fn zeros_beside(&self, model: &Hypothesis, spec: &Spec) -> Option<usize> {
+        let follow = model.sheet.own_zeros && spec.acts.includes(Acts::ZERO);
+        follow.then_some(self.data.recordings)
     }
 
     /// By how much more than `here` a rival may cost that is said to be confusable.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use furuta_model::effects::{Acts, Kind, Law, MAX_PARAMETERS};
 use furuta_model::params::Coefficients;
-use furuta_model::{Actuation, Effect, Jet, Params, Plant, Rig, Scalar, Spec};
+use furuta_model::{Actuation, Effect, Jet, Params, Plant, Rig, Scalar, Sensors, Spec};
 
 use crate::pendulum::Pendulum;
 use crate::shooting::{
@@ -36,6 +36,7 @@ pub(super) const MOST_DEVIATIONS: f64 = 3.0;
 #[derive(Clone, Debug)]
 pub(super) struct Sheet {
     pub(super) params: Params<f64>,
+    sensors: Sensors,
     pub(super) coefficients: Coefficients<f64>,
     /// Of the arm's inertia, what goes with the square of its length.
     carried: f64,
@@ -91,6 +92,7 @@ impl Sheet {
         let carried = rig.params.pendulum.mass * rig.params.arm.length.powi(2);
         Self {
             params: rig.params,
+            sensors: rig.sensors,
             coefficients: c,
             carried: if pendulum.is_whole() { carried } else { 0.0 },
             is_coupled: pendulum.is_coupled(),
@@ -277,6 +279,37 @@ impl Hypothesis {
         let i = self.effects.iter().position(|e| e.id == id)?;
         let offset = self.offset(i);
         Some(&z[offset..offset + self.effects[i].parameters.len()])
+    }
+
+    /// The vector with another choice (where an encoder was zeroed, on which side of a drive it reads) in the place of
+    /// one, each in turn: no fit moves a choice.
+    pub(super) fn chosen_otherwise<'a>(
+        &'a self,
+        z: &'a [f64],
+    ) -> impl Iterator<Item = Vec<f64>> + 'a {
+        let each = self.effects.iter().enumerate();
+        let numbers = each.flat_map(|(i, e)| {
+            let first = self.offset(i);
+            e.parameters
+                .iter()
+                .enumerate()
+                .map(move |(k, p)| (first + k, p))
+        });
+        numbers.flat_map(move |(at, p)| {
+            let unit = p.typical(&self.sheet.params);
+            let words = match p.kind {
+                Kind::Choice(words) => words.len(),
+                _ => 0,
+            };
+            let choices = (0..words).map(move |word| (word as f64 - p.off) / unit);
+            choices
+                .filter(move |choice| *choice != z[at])
+                .map(move |choice| {
+                    let mut z = z.to_vec();
+                    z[at] = choice;
+                    z
+                })
+        })
     }
 
     /// Whether a delay is among the effects: then the timing nuisance, which is a delay as well, rests at zero.
@@ -495,7 +528,7 @@ impl Model for Hypothesis {
         for (prior, known) in priors.iter_mut().zip(self.sheet.known) {
             *prior = known.map(|std| Prior { mean: 0.0, std });
         }
-        priors.extend(zero_priors(&self.layout()));
+        priors.extend(zero_priors(&self.layout(), &self.sheet.sensors));
         priors
     }
 

@@ -5,7 +5,6 @@ use furuta_model::effects::{Acts, Kind};
 use rayon::prelude::*;
 
 use super::Fit;
-use super::criteria::CRITERIA;
 use super::hypothesis::FIRST_EFFECT;
 use super::savers::Savers;
 use super::screen::{self, Screen, TOUCH};
@@ -169,6 +168,46 @@ impl Problem<'_> {
         let there = self.solve_states(&from.model.with(spec), z, Some(&from.states));
         (from.cost - there.cost).max(0.0)
     }
+
+    /// Keeps the starts to be fitted: of those whose score statistic could convince (and could gain `wanted`), the few with
+    /// a statistic near the best. A kick gains much in one window, and says nothing of what gains a little in all of them:
+    /// it does not count as the best.
+    pub(super) fn keep_scored(
+        &self,
+        from: &Fit,
+        wanted: f64,
+        savers: &Savers,
+        starts: &mut Vec<FitStart>,
+    ) {
+        let per_sample = self.per_sample(from);
+        let lasting = starts.iter().find(|s| !s.spec.acts_once());
+        let best = lasting.map_or(0.0, |s| s.statistic);
+        let mut kept: Vec<(&'static str, Option<f64>)> = Vec::new();
+        let mut effects = 0;
+        starts.retain(|start| {
+            let spec = start.spec;
+            let least_share = if screen::is_scanned(spec) {
+                savers.least_share_scanned
+            } else {
+                savers.least_share
+            };
+            if start.statistic < savers.least_share * best
+                || start.statistic < least_share * self.least(&from.model, spec) * per_sample
+                || start.statistic < savers.least_share * wanted
+            {
+                return false;
+            }
+            let this = (spec.id, start.order);
+            let is_kept = if kept.iter().any(|(id, _)| *id == spec.id) {
+                kept.iter().filter(|k| **k == this).count() < savers.starts
+            } else {
+                effects += 1;
+                effects <= savers.followed
+            };
+            kept.extend(is_kept.then_some(this));
+            is_kept
+        });
+    }
 }
 
 /// A vector with the base parameters of the data sheet.
@@ -192,44 +231,6 @@ pub(super) fn news() -> impl FnMut(&FitStart) -> bool {
         seen.push(start.spec.id);
         new
     }
-}
-
-/// Keeps the starts to be fitted: of those whose score statistic could convince (and could gain `wanted`), the few with
-/// a statistic near the best. A kick gains much in one window, and says nothing of what gains a little in all of them:
-/// it does not count as the best.
-pub(super) fn keep_scored(
-    per_sample: f64,
-    wanted: f64,
-    savers: &Savers,
-    starts: &mut Vec<FitStart>,
-) {
-    let lasting = starts.iter().find(|s| !s.spec.acts_once());
-    let best = lasting.map_or(0.0, |s| s.statistic);
-    let mut kept: Vec<(&'static str, Option<f64>)> = Vec::new();
-    let mut effects = 0;
-    starts.retain(|start| {
-        let spec = start.spec;
-        let least_share = if screen::is_scanned(spec) {
-            savers.least_share_scanned
-        } else {
-            savers.least_share
-        };
-        if start.statistic < savers.least_share * best
-            || start.statistic < least_share * CRITERIA.least(spec) * per_sample
-            || start.statistic < savers.least_share * wanted
-        {
-            return false;
-        }
-        let this = (spec.id, start.order);
-        let is_kept = if kept.iter().any(|(id, _)| *id == spec.id) {
-            kept.iter().filter(|k| **k == this).count() < savers.starts
-        } else {
-            effects += 1;
-            effects <= savers.followed
-        };
-        kept.extend(is_kept.then_some(this));
-        is_kept
-    });
 }
 
 #[cfg(test)]

@@ -54,6 +54,6 @@ impl Model for AsGiven<'_> {
     }
 
     fn priors(&self) -> Vec<Option<Prior>> {
-        zero_priors(&self.layout())
+        zero_priors(&self.layout(), &self.rig.sensors)
     }
 }

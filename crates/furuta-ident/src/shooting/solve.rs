@@ -1,6 +1,6 @@
 //! Solving for a window's start, a nuisance, the parameters held.
 
-use furuta_model::{Jet, PlantState};
+use furuta_model::{Jet, PlantState, State};
 use nalgebra::{Cholesky, Matrix4, Vector4};
 
 use super::data::{Data, Window};
@@ -178,12 +178,29 @@ impl Windows {
         self.solved(data, w, &start, RULES.iterations)
     }
 
+    /// A state near `x` of which the encoders read this: what an effect adds to a reading is taken from the angles.
+    pub(super) fn where_read(
+        &self,
+        data: &Data,
+        w: &Window,
+        x: &State<f64>,
+        read: [f64; 2],
+    ) -> State<f64> {
+        let there = self.reading(data, w, x);
+        State {
+            theta: x.theta - (there[0] - read[0]),
+            alpha: x.alpha - (there[1] - read[1]),
+            ..*x
+        }
+    }
+
     /// The best of several starts: what smoothing over several widths says, and the start given.
     pub(crate) fn search(&self, data: &Data, w: &Window, known: Option<&Start>) -> (Start, f64) {
         let rotor = known.map_or(Rotor::Measured, |k| k.rotor);
-        let guess = |half| Start {
-            x: data.guess(w, half),
-            rotor,
+        let guess = |half| {
+            let measured = data.guess(w, half);
+            let x = self.where_read(data, w, &measured, [measured.theta, measured.alpha]);
+            Start { x, rotor }
         };
         let mut best = known.map(|x| self.solved(data, w, x, RULES.iterations));
         for half in SMOOTHED {
@@ -231,7 +248,7 @@ impl Solved {
 
 #[cfg(test)]
 mod tests {
-    use furuta_model::{Effect, Plant, Rig, State};
+    use furuta_model::{Effect, Plant, Rig};
 
     use super::*;
     use crate::recording::Recording;
@@ -299,6 +316,25 @@ mod tests {
                 let (off, k) = (start.x.theta - seen.truth[w.start].theta, w.start);
                 assert!(off.abs() < 3e-5, "{effect}, sample {k}: off by {off} rad");
             }
+        }
+    }
+
+    /// What is off in the reading is not off in the angle: to first order, so that a scale that is a twentieth off leaves
+    /// a twentieth of what it adds.
+    #[test]
+    fn a_guess_stands_where_the_encoders_read_it() {
+        for (effect, values, left) in [
+            ("sensor.alpha.offset", &[0.045][..], 1e-12),
+            ("sensor.alpha.scale", &[0.95, 0.0], 0.06),
+        ] {
+            let seen = seen(effect, values);
+            let w = &seen.windows[3];
+            let guess = seen.data.guess(w, 10);
+            let off = |x: &State<f64>| seen.solver.reading(&seen.data, w, x)[1] - guess.alpha;
+            let there = (seen.solver).where_read(&seen.data, w, &guess, [guess.theta, guess.alpha]);
+            assert!(off(&guess).abs() > 0.04, "{effect}: {}", off(&guess));
+            let most = left * off(&guess).abs();
+            assert!(off(&there).abs() <= most, "{effect}: {}", off(&there));
         }
     }
 

@@ -57,6 +57,22 @@ impl Problem<'_> {
         fit
     }
 
+    /// The windows' starts for a fit of another model from where this one ended, each such that the encoders read the
+    /// same there: an offset of a reading beside zeros that follow it moves the angles that states are counted in.
+    pub(crate) fn read_alike<M: Model>(&self, here: &Fit<M>, to: &M, z: &[f64]) -> Vec<Start> {
+        let before = Windows::<4>::new(&here.model, &here.z);
+        let after = Windows::<4>::new(to, z);
+        (self.windows.iter().zip(&here.states))
+            .map(|(w, start)| {
+                let read = before.reading(self.data, w, &start.x);
+                Start {
+                    x: after.where_read(self.data, w, &start.x, read),
+                    ..*start
+                }
+            })
+            .collect()
+    }
+
     /// Solves for the initial states again with what the windows before say, where that is better: a window that went
     /// astray misleads the next.
     fn solve_states_behind<M>(&self, windows: &Windows, fit: &mut Fit<M>) {

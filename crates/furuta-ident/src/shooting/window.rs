@@ -236,6 +236,15 @@ impl<const N: usize> Windows<N> {
         out
     }
 
+    /// What the encoders read of a window's state at its start, `[theta, alpha]`, rad.
+    pub(super) fn reading(&self, data: &Data, w: &Window, x: &State<f64>) -> [f64; 2] {
+        let run = &data.runs[w.run];
+        let zero = self.plain.zero(run.recording);
+        let moment = (run.recording, run.time(w.start));
+        let plant = self.plain.plant_in(run.recording);
+        plant.reading_from([x.theta + zero[0], x.alpha + zero[1]], zero, moment)
+    }
+
     /// The state at the end of a window.
     pub(crate) fn end(&self, data: &Data, w: &Window, start: &Start) -> State<f64> {
         predict::end(&self.plain, &data.runs[w.run], w, start)

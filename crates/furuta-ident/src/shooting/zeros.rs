@@ -1,16 +1,20 @@
 //! The zeros of each recording among the numbers of a fit: an incremental encoder counts from where the arm rested when
 //! it was switched on.
 
-use furuta_model::Jet;
+use furuta_model::{Jet, Sensors};
 
 use super::model::{Layout, Observed, Prior};
 
 /// Zeros of a recording: theta's, alpha's.
 pub(crate) const ZEROS: usize = 2;
-/// The unit of each, and its standard deviation in it, rad: an arm rests at any angle within half a turn when its
-/// encoder is switched on (uniform: `pi / sqrt(3)`); a pendulum hangs within its hinge's friction, a count or two.
+/// The unit of each, rad.
 pub(super) const UNIT: [f64; ZEROS] = [1.0, 0.01];
-const STD: [f64; ZEROS] = [1.8, 0.5];
+/// One standard deviation of theta's, rad: an arm rests at any angle within half a turn when its encoder is switched on
+/// (uniform: `pi / sqrt(3)`).
+const STD_THETA: f64 = 1.8;
+/// The same of alpha's, counts: a pendulum hangs where its hinge holds it, within a count or two; and, where counts are
+/// finer than that, a tenth of a degree, rad.
+const STD_ALPHA: (f64, f64) = (1.5, 0.002);
 /// How far each may be from where it should, in its unit.
 const MOST: [f64; ZEROS] = [100.0, 10.0];
 
@@ -35,11 +39,13 @@ pub(crate) fn zero_bounds(
 }
 
 /// What is known of the zeros of all recordings.
-pub(crate) fn zero_priors(layout: &Layout) -> Vec<Option<Prior>> {
+pub(crate) fn zero_priors(layout: &Layout, sensors: &Sensors) -> Vec<Option<Prior>> {
     let zeros = layout.len() - layout.shared;
+    let [_, count] = sensors.resolution();
+    let std = [STD_THETA, (STD_ALPHA.0 * count).max(STD_ALPHA.1)];
     let prior = |i: usize| Prior {
         mean: 0.0,
-        std: STD[i % ZEROS],
+        std: std[i % ZEROS] / UNIT[i % ZEROS],
     };
     (0..zeros).map(prior).map(Some).collect()
 }
@@ -77,5 +83,30 @@ impl<const N: usize> Observed<Jet<f64, N>> {
         self.zeros = (0..layout.recordings)
             .map(|r| std::array::from_fn(|k| zero(r, k)))
             .collect();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of encoders with 2048 counts, and with counts so fine that the hinge tells.
+    #[test]
+    fn a_pendulum_hangs_within_a_count_or_two() {
+        let layout = Layout {
+            shared: 0,
+            lead: 0,
+            zeros: ZEROS,
+            recordings: 1,
+        };
+        for (counts, std) in [(2048.0, 1.5 * std::f64::consts::TAU / 2048.0), (1e5, 0.002)] {
+            let sensors = Sensors {
+                arm_counts_per_rev: 512.0,
+                pendulum_counts_per_rev: counts,
+            };
+            let priors = zero_priors(&layout, &sensors);
+            let alpha = priors[1].expect("known").std * UNIT[1];
+            assert!((alpha - std).abs() < 1e-15, "{counts}: {alpha}");
+        }
     }
 }

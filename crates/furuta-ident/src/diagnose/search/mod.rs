@@ -444,10 +444,16 @@ impl<'a> Search<'a> {
             .into_par_iter()
             .map(|spec| {
                 let fit = self.problem.without(here, spec.id, effort);
-                match self.known.get(&set(&fit.model)) {
-                    Some(known) if known.fit.cost <= fit.cost => (spec, known.fit.clone()),
-                    _ => (spec, fit),
+                let fit = match self.known.get(&set(&fit.model)) {
+                    Some(known) if known.fit.cost <= fit.cost => known.fit.clone(),
+                    _ => fit,
+                };
+                if !self.problem.evidence(&fit, here).convinces() {
+                    return (spec, fit);
                 }
+                let most = self.near(here, &fit);
+                let chosen = self.problem.without_chosen(here, spec.id, most);
+                (spec, chosen.unwrap_or(fit))
             })
             .collect()
     }

@@ -48,6 +48,17 @@ impl Problem<'_> {
         self.fit(&here.model.without(id), z, &here.states, effort)
     }
 
+    /// The fit without an effect that may have made up for a wrong choice of another one: with another choice it costs
+    /// no more than `most`.
+    pub(in super::super) fn without_chosen(&self, here: &Fit, id: &str, most: f64) -> Option<Fit> {
+        let model = here.model.without(id);
+        let z = here.model.reduced(&here.z, id);
+        let effort = Effort::FULL.towards(most);
+        let fits = (model.chosen_otherwise(&z)).map(|z| self.fit(&model, z, &here.states, effort));
+        fits.filter(|fit| fit.cost <= most)
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
     /// Leaves out, one at a time, the effects that do not convince beside the others, the weakest first.
     pub(in super::super) fn simplified(&self, mut here: Fit) -> Fit {
         loop {
@@ -62,5 +73,55 @@ impl Problem<'_> {
             }
         }
         here
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+    use std::sync::Arc;
+
+    use furuta_model::{Effect, Rig, effects};
+
+    use super::super::super::SEARCH;
+    use super::super::super::hypothesis::Sheet;
+    use super::super::super::sweep::sweep;
+    use super::*;
+    use crate::pendulum::Pendulum;
+    use crate::shooting::Data;
+
+    /// A scale counted from where the pendulum hangs, and an offset that makes up for it, is a scale counted from where
+    /// it stands upright.
+    #[test]
+    fn a_wrong_choice_is_found_out_without_what_makes_up_for_it() {
+        let (scale, offset) = ("sensor.alpha.scale", "sensor.alpha.offset");
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let hidden = Effect::new(scale, &[0.96, 0.0]).expect("valid");
+        let data = Data::new(&[sweep("scaled", &rig, &[hidden], 0.0)], &rig);
+        let sheet = Arc::new(Sheet::new(&rig, &data, true, Pendulum::Swings));
+        let problem = Problem::new(&data, data.windows(SEARCH, |_| true));
+        let add = |(h, z): (Hypothesis, Vec<f64>), id: &str, values: &[f64]| {
+            let spec = effects::spec(id).expect("an entry");
+            let units = values.iter().zip(spec.parameters);
+            let units: Vec<f64> = units
+                .map(|(v, p)| (v - p.off) / p.typical(&rig.params))
+                .collect();
+            (h.with(spec), h.extended(&z, &units))
+        };
+        let base = Hypothesis::base(&sheet);
+        let z = vec![0.0; base.len()];
+        let (h, z) = add(add((base, z), offset, &[0.04 * -PI]), scale, &[0.96, 1.0]);
+        let start = problem.solve_states(&h, &z, None);
+        let both = problem.fit(&h, start.z, &start.states, Effort::FULL);
+        assert!(problem.explains(&both), "{}", problem.chi(&both));
+
+        let effort = Effort::FULL.above(both.cost);
+        let alone = problem.without(&both, offset, effort);
+        assert!(!problem.explains(&alone), "{}", problem.chi(&alone));
+        let most = both.cost + problem.tolerance(&both);
+        let chosen = problem.without_chosen(&both, offset, most).expect("one");
+        let values = chosen.model.values(&chosen.z, scale).expect("it has that");
+        assert_eq!(values[1], 0.0);
+        assert!(chosen.model.effects.len() == 1 && problem.explains(&chosen));
     }
 }

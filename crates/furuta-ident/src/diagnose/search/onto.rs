@@ -20,7 +20,8 @@ impl<'a> Search<'a> {
         let best = set(&self.closest().model);
         let fitted = |fit: &Fit, effort: Effort| {
             let (model, z) = (fit.model.on_sheet_of(&start.model), fit.z.clone());
-            let there = problem.solve_states(&model, &z, Some(&start.states));
+            let states = problem.read_alike(&start, &model, &z);
+            let there = problem.solve_states(&model, &z, Some(&states));
             problem.placed_again(problem.fit(&model, z, &there.states, effort))
         };
         let closest = match best == set(&self.fixed) {
