@@ -179,7 +179,8 @@ mod tests {
             ),
             (
                 "zeroed",
-                "least gain, for each recording, of an effect that the recordings' own zeros of alpha follow (an offset)",
+                "least gain, for each recording, of an effect that the recordings' own zeros of alpha follow (an \
+                 offset)",
                 zeroed,
             ),
             (

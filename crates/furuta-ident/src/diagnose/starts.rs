@@ -169,9 +169,9 @@ impl Problem<'_> {
         (from.cost - there.cost).max(0.0)
     }
 
-    /// Keeps the starts to be fitted: of those whose score statistic could convince (and could gain `wanted`), the few with
-    /// a statistic near the best. A kick gains much in one window, and says nothing of what gains a little in all of them:
-    /// it does not count as the best.
+    /// Keeps the starts to be fitted: of those whose score statistic could convince (and could gain `wanted`), the few
+    /// with a statistic near the best. A kick gains much in one window, and says nothing of what gains a little in all
+    /// of them: it does not count as the best.
     pub(super) fn keep_scored(
         &self,
         from: &Fit,

@@ -319,8 +319,8 @@ mod tests {
         }
     }
 
-    /// What is off in the reading is not off in the angle: to first order, so that a scale that is a twentieth off leaves
-    /// a twentieth of what it adds.
+    /// What is off in the reading is not off in the angle: to first order, so that a scale that is a twentieth off
+    /// leaves a twentieth of what it adds.
     #[test]
     fn a_guess_stands_where_the_encoders_read_it() {
         for (effect, values, left) in [
