@@ -179,6 +179,11 @@ impl Screen {
         let (mut gain, mut information, mut weighted) = (0.0, 0.0, 0.0);
         let mut offsets = Vec::new();
         for (sums, [part, along, beside]) in sums.iter().zip(&found) {
+            if sums.is_idle() {
+                // Nothing is known of where it acts in this recording: its zero stays.
+                offsets.push(offsets.first().copied().unwrap_or(0.0));
+                continue;
+            }
             let size = match second {
                 Second::Quarter(_) => along.hypot(*beside),
                 _ => *along,
@@ -271,4 +276,52 @@ fn touch(spec: &Spec, values: &mut [f64], typical: &[f64]) {
 /// The angle within half a turn either way.
 fn half_turn(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use furuta_model::{Plant, Rig, effects};
+
+    use super::*;
+    use crate::diagnose::SEARCH;
+    use crate::diagnose::hypothesis::{Hypothesis, Sheet};
+    use crate::diagnose::sweep::sweep;
+    use crate::pendulum::Pendulum;
+    use crate::recording::Recording;
+    use crate::shooting::{Data, Effort, Problem};
+
+    /// The pendulum lifted and let go, the motor off: a ripple of the motor does nothing then.
+    fn let_go(rig: &Rig, ripple: Effect<f64>) -> Recording {
+        let plant: Plant<f64> = Plant::new(&rig.params, &[ripple]).expect("a plant");
+        let mut x = plant.rest(State::new(0.0, PI - 0.8, 0.0, 0.0));
+        let samples = (0..1500).map(|k| {
+            let [theta, alpha] = rig.sensors.quantised(plant.measure(&x));
+            plant.step(&mut x, 0.0, 0.002);
+            [f64::from(k) * 0.002, 0.0, theta, alpha]
+        });
+        let samples: Vec<[f64; 4]> = samples.collect();
+        Recording::from_samples("let go", samples).expect("sound").0
+    }
+
+    #[test]
+    fn a_recording_in_which_an_effect_does_nothing_does_not_hide_it() {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let ripple = Effect::new("motor.ripple", &[0.2, 18.0, 0.7]).expect("valid");
+        let recordings = [sweep("driven", &rig, &[ripple], 0.0), let_go(&rig, ripple)];
+        let data = Data::new(&recordings, &rig);
+        let sheet = Arc::new(Sheet::new(&rig, &data, true, Pendulum::Swings));
+        let problem = Problem::new(&data, data.windows(SEARCH, |_| true));
+        let base = Hypothesis::base(&sheet);
+        let given = problem.solve_states(&base, &vec![0.0; base.len()], None);
+        let fit = problem.fit(&base, given.z, &given.states, Effort::FULL);
+        let spec = effects::spec("motor.ripple").expect("an entry");
+        let typical: Vec<f64> = (spec.parameters.iter())
+            .map(|p| p.typical(&rig.params))
+            .collect();
+        let places = Screen::new(&problem, &fit).places(spec, &typical);
+        let best = places.first().expect("one");
+        assert_eq!((best.values[1], best.zeros[1]), (18.0, 0.0), "{best:?}");
+    }
 }

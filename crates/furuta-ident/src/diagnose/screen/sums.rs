@@ -214,6 +214,7 @@ impl Screen {
     }
 
     /// The best strengths of both courses for each place in the turn, and what they gain; the base parameters follow.
+    /// All are 0 in a recording in which they do nothing, such as a ripple of a motor that is off.
     pub(super) fn solve(&self, sums: &[Sums], two: bool) -> Option<Vec<[f64; 3]>> {
         let base = self.normal.as_ref()?;
         let width = if two { 2 } else { 1 };
@@ -234,11 +235,18 @@ impl Screen {
                 }
             }
         }
-        if (0..n).any(|i| matrix[(i, i)] <= 0.0) {
-            return None;
-        }
-        for i in 0..n {
-            matrix[(i, i)] *= 1.0 + 1e-9;
+        for (r, sums) in sums.iter().enumerate() {
+            for i in width * r..width * (r + 1) {
+                if sums.is_idle() {
+                    matrix.row_mut(i).fill(0.0);
+                    matrix.column_mut(i).fill(0.0);
+                    matrix[(i, i)] = 1.0;
+                    right[i] = 0.0;
+                } else if matrix[(i, i)] <= 0.0 {
+                    return None;
+                }
+                matrix[(i, i)] *= 1.0 + 1e-9;
+            }
         }
         let best = matrix.cholesky()?.solve(&right);
         Some(
@@ -281,6 +289,11 @@ impl Sums {
             product: Vector2::zeros(),
             base: DMatrix::zeros(followers, 2),
         }
+    }
+
+    /// Whether the first course does nothing here.
+    pub(super) fn is_idle(&self) -> bool {
+        self.square[(0, 0)] == 0.0
     }
 
     pub(super) fn follow(
