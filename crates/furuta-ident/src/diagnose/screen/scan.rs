@@ -286,6 +286,7 @@ mod tests {
 
     use super::*;
     use crate::diagnose::SEARCH;
+    use crate::diagnose::criteria::CRITERIA;
     use crate::diagnose::hypothesis::{Hypothesis, Sheet};
     use crate::diagnose::sweep::sweep;
     use crate::pendulum::Pendulum;
@@ -308,7 +309,7 @@ mod tests {
     #[test]
     fn a_recording_in_which_an_effect_does_nothing_does_not_hide_it() {
         let rig = Rig::builtin("qube-servo-2").expect("built in");
-        let ripple = Effect::new("motor.ripple", &[0.2, 18.0, 0.7]).expect("valid");
+        let ripple = Effect::new("motor.ripple", &[0.05, 8.0, 0.7]).expect("valid");
         let recordings = [sweep("driven", &rig, &[ripple], 0.0), let_go(&rig, ripple)];
         let data = Data::new(&recordings, &rig);
         let sheet = Arc::new(Sheet::new(&rig, &data, true, Pendulum::Swings));
@@ -321,7 +322,8 @@ mod tests {
             .map(|p| p.typical(&rig.params))
             .collect();
         let places = Screen::new(&problem, &fit).places(spec, &typical);
-        let best = places.first().expect("one");
-        assert_eq!((best.values[1], best.zeros[1]), (18.0, 0.0), "{best:?}");
+        let best = places.first().expect("the other recording shows it");
+        assert!(best.gain > CRITERIA.least(spec, None), "{best:?}");
+        assert_eq!(best.zeros, [0.0; 2]);
     }
 }
