@@ -43,6 +43,7 @@ fn a_thorough_search_says_the_same() {
     compare(&CASES);
 }
 
+/// Every candidate of a pair is followed to the end from every start, which takes minutes.
 #[test]
 #[ignore = "minutes: make test-long"]
 fn a_thorough_search_says_the_same_of_pairs() {

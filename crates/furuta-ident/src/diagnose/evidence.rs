@@ -6,7 +6,7 @@ use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use crate::shooting::{Problem, Window};
 use furuta_model::Spec;
-use furuta_model::effects::{Acts, Law};
+use furuta_model::effects::Law;
 
 /// A fit is far from the data where half of the windows leave more than this many times the noise.
 pub(super) const FAR: f64 = 3.0;
@@ -203,7 +203,7 @@ impl Problem<'_> {
 
     /// Of how many recordings the own zeros follow an effect.
     fn zeros_beside(&self, model: &Hypothesis, spec: &Spec) -> Option<usize> {
-        let follow = model.sheet.own_zeros && spec.acts.includes(Acts::ZERO);
+        let follow = model.sheet.zeros_follow(spec);
         follow.then_some(self.data.recordings)
     }
 

@@ -123,6 +123,11 @@ impl Sheet {
         }
     }
 
+    /// Whether the recordings' own zeros follow an effect as well.
+    pub(super) fn zeros_follow(&self, spec: &Spec) -> bool {
+        self.own_zeros && spec.acts.includes(Acts::ZERO)
+    }
+
     /// Whether a torque moves each axis.
     pub(super) fn moved(&self) -> [bool; 2] {
         moved(&self.params, self.tells)
@@ -279,37 +284,6 @@ impl Hypothesis {
         let i = self.effects.iter().position(|e| e.id == id)?;
         let offset = self.offset(i);
         Some(&z[offset..offset + self.effects[i].parameters.len()])
-    }
-
-    /// The vector with another choice (where an encoder was zeroed, on which side of a drive it reads) in the place of
-    /// one, each in turn: no fit moves a choice.
-    pub(super) fn chosen_otherwise<'a>(
-        &'a self,
-        z: &'a [f64],
-    ) -> impl Iterator<Item = Vec<f64>> + 'a {
-        let each = self.effects.iter().enumerate();
-        let numbers = each.flat_map(|(i, e)| {
-            let first = self.offset(i);
-            e.parameters
-                .iter()
-                .enumerate()
-                .map(move |(k, p)| (first + k, p))
-        });
-        numbers.flat_map(move |(at, p)| {
-            let unit = p.typical(&self.sheet.params);
-            let words = match p.kind {
-                Kind::Choice(words) => words.len(),
-                _ => 0,
-            };
-            let choices = (0..words).map(move |word| (word as f64 - p.off) / unit);
-            choices
-                .filter(move |choice| *choice != z[at])
-                .map(move |choice| {
-                    let mut z = z.to_vec();
-                    z[at] = choice;
-                    z
-                })
-        })
     }
 
     /// Whether a delay is among the effects: then the timing nuisance, which is a delay as well, rests at zero.

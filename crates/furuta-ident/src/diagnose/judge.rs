@@ -4,7 +4,6 @@
 //! stays in the model: it predicts, as an imitation.
 
 use furuta_model::Spec;
-use furuta_model::effects::Acts;
 
 use super::Fit;
 use super::apart::Apart;
@@ -134,8 +133,7 @@ impl Judge<'_> {
 
     /// Whether data kept apart say nothing of an effect.
     fn is_untold(&self, spec: &Spec) -> bool {
-        let own_zeros = self.base.model.sheet.own_zeros;
-        spec.acts_once() || (own_zeros && spec.acts.includes(Acts::ZERO))
+        spec.acts_once() || self.base.model.sheet.zeros_follow(spec)
     }
 
     /// Takes out, one at a time, what data kept apart say nothing of and whose strength, as it would be printed, may as

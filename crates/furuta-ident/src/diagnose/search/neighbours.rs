@@ -1,5 +1,6 @@
 //! A set's neighbours fitted from where the set ended: another effect in the place of one, or one fewer.
 
+use furuta_model::effects::Kind;
 use rayon::prelude::*;
 
 use super::super::Fit;
@@ -54,7 +55,8 @@ impl Problem<'_> {
         let model = here.model.without(id);
         let z = here.model.reduced(&here.z, id);
         let effort = Effort::FULL.towards(most);
-        let fits = (model.chosen_otherwise(&z)).map(|z| self.fit(&model, z, &here.states, effort));
+        let otherwise = chosen_otherwise(&model, &z).into_iter();
+        let fits = otherwise.map(|z| self.fit(&model, z, &here.states, effort));
         fits.filter(|fit| fit.cost <= most)
             .min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
@@ -74,6 +76,29 @@ impl Problem<'_> {
         }
         here
     }
+}
+
+/// The vector with another choice (where an encoder was zeroed, on which side of a drive it reads) in the place of one,
+/// each in turn: no fit moves a choice.
+fn chosen_otherwise(model: &Hypothesis, z: &[f64]) -> Vec<Vec<f64>> {
+    let mut all = Vec::new();
+    for (i, effect) in model.effects.iter().enumerate() {
+        for (k, p) in effect.parameters.iter().enumerate() {
+            let Kind::Choice(words) = p.kind else {
+                continue;
+            };
+            let (at, unit) = (model.offset(i) + k, p.typical(&model.sheet.params));
+            for word in 0..words.len() {
+                let choice = (word as f64 - p.off) / unit;
+                if choice != z[at] {
+                    let mut z = z.to_vec();
+                    z[at] = choice;
+                    all.push(z);
+                }
+            }
+        }
+    }
+    all
 }
 
 #[cfg(test)]
