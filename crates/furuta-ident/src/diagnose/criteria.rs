@@ -212,8 +212,9 @@ mod tests {
             ),
             (
                 "known",
-                "how far a strength must be from none, in those deviations, squared, where no more than the noise is \
-                 left, and of what data kept apart say nothing of; whatever it gains",
+                "how far a strength must be from none, in those deviations with what tells how, where or when it acts \
+                 as fitted, squared, where no more than the noise is left, and of what data kept apart say nothing of; \
+                 whatever it gains",
                 known,
             ),
             (

@@ -248,11 +248,14 @@ fn farthest(smaller: &Fit, larger: &Fit) -> f64 {
 }
 
 /// How far the strength of an effect is from none: its square over its variance. Infinite where no fit moves it.
+///
+/// The numbers that tell how, where or when it acts are as fitted: of a short push only the product of torque and
+/// duration may be known, and it is not none for that.
 fn known(fit: &Fit, effect: usize) -> f64 {
     let (first, spec) = (fit.model.offset(effect), fit.model.effects[effect]);
     (spec.parameters.iter().take(spec.strengths).enumerate())
         .map(|(i, p)| match p.kind.is_continuous() {
-            true => (fit.z[first + i] / fit.std[first + i]).powi(2),
+            true => (fit.z[first + i] / fit.std_by_itself[first + i]).powi(2),
             false => f64::INFINITY,
         })
         .fold(f64::NAN, f64::max)

@@ -84,8 +84,10 @@ pub(super) fn finish(data: &Data, fit: &Fit, explained: bool, stop: Stop<'_>) ->
         }
     }
     let mut best = best.1;
-    for (std, moved) in best.std.iter_mut().zip(scatter(&values)) {
-        *std = std.hypot(moved);
+    for (i, moved) in scatter(&values).into_iter().enumerate() {
+        for std in [&mut best.std[i], &mut best.std_by_itself[i]] {
+            *std = std.hypot(moved);
+        }
     }
     best
 }

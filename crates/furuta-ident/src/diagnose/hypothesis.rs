@@ -1,5 +1,6 @@
 //! A model to be fitted: which effects it has, and how a plain vector of numbers becomes a plant.
 
+use core::ops::Range;
 use std::sync::Arc;
 
 use furuta_model::effects::{Acts, Kind, Law, MAX_PARAMETERS};
@@ -433,6 +434,18 @@ impl Hypothesis {
 }
 
 impl Model for Hypothesis {
+    fn shape(&self, number: usize) -> Range<usize> {
+        let mut first = FIRST_EFFECT;
+        for effect in &self.effects {
+            let (shape, next) = (first + effect.strengths, first + effect.parameters.len());
+            if (first..shape).contains(&number) {
+                return shape..next;
+            }
+            first = next;
+        }
+        0..0
+    }
+
     fn layout(&self) -> Layout {
         Layout {
             shared: self.shared(),

@@ -48,6 +48,8 @@ pub(crate) struct Fit<M> {
     /// Standard deviations of `z`, robust against errors that are correlated within a window, and over longer blocks
     /// where more than the noise is left.
     pub(crate) std: Vec<f64>,
+    /// The same of each number if those that tell how it acts ([`Model::shape`]) are known.
+    pub(crate) std_by_itself: Vec<f64>,
     /// How far beyond its bound each number of `z` would go, were there none; 0 within.
     pub(crate) past: Vec<f64>,
 }
@@ -78,6 +80,7 @@ impl<M: Model> Fit<M> {
             priors: self.priors.clone(),
             widened: self.widened,
             std: self.std.clone(),
+            std_by_itself: self.std_by_itself.clone(),
             past: self.past.clone(),
         }
     }
@@ -260,6 +263,7 @@ impl<'a> Problem<'a> {
             cost: 0.0,
             widened: 1.0,
             std: vec![f64::NAN; z.len()],
+            std_by_itself: vec![f64::NAN; z.len()],
             past: vec![0.0; z.len()],
             z,
         };
@@ -289,7 +293,10 @@ impl<'a> Problem<'a> {
         start.linear = search.again(&mut start, linear);
         let (At { fit: mut here, .. }, linear) = minimise(&search, start, &rules);
         let r = linear.unwrap_or_else(|| self.linearise(&here));
-        (here.std, here.widened) = self.deviations(&here, &r, &bounds);
+        let deviations = self.deviations(&here, &r, &bounds);
+        here.std = deviations.std;
+        here.std_by_itself = deviations.std_by_itself;
+        here.widened = deviations.widened;
         here.past = past(&here.z, &r, &bounds);
         here
     }

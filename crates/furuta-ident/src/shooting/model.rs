@@ -1,5 +1,7 @@
 //! What is fitted: numbers that make a plant, and what stands between that plant and each recording.
 
+use core::ops::Range;
+
 use furuta_model::{Jet, Plant, Scalar};
 
 use super::late::Late;
@@ -139,4 +141,9 @@ pub(crate) trait Model: Clone + Send + Sync {
 
     /// What is known of each number beforehand; `None`: nothing.
     fn priors(&self) -> Vec<Option<Prior>>;
+
+    /// The numbers that tell how, where or when a strength acts: they mean nothing where it is none.
+    fn shape(&self, _strength: usize) -> Range<usize> {
+        0..0
+    }
 }

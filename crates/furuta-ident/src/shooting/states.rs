@@ -48,6 +48,7 @@ impl Problem<'_> {
             cost: 0.0,
             widened: 1.0,
             std: vec![f64::NAN; z.len()],
+            std_by_itself: vec![f64::NAN; z.len()],
             past: vec![0.0; z.len()],
         };
         if windows.infers_rotor() {
