@@ -5,6 +5,7 @@ use furuta_model::effects::Acts;
 use rayon::prelude::*;
 
 use super::Fit;
+use super::alike::contains;
 use super::candidates::can_hold;
 use super::criteria::CRITERIA;
 use super::evidence::Evidence;
@@ -70,6 +71,15 @@ impl Problem<'_> {
             }
         }
         here
+    }
+
+    /// A fit to other windows, fitted to these: their starts are first solved for with its numbers, as those that fit
+    /// `start` may be far from them, and lead a fit astray.
+    pub(super) fn transferred(&self, start: &Fit, fit: &Fit, effort: Effort) -> Fit {
+        let (model, z) = (fit.model.on_sheet_of(&start.model), fit.z.clone());
+        let states = self.read_alike(start, &model, &z);
+        let there = self.solve_states(&model, &z, Some(&states));
+        self.placed_again(self.fit(&model, z, &there.states, effort))
     }
 
     /// The entries looked for that are neither in `from` nor in the rig file, and whose parameters a fit can still
@@ -139,8 +149,40 @@ impl Problem<'_> {
                 }
             })
             .collect();
+        let found: Vec<(usize, Trial)> = (0..trials.len())
+            .into_par_iter()
+            .filter_map(|i| Some((i, self.led_by_simpler(from, &trials, i, savers)?)))
+            .collect();
+        for (i, trial) in found {
+            trials[i] = trial;
+        }
         trials.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
         trials
+    }
+
+    /// The `i`-th trial from the best of those that it contains, where that is nearer to the data and leaves something:
+    /// a law that can do all that a simpler one does has lost its way where it does less.
+    fn led_by_simpler(
+        &self,
+        from: &Fit,
+        trials: &[Trial],
+        i: usize,
+        savers: &Savers,
+    ) -> Option<Trial> {
+        let lost = &trials[i];
+        let simple = (trials.iter())
+            .filter(|t| contains(lost.spec, t.spec) && t.fit.cost < lost.fit.cost)
+            .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))
+            .filter(|t| !self.explains(&t.fit))?;
+        // What more numbers do not earn is not looked for.
+        let goal = simple.fit.cost - CRITERIA.effect * self.per_sample(&simple.fit);
+        let effort = Effort::FULL.within(savers.full_steps).towards(goal);
+        let fit = self.moved(&simple.fit, &lost.fit.model, None, effort)?;
+        (fit.cost < lost.fit.cost).then(|| Trial {
+            spec: lost.spec,
+            evidence: self.evidence(from, &fit),
+            fit,
+        })
     }
 
     /// What repeats with the arm's angle is alike at several angles: where the last effect leaves something, it may be
@@ -327,4 +369,44 @@ fn lowest(fits: &[(&'static Spec, Fit)], from: f64) -> f64 {
 /// The cost to which a fit must come down to be near the best of `fits`.
 fn close(from: &Fit, fits: &[(&'static Spec, Fit)], savers: &Savers) -> f64 {
     from.cost - savers.close * (from.cost - lowest(fits, from.cost))
+}
+
+#[cfg(test)]
+mod tests {
+    use furuta_model::{Effect, Rig, effects};
+
+    use super::super::savers::USUAL;
+    use super::super::sweep::{Recorded, sweep};
+    use super::*;
+
+    /// Stribeck's friction that ends further from the data than Coulomb's does.
+    #[test]
+    fn a_law_that_lost_its_way_is_led_by_a_simpler_one() {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let hidden = Effect::new("arm.stribeck", &[1e-3, 2e-3, 0.5]).expect("valid");
+        let recorded = Recorded::new(&[sweep("stick", &rig, &[hidden], 0.0)], &rig);
+        let problem = recorded.problem();
+        let from = recorded.refitted(&problem);
+        let trial = |id: &str, values: &[f64], effort: Effort| {
+            let spec = effects::spec(id).expect("an entry");
+            let z = from.model.extended(&from.z, values);
+            let fit = problem.fit(&from.model.with(spec), z, &from.states, effort);
+            Trial {
+                spec,
+                evidence: problem.evidence(&from, &fit),
+                fit,
+            }
+        };
+        let none = Effort::FULL.within(0);
+        let simple = trial("arm.coulomb", &[1.0], Effort::FULL);
+        let lost = trial("arm.stribeck", &[0.01, 0.01, 1.0], none);
+        assert!(simple.fit.cost < lost.fit.cost && !problem.explains(&simple.fit));
+
+        let trials = [simple, lost];
+        let led = problem
+            .led_by_simpler(&from, &trials, 1, &USUAL)
+            .expect("the way");
+        assert!(problem.explains(&led.fit), "{}", problem.chi(&led.fit));
+        assert!(problem.led_by_simpler(&from, &trials, 0, &USUAL).is_none());
+    }
 }

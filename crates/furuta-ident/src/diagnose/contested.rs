@@ -25,9 +25,28 @@ pub(super) struct StandIns {
 }
 
 impl StandIns {
-    /// Looks for them, and the fit in which they stand in the place of some effects.
-    pub(super) fn find(problem: &Problem<'_>, mut fit: Fit, savers: &Savers) -> (Self, Fit) {
+    /// Looks for them, and the fit in which they stand in the place of some effects. One may be known that is `nearer`.
+    pub(super) fn find(
+        problem: &Problem<'_>,
+        mut fit: Fit,
+        nearer: Option<Fit>,
+        savers: &Savers,
+    ) -> (Self, Fit) {
         let mut all = Self::default();
+        let limit = fit.cost - problem.tolerance(&fit);
+        if let Some(nearer) = nearer.filter(|nearer| nearer.cost < limit) {
+            all.specs = effects::on_request()
+                .filter(|other| nearer.model.has(other.id))
+                .collect();
+            let absent = fit.model.effects.iter().copied();
+            let absent = absent.filter(|spec| !nearer.model.has(spec.id));
+            let others = all.specs.iter().copied().cycle();
+            let better = absent.zip(others);
+            all.suspected = better
+                .map(|(spec, other)| Suspected::explained_better(spec, other))
+                .collect();
+            fit = nearer;
+        }
         while let Some((spec, other, better)) = all.contested(problem, &fit, savers) {
             all.suspected.push(Suspected::explained_better(spec, other));
             all.specs.push(other);

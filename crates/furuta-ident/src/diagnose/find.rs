@@ -37,6 +37,16 @@ pub(super) struct Work<'a> {
     pub(super) teller: Teller<'a>,
 }
 
+/// What a search among the effects that few rigs have came to.
+enum Rare {
+    /// Names that explain the data, and their rivals.
+    Explain(Fit, Vec<Rival>),
+    /// Something is left beside the nearest set with such an effect; a fit to the windows where the search ended.
+    Left(Fit),
+    /// No such effect came near.
+    None,
+}
+
 /// What was found.
 pub(super) struct Found {
     /// The sheet as given, and refitted.
@@ -119,23 +129,28 @@ impl Work<'_> {
         // What the usual effects leave may be one that few rigs have; what several of them explain may be one such.
         let several = search.explains().then(|| search.closest());
         let rare = match &several {
-            _ if hurry.wanted() => None,
-            Some(several) if several.model.effects.len() < 2 => None,
+            _ if hurry.wanted() => Rare::None,
+            Some(several) if several.model.effects.len() < 2 => Rare::None,
             _ => {
                 let known = (subset.as_ref(), search.at_first());
                 self.among_all(&refitted, several.as_ref(), known)
             }
         };
         let mut search = match &rare {
-            Some(_) => search,
-            None => self.go_on(search, subset.as_ref(), &refitted, &|_| true),
+            Rare::Explain(..) => search,
+            Rare::Left(_) | Rare::None => self.go_on(search, subset.as_ref(), &refitted, &|_| true),
         };
-        let cut = rare.is_none() && !search.is_through();
-        let (mut named, mut rivals) = rare.unwrap_or_else(|| {
+        let cut = !matches!(rare, Rare::Explain(..)) && !search.is_through();
+        let usual = || {
             let named = search.best();
             let rivals = search.rivals(&named);
             (named, rivals)
-        });
+        };
+        let ((mut named, mut rivals), left) = match rare {
+            Rare::Explain(named, rivals) => ((named, rivals), None),
+            Rare::Left(fit) => (usual(), Some(fit)),
+            Rare::None => (usual(), None),
+        };
         let explains = |f: &Fit| short.explains(f);
         let first = std::mem::take(&mut search.first);
         // Where even short windows are far from what was measured, long ones say no more.
@@ -188,7 +203,10 @@ impl Work<'_> {
             judge.certain(named, rivals)
         } else {
             self.teller.stage("judging");
-            judge.judge(named, rivals)
+            let nearer = left
+                .filter(|_| !hurry.wanted())
+                .map(|left| calm.transferred(&refitted, &left, Effort::FULL));
+            judge.judge(named, rivals, nearer)
         };
         let Judged {
             named,
@@ -279,8 +297,8 @@ impl Work<'_> {
         search
     }
 
-    /// The names that explain the data, and their rivals, where what few rigs have is looked for as well; `None` where
-    /// something is left. All windows are looked at only where nothing is left in a subset of them. One such effect
+    /// The names that explain the data, and their rivals, where what few rigs have is looked for as well, or what came
+    /// nearest. All windows are looked at only where nothing is left in a subset of them. One such effect
     /// beside the usual ones must do: larger sets imitate. Where `several` effects explain the data, fewer must do it
     /// better. What the search for the usual ones has found in the `subset` where it began need not be found again.
     fn among_all<'s>(
@@ -288,7 +306,7 @@ impl Work<'_> {
         refitted: &Fit,
         several: Option<&Fit>,
         (subset, known): (Option<&'s Subset<'s>>, Searched),
-    ) -> Option<(Fit, Vec<Rival>)> {
+    ) -> Rare {
         const STAGE: &str = "searching among rare effects";
         self.teller.stage(STAGE);
         let told = self.teller.candidates(STAGE);
@@ -318,8 +336,11 @@ impl Work<'_> {
             search = search.onto(&self.short, start.clone());
             search.run_while(may_grow);
         }
-        if !search.explains() || !found(&search) {
-            return None;
+        if !found(&search) {
+            return Rare::None;
+        }
+        if !search.explains() {
+            return Rare::Left(search.closest());
         }
         if !search.is_over(&self.short) {
             search = search.onto(&self.short, start);
@@ -331,12 +352,12 @@ impl Work<'_> {
                 || several.model.effects.len() <= named.model.effects.len()
         };
         if !self.short.explains(&named) || !search.is_through() || several.is_some_and(is_worse) {
-            return None;
+            return Rare::None;
         }
         let rivals = search.rivals(&named);
         // Limits are for what is always looked for, and for what was asked for.
         named.model.sheet = Arc::clone(&refitted.model.sheet);
-        Some((named, rivals))
+        Rare::Explain(named, rivals)
     }
 
     /// What long windows add to the names of short ones.

@@ -48,9 +48,11 @@ impl Judged {
 }
 
 impl Judge<'_> {
-    /// The names that hold. Entries on request that explain more than a name stand in its place meanwhile.
-    pub(super) fn judge(&self, named: Fit, rivals: Vec<Rival>) -> Judged {
-        let (stand_ins, standing) = StandIns::find(self.problem, named, self.search.savers());
+    /// The names that hold. Entries on request that explain more than a name stand in its place meanwhile; a fit with
+    /// such entries may be known that is nearer.
+    pub(super) fn judge(&self, named: Fit, rivals: Vec<Rival>, nearer: Option<Fit>) -> Judged {
+        let (stand_ins, standing) =
+            StandIns::find(self.problem, named, nearer, self.search.savers());
         // Nothing is left with them: they are what was sought.
         if !stand_ins.is_empty() && self.problem.explains(&standing) {
             return Judged {
@@ -100,7 +102,7 @@ impl Judge<'_> {
         self.lasting(&mut judged);
         self.predicting(&mut judged, &StandIns::default(), Unseen::is_no_worse_than);
         if !self.problem.explains(&judged.named) {
-            let mut left = self.judge(judged.named, judged.rivals);
+            let mut left = self.judge(judged.named, judged.rivals, None);
             left.suspected.splice(0..0, judged.suspected);
             return left;
         }

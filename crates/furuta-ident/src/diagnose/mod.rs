@@ -13,6 +13,7 @@
 //! 5. The repaired model goes back into a rig file (`repair`), and whole recordings are predicted with it (`predict`).
 
 mod additions;
+mod alike;
 mod answer;
 mod apart;
 mod asked;

@@ -235,16 +235,11 @@ pub(super) fn news() -> impl FnMut(&FitStart) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use furuta_model::{Effect, Rig, effects};
 
     use super::*;
-    use crate::diagnose::SEARCH;
-    use crate::diagnose::hypothesis::{Hypothesis, Sheet};
-    use crate::diagnose::sweep::sweep;
-    use crate::pendulum::Pendulum;
-    use crate::shooting::{Data, Effort, bounded_step};
+    use crate::diagnose::sweep::{Recorded, sweep};
+    use crate::shooting::{Effort, bounded_step};
 
     /// Much of what an effect changes the base parameters and the zeros can follow: an offset of alpha differs from the
     /// recordings' own zeros by their prior alone. A fit begins where all of them fit beside a small effect, and not
@@ -262,12 +257,9 @@ mod tests {
                 .map(|(name, zero)| sweep(name, &rig, &[hidden], zero * count));
             let mut sheet = rig.clone();
             sheet.params.arm.length *= 1.01;
-            let data = Data::new(&recordings, &sheet);
-            let sheet = Arc::new(Sheet::new(&sheet, &data, true, Pendulum::Swings));
-            let problem = Problem::new(&data, data.windows(SEARCH, |_| true));
-            let base = Hypothesis::base(&sheet);
-            let given = problem.solve_states(&base, &vec![0.0; base.len()], None);
-            let without = problem.fit(&base, given.z, &given.states, Effort::FULL);
+            let recorded = Recorded::new(&recordings, &sheet);
+            let problem = recorded.problem();
+            let without = recorded.refitted(&problem);
             assert!(problem.chi(&without) < SMALL);
 
             let spec = effects::spec(id).expect("an entry");

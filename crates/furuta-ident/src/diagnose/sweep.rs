@@ -1,8 +1,40 @@
-//! An example for tests: a rig that a sweep moves.
+//! An example for tests: a rig that a sweep moves, and what is fitted to it.
+
+use std::sync::Arc;
 
 use furuta_model::{Effect, Plant, Rig, State};
 
+use super::hypothesis::{Hypothesis, Sheet};
+use super::{Fit, SEARCH};
+use crate::pendulum::Pendulum;
 use crate::recording::Recording;
+use crate::shooting::{Data, Effort, Problem};
+
+/// Recordings of a rig of this data sheet, each with zeros of its own.
+pub(super) struct Recorded {
+    pub(super) data: Data,
+    pub(super) sheet: Arc<Sheet>,
+}
+
+impl Recorded {
+    pub(super) fn new(recordings: &[Recording], rig: &Rig) -> Self {
+        let data = Data::new(recordings, rig);
+        let sheet = Arc::new(Sheet::new(rig, &data, true, Pendulum::Swings));
+        Self { data, sheet }
+    }
+
+    /// The short windows of a search.
+    pub(super) fn problem(&self) -> Problem<'_> {
+        Problem::new(&self.data, self.data.windows(SEARCH, |_| true))
+    }
+
+    /// The sheet refitted.
+    pub(super) fn refitted(&self, problem: &Problem<'_>) -> Fit {
+        let base = Hypothesis::base(&self.sheet);
+        let given = problem.solve_states(&base, &vec![0.0; base.len()], None);
+        problem.fit(&base, given.z, &given.states, Effort::FULL)
+    }
+}
 
 /// What the encoders of a hanging rig with these effects see for six seconds, the pendulum's zero `zero` radians off.
 pub(super) fn sweep(name: &str, rig: &Rig, effects: &[Effect<f64>], zero: f64) -> Recording {

@@ -280,18 +280,12 @@ fn half_turn(angle: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use furuta_model::{Plant, Rig, effects};
 
     use super::*;
-    use crate::diagnose::SEARCH;
     use crate::diagnose::criteria::CRITERIA;
-    use crate::diagnose::hypothesis::{Hypothesis, Sheet};
-    use crate::diagnose::sweep::sweep;
-    use crate::pendulum::Pendulum;
+    use crate::diagnose::sweep::{Recorded, sweep};
     use crate::recording::Recording;
-    use crate::shooting::{Data, Effort, Problem};
 
     /// The pendulum lifted and let go, the motor off: a ripple of the motor does nothing then.
     fn let_go(rig: &Rig, ripple: Effect<f64>) -> Recording {
@@ -311,12 +305,9 @@ mod tests {
         let rig = Rig::builtin("qube-servo-2").expect("built in");
         let ripple = Effect::new("motor.ripple", &[0.05, 8.0, 0.7]).expect("valid");
         let recordings = [sweep("driven", &rig, &[ripple], 0.0), let_go(&rig, ripple)];
-        let data = Data::new(&recordings, &rig);
-        let sheet = Arc::new(Sheet::new(&rig, &data, true, Pendulum::Swings));
-        let problem = Problem::new(&data, data.windows(SEARCH, |_| true));
-        let base = Hypothesis::base(&sheet);
-        let given = problem.solve_states(&base, &vec![0.0; base.len()], None);
-        let fit = problem.fit(&base, given.z, &given.states, Effort::FULL);
+        let recorded = Recorded::new(&recordings, &rig);
+        let problem = recorded.problem();
+        let fit = recorded.refitted(&problem);
         let spec = effects::spec("motor.ripple").expect("an entry");
         let typical: Vec<f64> = (spec.parameters.iter())
             .map(|p| p.typical(&rig.params))

@@ -105,32 +105,23 @@ impl Screen {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use furuta_model::{Rig, effects};
 
     use super::*;
-    use crate::diagnose::SEARCH;
-    use crate::diagnose::hypothesis::{Hypothesis, Sheet};
-    use crate::diagnose::sweep::sweep;
-    use crate::pendulum::Pendulum;
-    use crate::shooting::{Data, Effort, Problem};
+    use crate::diagnose::sweep::{Recorded, sweep};
 
     /// Of all frequencies the best is among those that are tried, and the estimate is what the exact sums say.
     #[test]
     fn the_best_frequency_is_among_the_promising() {
         let rig = Rig::builtin("qube-servo-2").expect("built in");
         let hum = Effect::new("disturbance.vibration", &[5e-4, 7.3, 0.4]).expect("valid");
-        let recording = sweep("hum", &rig, &[hum], 0.0);
-        let data = Data::new(&[recording], &rig);
-        let sheet = Arc::new(Sheet::new(&rig, &data, true, Pendulum::Swings));
-        let problem = Problem::new(&data, data.windows(SEARCH, |_| true));
-        let base = Hypothesis::base(&sheet);
-        let given = problem.solve_states(&base, &vec![0.0; base.len()], None);
-        let fit = problem.fit(&base, given.z, &given.states, Effort::FULL);
+        let recorded = Recorded::new(&[sweep("hum", &rig, &[hum], 0.0)], &rig);
+        let problem = recorded.problem();
+        let fit = recorded.refitted(&problem);
         let screen = Screen::new(&problem, &fit);
         let spec = effects::spec("disturbance.vibration").expect("an entry");
-        let step = 0.5 / data.runs[0].time(data.runs[0].y.len());
+        let run = &recorded.data.runs[0];
+        let step = 0.5 / run.time(run.y.len());
         let places: Vec<Vec<f64>> = (1..=200)
             .map(|k| vec![1e-4, f64::from(k) * step, 0.0])
             .collect();

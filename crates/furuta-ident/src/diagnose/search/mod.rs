@@ -8,6 +8,7 @@
 
 mod neighbours;
 mod onto;
+mod places;
 mod searched;
 
 use std::collections::BTreeMap;
@@ -17,6 +18,7 @@ use rayon::prelude::*;
 
 use super::Fit;
 use super::additions::{Asked, Instead, Trial};
+use super::alike::is_simpler;
 use super::criteria::CRITERIA;
 use super::evidence::{FAR, possible};
 use super::hypothesis::Hypothesis;
@@ -66,11 +68,6 @@ pub(super) struct Rival {
     pub(super) without: Fit,
     /// Others that explain the data nearly as well in its place.
     pub(super) near: Vec<Trial>,
-}
-
-/// Whether `simple` looks like `spec` with fewer parameters.
-fn is_simpler(simple: &Spec, spec: &Spec) -> bool {
-    spec.look_alikes.contains(&simple.id) && simple.parameters.len() < spec.parameters.len()
 }
 
 /// A search over one problem.
@@ -290,9 +287,14 @@ impl<'a> Search<'a> {
     }
 
     /// Tries the set without each of its effects, and with a simpler look-alike in the place of each: one in which some
-    /// do not convince is no answer, and more parameters must earn their place.
+    /// do not convince is no answer, and more parameters must earn their place. A fit with an effect in a wrong place is
+    /// replaced first.
     fn reduce(&mut self, here: &Set) {
         let fit = self.known[here].fit.clone();
+        if let Some(better) = self.placed_elsewhere(&fit) {
+            self.keep(better, false);
+            return;
+        }
         let mut convinces = true;
         let mut simpler = Vec::new();
         for (spec, smaller) in self.without_each(&fit) {

@@ -4,12 +4,13 @@ use furuta_model::effects::Kind;
 use rayon::prelude::*;
 
 use super::super::Fit;
+use super::super::alike::counterpart;
 use super::super::hypothesis::Hypothesis;
 use crate::shooting::{Effort, Problem};
 
 impl Problem<'_> {
     /// A neighbour's hypothesis fitted from where `here` ended: what both have stays, what it alone has is as in
-    /// `known`, or as what has the same name in the effect that it replaces.
+    /// `known`, or as the [`counterpart`] in the effect that it replaces.
     pub(in super::super) fn moved(
         &self,
         here: &Fit,
@@ -30,11 +31,10 @@ impl Problem<'_> {
                 z.extend(values);
                 continue;
             }
-            for p in spec.parameters {
-                let same = replaced.and_then(|i| {
-                    let names = here.model.effects[i].parameters;
-                    let k = names.iter().position(|q| q.name == p.name)?;
-                    Some((physical[here.model.offset(i) + k] - p.off) / p.typical(&sheet.params))
+            for (i, p) in spec.parameters.iter().enumerate() {
+                let same = replaced.and_then(|r| {
+                    let of = counterpart(here.model.effects[r], spec, i)?;
+                    Some((physical[here.model.offset(r) + of] - p.off) / p.typical(&sheet.params))
                 });
                 z.push(same.unwrap_or(p.starts[0]));
             }
@@ -104,16 +104,11 @@ fn chosen_otherwise(model: &Hypothesis, z: &[f64]) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
-    use std::sync::Arc;
 
     use furuta_model::{Effect, Rig, effects};
 
-    use super::super::super::SEARCH;
-    use super::super::super::hypothesis::Sheet;
-    use super::super::super::sweep::sweep;
+    use super::super::super::sweep::{Recorded, sweep};
     use super::*;
-    use crate::pendulum::Pendulum;
-    use crate::shooting::Data;
 
     /// A scale counted from where the pendulum hangs, and an offset that makes up for it, is a scale counted from where
     /// it stands upright.
@@ -122,9 +117,8 @@ mod tests {
         let (scale, offset) = ("sensor.alpha.scale", "sensor.alpha.offset");
         let rig = Rig::builtin("qube-servo-2").expect("built in");
         let hidden = Effect::new(scale, &[0.96, 0.0]).expect("valid");
-        let data = Data::new(&[sweep("scaled", &rig, &[hidden], 0.0)], &rig);
-        let sheet = Arc::new(Sheet::new(&rig, &data, true, Pendulum::Swings));
-        let problem = Problem::new(&data, data.windows(SEARCH, |_| true));
+        let recorded = Recorded::new(&[sweep("scaled", &rig, &[hidden], 0.0)], &rig);
+        let problem = recorded.problem();
         let add = |(h, z): (Hypothesis, Vec<f64>), id: &str, values: &[f64]| {
             let spec = effects::spec(id).expect("an entry");
             let units = values.iter().zip(spec.parameters);
@@ -133,7 +127,7 @@ mod tests {
                 .collect();
             (h.with(spec), h.extended(&z, &units))
         };
-        let base = Hypothesis::base(&sheet);
+        let base = Hypothesis::base(&recorded.sheet);
         let z = vec![0.0; base.len()];
         let (h, z) = add(add((base, z), offset, &[0.04 * -PI]), scale, &[0.96, 1.0]);
         let start = problem.solve_states(&h, &z, None);
@@ -148,5 +142,42 @@ mod tests {
         let values = chosen.model.values(&chosen.z, scale).expect("it has that");
         assert_eq!(values[1], 0.0);
         assert!(chosen.model.effects.len() == 1 && problem.explains(&chosen));
+    }
+    /// Coulomb's friction is Stribeck's with one torque at all speeds: a fit of the larger law begins where the smaller
+    /// one ended.
+    #[test]
+    fn a_law_that_contains_a_simpler_one_begins_as_that_one() {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let hidden = Effect::new("arm.stribeck", &[1e-3, 2e-3, 0.5]).expect("valid");
+        let recorded = Recorded::new(&[sweep("stick", &rig, &[hidden], 0.0)], &rig);
+        let problem = recorded.problem();
+        let without = recorded.refitted(&problem);
+        let with = |id: &str| {
+            let spec = effects::spec(id).expect("an entry");
+            without.model.with(spec)
+        };
+        let coulomb = with("arm.coulomb");
+        let z = coulomb.extended(&without.z, &[1.0]);
+        let simple = problem.fit(&coulomb, z, &without.states, Effort::FULL);
+
+        let none = Effort::FULL.within(0);
+        let begun = problem
+            .moved(&simple, &with("arm.stribeck"), None, none)
+            .expect("one");
+        assert!(
+            (begun.cost / simple.cost - 1.0).abs() < 1e-9,
+            "{} {}",
+            begun.cost,
+            simple.cost
+        );
+        let ended = problem
+            .moved(&simple, &with("arm.stribeck"), None, Effort::FULL)
+            .expect("one");
+        assert!(problem.explains(&ended), "{}", problem.chi(&ended));
+        // And back: the friction at high speeds is the first of its strengths.
+        let back = problem.moved(&ended, &coulomb, None, none).expect("one");
+        let torque = |fit: &Fit| fit.model.physical(&fit.z)[fit.model.offset(0)];
+        let [here, there] = [&back, &ended].map(torque);
+        assert!((here / there - 1.0).abs() < 1e-9, "{here} {there}");
     }
 }

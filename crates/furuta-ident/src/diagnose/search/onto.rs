@@ -11,19 +11,12 @@ use crate::shooting::{Effort, Problem};
 
 impl<'a> Search<'a> {
     /// The search over a subset of the windows goes on with all of them: the best set, and what came near it with
-    /// values that can be in the place of one of its effects, are fitted again, and what no fit moves is placed again.
-    /// The windows' starts are first solved for with the numbers of the subset: those that fit `start` may be far from
-    /// them, and lead a fit astray. Where even the best is still far from the data, the rest of the windows says no
+    /// values that can be in the place of one of its effects, are fitted again, and what no fit moves is placed again. Where even the best is still far from the data, the rest of the windows says no
     /// more.
     pub(in super::super) fn onto(self, problem: &'a Problem<'a>, start: Fit) -> Self {
         let ended = self.is_through();
         let best = set(&self.closest().model);
-        let fitted = |fit: &Fit, effort: Effort| {
-            let (model, z) = (fit.model.on_sheet_of(&start.model), fit.z.clone());
-            let states = problem.read_alike(&start, &model, &z);
-            let there = problem.solve_states(&model, &z, Some(&states));
-            problem.placed_again(problem.fit(&model, z, &there.states, effort))
-        };
+        let fitted = |fit: &Fit, effort: Effort| problem.transferred(&start, fit, effort);
         let closest = match best == set(&self.fixed) {
             true => start.clone(),
             false => fitted(&self.known[&best].fit, Effort::FULL),
