@@ -231,6 +231,8 @@ USUAL_IN_A_MINUTE = (
     (1702, "146-rough", ("sensor.alpha.scale", "sensor.theta.scale")),
     # Left unexplained: the cogging's order was looked for without the friction, and stayed.
     (1801, "068-pair", ("arm.cogging", "arm.stribeck")),
+    # Named Coulomb's friction and a quadratic drag in the place of Stribeck's.
+    (1801, "100-hard", ("arm.presliding", "arm.stribeck", "motor.delay")),
 )
 
 

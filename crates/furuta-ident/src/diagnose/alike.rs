@@ -25,8 +25,8 @@ pub(super) fn is_simpler(simple: &Spec, spec: &Spec) -> bool {
     spec.look_alikes.contains(&simple.id) && simple.parameters.len() < spec.parameters.len()
 }
 
-/// Whether each strength of `spec` means what one of `simple` means, which looks like it with fewer parameters: it can
-/// do all that `simple` does.
+/// Whether a strength of `spec` means what one of `simple` means, which looks like it with fewer parameters: it can do
+/// what `simple` does, its other strengths at none.
 pub(super) fn contains(spec: &Spec, simple: &Spec) -> bool {
-    is_simpler(simple, spec) && (0..spec.strengths).all(|i| counterpart(simple, spec, i).is_some())
+    is_simpler(simple, spec) && (0..spec.strengths).any(|i| counterpart(simple, spec, i).is_some())
 }

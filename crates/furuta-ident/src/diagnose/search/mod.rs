@@ -6,6 +6,7 @@
 //! when no neighbour of the best set is better; what came near the best is a rival. It may begin with a subset of the
 //! windows (`super::subset`) and go on with all (`onto`).
 
+mod larger;
 mod neighbours;
 mod onto;
 mod places;
@@ -326,7 +327,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Tries the set with one more effect.
+    /// Tries the set with one more effect, and a law that can do more in the place of each.
     fn grow(&mut self, here: &Set) {
         let Some(node) = self.known.get_mut(here) else {
             return;
@@ -336,6 +337,7 @@ impl<'a> Search<'a> {
         if fit.model.effects.len() < MOST_EFFECTS {
             self.add(&fit, None);
         }
+        self.enlarge(&fit);
     }
 
     /// Adds one effect to a fit. `instead` is an effect that is known to bring the cost down to somewhat less than the

@@ -4,13 +4,14 @@ use furuta_model::effects::Kind;
 use rayon::prelude::*;
 
 use super::super::Fit;
-use super::super::alike::counterpart;
+use super::super::alike::{contains, counterpart};
 use super::super::hypothesis::Hypothesis;
 use crate::shooting::{Effort, Problem};
 
 impl Problem<'_> {
     /// A neighbour's hypothesis fitted from where `here` ended: what both have stays, what it alone has is as in
-    /// `known`, or as the [`counterpart`] in the effect that it replaces.
+    /// `known`, or as the [`counterpart`] in the effect that it replaces. A law that [`contains`] that effect begins as
+    /// that effect.
     pub(in super::super) fn moved(
         &self,
         here: &Fit,
@@ -31,12 +32,18 @@ impl Problem<'_> {
                 z.extend(values);
                 continue;
             }
+            let contains = replaced.is_some_and(|r| contains(spec, here.model.effects[r]));
             for (i, p) in spec.parameters.iter().enumerate() {
                 let same = replaced.and_then(|r| {
                     let of = counterpart(here.model.effects[r], spec, i)?;
                     Some((physical[here.model.offset(r) + of] - p.off) / p.typical(&sheet.params))
                 });
-                z.push(same.unwrap_or(p.starts[0]));
+                let new = if contains && i < spec.strengths {
+                    0.0
+                } else {
+                    p.starts[0]
+                };
+                z.push(same.unwrap_or(new));
             }
         }
         z.extend(&here.z[here.model.shared()..]);
