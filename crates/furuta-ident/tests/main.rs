@@ -1,4 +1,5 @@
-//! Recordings in, answers out: diagnosis, calibration, validation, frequency. One program: each links all of what it tests.
+//! Recordings in, answers out: diagnosis, calibration, validation, frequency. One program: each links all of what it
+//! tests.
 
 mod accelerated;
 mod bounds;

@@ -1,5 +1,5 @@
-//! A user's own law with a state, and one on the motor's side: the catalogue's laws written so are the same, derivatives
-//! are exact, what was before is remembered, and mistakes are shown.
+//! A user's own law with a state, and one on the motor's side: the catalogue's laws written so are the same,
+//! derivatives are exact, what was before is remembered, and mistakes are shown.
 
 use furuta_model::effects::own::{Constant, Definition, InternalState, Parameter, Side, read};
 use furuta_model::{Actuation, Effect, Jet, MAX_OWN_STATES, Plant, PlantError, Rig, Scalar, State};

@@ -9,7 +9,8 @@ const USUAL: f64 = 0.75;
 const TIMES: f64 = 15.0;
 /// Half a count of the finest encoders is 5e-5 rad; what is smaller than this is rounding of the numbers.
 const NO_STEP: f64 = 1e-5;
-/// The neighbours are off by half as much the other way; rounding and motion may make it this share. A blow leaves its neighbours where they are.
+/// The neighbours are off by half as much the other way; rounding and motion may make it this share. A blow leaves its
+/// neighbours where they are.
 const HALF: core::ops::Range<f64> = 0.3..0.7;
 
 /// The places of such samples, and how far the first is off. A whole turn is no such step: an angle may be recorded

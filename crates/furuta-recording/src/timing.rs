@@ -22,8 +22,8 @@ const ROWS: core::ops::Range<f64> = 0.4..3.5;
 const NOT_WHOLE: f64 = 0.1;
 /// Standard deviations within which a time is known.
 const KNOWN: f64 = 4.0;
-/// The command's rate differs from what the arm needs by this share of its squares at least: under a single sine all are
-/// sums of a sine and a cosine, and what little friction adds to that is taken for a law.
+/// The command's rate differs from what the arm needs by this share of its squares at least: under a single sine all
+/// are sums of a sine and a cosine, and what little friction adds to that is taken for a law.
 const DIFFERS: f64 = 0.05;
 /// Share of the command that the arm's equation, and of the pendulum's motion that the pendulum's leaves at most.
 const COMMAND_LEFT: f64 = 0.3;

@@ -91,8 +91,8 @@ pub struct Options {
     pub pendulum: Pendulum,
     /// Whether all recordings count their angles from the rig's zeros: otherwise each has zeros of its own.
     pub same_zero: bool,
-    /// Recordings of the same rig in other states, fitted together with these: one fit, the numbers of the rig file that
-    /// both show shared. Those of the arm alone set its inertia apart from what the pendulum adds.
+    /// Recordings of the same rig in other states, fitted together with these: one fit, the numbers of the rig file
+    /// that both show shared. Those of the arm alone set its inertia apart from what the pendulum adds.
     pub beside: Vec<(Pendulum, Recording)>,
 }
 

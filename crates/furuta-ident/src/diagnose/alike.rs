@@ -3,7 +3,8 @@
 use furuta_model::Spec;
 
 /// Which number of an effect means what the `i`-th one of another means in its place: that of the same name, or, of two
-/// that look alike, the first strength of the same unit (Coulomb's friction is Stribeck's with one torque at all speeds).
+/// that look alike, the first strength of the same unit (Coulomb's friction is Stribeck's with one torque at all
+/// speeds).
 pub(super) fn counterpart(replaced: &Spec, by: &Spec, i: usize) -> Option<usize> {
     let wanted = &by.parameters[i];
     let named = replaced

@@ -88,8 +88,8 @@ pub(super) const CRITERIA: Criteria = Criteria {
     // largest once in 25: `0.2²`.
     recurs: 0.2,
     inferred: 20.0,
-    // Of 48 cases with a foreign effect (`benchmark.py --seed 211 --groups foreign`), right names scatter by up to 0.34,
-    // wrong ones by 0.46 to 1.5 or, where they imitate well, as little as right ones.
+    // Of 48 cases with a foreign effect (`benchmark.py --seed 211 --groups foreign`), right names scatter by up to
+    // 0.34, wrong ones by 0.46 to 1.5 or, where they imitate well, as little as right ones.
     scatters: 0.4,
     confusable: 0.10,
     // Over long windows, dry friction and an unstable upright make errors of their own.

@@ -26,7 +26,8 @@ const LEAST: usize = 20;
 /// MuJoCo plants without jitter they scattered as normal numbers do (mean -0.04, deviation 1.07:
 /// `py/tests/jitter_study.py`), of which one in 30,000 is so large.
 const SHOWS: f64 = 4.0;
-/// And where it moves readings by this many times the encoders' noise: less is rounding, of recordings without encoders.
+/// And where it moves readings by this many times the encoders' noise: less is rounding, of recordings without
+/// encoders.
 const MOVES: f64 = 0.1;
 /// What a quintic leaves of 13 samples has this many degrees of freedom.
 const FREEDOM: f64 = 7.0;

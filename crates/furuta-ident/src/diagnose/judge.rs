@@ -1,7 +1,7 @@
-//! Where nothing is left unexplained, each strength must be known by itself. Where something is, names must hold: against
-//! what is looked for on request alone (`contested`), as what acts once (`transients`), on data kept apart (`held_out`),
-//! and with one strength everywhere (`constancy`). What does not is suspected, not named. What fails the last test alone
-//! stays in the model: it predicts, as an imitation.
+//! Where nothing is left unexplained, each strength must be known by itself. Where something is, names must hold:
+//! against what is looked for on request alone (`contested`), as what acts once (`transients`), on data kept apart
+//! (`held_out`), and with one strength everywhere (`constancy`). What does not is suspected, not named. What fails the
+//! last test alone stays in the model: it predicts, as an imitation.
 
 use furuta_model::Spec;
 

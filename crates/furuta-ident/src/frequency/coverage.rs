@@ -5,7 +5,8 @@
 //! fitted with the orders of its linear model, whose poles are the truth. A pendulum that swings is not linear: the
 //! mean of the fitted poles lies beside the truth by a bias that grows with the square of the swing. A rig is called
 //! linear up to the swing whose bias is half of a standard deviation: a 95 % interval that is off by that still holds
-//! the truth 92.1 times of 100. Much less of a swing is no better: of an encoder's count or two the counts are no noise.
+//! the truth 92.1 times of 100. Much less of a swing is no better: of an encoder's count or two the counts are no
+//! noise.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 

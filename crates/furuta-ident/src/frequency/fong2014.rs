@@ -1,11 +1,11 @@
 //! Fong, Jamaludin, Abdullah 2014, section 3.2: a hanging pendulum is driven with band-limited white noise, and its
 //! response measured and fitted.
 //!
-//! 1 kHz, 180 s, transfer functions with a numerator of order 2 or 3 and a denominator of order
-//! 4, by nonlinear least squares in the frequency domain; the paper takes H1 under Hann's window, whose leakage biases the
-//! resonance, here response and transient are estimated together ([`super::local`]); first-principles model (28), fit and response over one
-//! another up to 23 Hz. What they measured is not printed but for the fit (29); in the measurement's place stands the
-//! emulated rig: the nonlinear model with its encoders' counts.
+//! 1 kHz, 180 s, transfer functions with a numerator of order 2 or 3 and a denominator of order 4, by nonlinear least
+//! squares in the frequency domain; the paper takes H1 under Hann's window, whose leakage biases the resonance, here
+//! response and transient are estimated together ([`super::local`]); first-principles model (28), fit and response over
+//! one another up to 23 Hz. What they measured is not printed but for the fit (29); in the measurement's place stands
+//! the emulated rig: the nonlinear model with its encoders' counts.
 
 use furuta_model::published::{Paper, Quantity};
 use furuta_model::signals::{Noise, SignalError};

@@ -9,7 +9,8 @@
 //!
 //! is solved by least squares over the spectrum's lines within one resolution of `f0`; `g0` is the response. What is
 //! left tells the noise's variance, with as many degrees of freedom as there are lines beyond the nine unknowns; the
-//! variance is averaged over neighbours. The denominator's `d` follows a resonance that is narrower than the lines are apart.
+//! variance is averaged over neighbours. The denominator's `d` follows a resonance that is narrower than the lines are
+//! apart.
 //!
 //! Source: R. Pintelon, J. Schoukens, *System Identification: A Frequency Domain Approach*, 2nd ed., Wiley 2012,
 //! chapter 7; T. McKelvey, G. Guérin, *Non-parametric frequency response estimation using a local rational model*, IFAC
@@ -311,8 +312,8 @@ impl Signal {
     }
 }
 
-/// The response at one frequency; `None` where the input does not excite it. `loudest` is the largest power of a line of
-/// the exciting signal.
+/// The response at one frequency; `None` where the input does not excite it. `loudest` is the largest power of a line
+/// of the exciting signal.
 fn line(parts: &[Part], f0: f64, resolution: f64, loudest: f64) -> Option<Line> {
     // Which lines of which part.
     let mut places = Vec::new();

@@ -22,8 +22,8 @@ const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// The report of a diagnosis as one HTML page: verdict, what is missing, measured against predicted (zoomable), where
-/// the gap sits, evidence, what was ruled out, parameters, held-out and verified predictions, the same of another state of the rig, what to measure next.
-/// Sections for which there is nothing are left out.
+/// the gap sits, evidence, what was ruled out, parameters, held-out and verified predictions, the same of another state
+/// of the rig, what to measure next. Sections for which there is nothing are left out.
 ///
 /// The page stays below some 3 MB: longer recordings are shown at every second, third, ... sample, which it says.
 ///

@@ -180,9 +180,9 @@ impl<S: Scalar> Plant<S> {
         None
     }
 
-    /// What the inner states have become over the times of `h` seconds before now, the oldest first: in each the rig was
-    /// in one of these states under one of these commands (V), which a lag or a resonance of the motor follows late;
-    /// they are as they come after a delay. Plants without such states do not listen.
+    /// What the inner states have become over the times of `h` seconds before now, the oldest first: in each the rig
+    /// was in one of these states under one of these commands (V), which a lag or a resonance of the motor follows
+    /// late; they are as they come after a delay. Plants without such states do not listen.
     ///
     /// ```
     /// use furuta_model::{Effect, Plant, Rig, State};

@@ -75,7 +75,8 @@ impl<S: Scalar> Plant<S> {
     ///
     /// # Errors
     /// A parameter or an effect's value outside its range, an effect that cannot act on a rig of this kind of command,
-    /// more than [`MAX_EFFECTS`] effects or [`MAX_OWN_STATES`] users' own laws with a state, or effects with events within a step in a scalar of several lanes.
+    /// more than [`MAX_EFFECTS`] effects or [`MAX_OWN_STATES`] users' own laws with a state, or effects with events
+    /// within a step in a scalar of several lanes.
     ///
     /// ```
     /// use furuta_model::{Plant, PlantError, Rig};

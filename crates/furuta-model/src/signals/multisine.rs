@@ -34,8 +34,8 @@ pub enum Harmonics {
     All,
     /// The odd ones: what shows at an even one in the response is a nonlinearity that is even.
     Odd,
-    /// The odd ones, of each four one left out at random (a seed): what the response has at those is a nonlinearity that
-    /// is odd, what it has at even ones one that is even (Pintelon, Schoukens 2012, chapter 4).
+    /// The odd ones, of each four one left out at random (a seed): what the response has at those is a nonlinearity
+    /// that is odd, what it has at even ones one that is even (Pintelon, Schoukens 2012, chapter 4).
     Detecting(u64),
     /// This many (or all, if there are no more), spaced as evenly in their logarithm as whole numbers can be.
     Logarithmic(usize),

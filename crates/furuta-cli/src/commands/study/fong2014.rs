@@ -20,8 +20,8 @@ use crate::outputs::{self, Output};
 use crate::streams::{self, note};
 
 /// Fong, Jamaludin, Abdullah 2014, sec. 3.2: band-limited white noise into the hanging pendulum, 180 s at 1 kHz;
-/// response and transient estimated together; transfer functions of orders 2/4 and 3/4 fitted; beside the first-principles model (28) up to
-/// 23 Hz. On the emulated rig, with its encoders.
+/// response and transient estimated together; transfer functions of orders 2/4 and 3/4 fitted; beside the
+/// first-principles model (28) up to 23 Hz. On the emulated rig, with its encoders.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Args {
     /// Built-in rig or rig file.

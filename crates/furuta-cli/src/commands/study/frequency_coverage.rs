@@ -12,8 +12,8 @@ use crate::commands::progress::bar;
 use crate::failure::Failure;
 use crate::streams;
 
-/// Coverage of frequency-domain identification: each rig, its effects left out, hangs, is driven many times, measured by
-/// its encoder and fitted; how often do the 95 % intervals of poles and the 95 % circles of lines hold the truth?
+/// Coverage of frequency-domain identification: each rig, its effects left out, hangs, is driven many times, measured
+/// by its encoder and fitted; how often do the 95 % intervals of poles and the 95 % circles of lines hold the truth?
 ///
 /// Without --swing, the swing is the largest (by steps of 1.4) at which the rig is linear: there the bias that large
 /// angles cause is half of a standard deviation at most, which leaves a 95 % interval 92.1 %.

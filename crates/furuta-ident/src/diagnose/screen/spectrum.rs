@@ -1,8 +1,8 @@
 //! Which frequencies a sine of time is tried at: those at which it may gain most.
 //!
-//! What a course of torque gains is `p²/q`: `p` is linear in the torque, `q` quadratic. With the weights of `p`, block by
-//! block (an adjoint), `p` of every frequency is one Fourier sum. `q` changes slowly with the frequency, as a window is
-//! short: it is computed on a coarse grid.
+//! What a course of torque gains is `p²/q`: `p` is linear in the torque, `q` quadratic. With the weights of `p`, block
+//! by block (an adjoint), `p` of every frequency is one Fourier sum. `q` changes slowly with the frequency, as a window
+//! is short: it is computed on a coarse grid.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 

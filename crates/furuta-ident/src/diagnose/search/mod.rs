@@ -288,8 +288,8 @@ impl<'a> Search<'a> {
     }
 
     /// Tries the set without each of its effects, and with a simpler look-alike in the place of each: one in which some
-    /// do not convince is no answer, and more parameters must earn their place. A fit with an effect in a wrong place is
-    /// replaced first.
+    /// do not convince is no answer, and more parameters must earn their place. A fit with an effect in a wrong place
+    /// is replaced first.
     fn reduce(&mut self, here: &Set) {
         let fit = self.known[here].fit.clone();
         if let Some(better) = self.placed_elsewhere(&fit) {
@@ -423,8 +423,8 @@ impl<'a> Search<'a> {
             .fit(&fit.model, fit.z.clone(), &fit.states, effort)
     }
 
-    /// The set without each of its effects that need not stay: the better of what was known and what is found from where
-    /// the set ended.
+    /// The set without each of its effects that need not stay: the better of what was known and what is found from
+    /// where the set ended.
     fn without_each(&self, here: &Fit) -> Vec<(&'static Spec, Fit)> {
         let effects = here.model.effects.iter().copied();
         let movable: Vec<&'static Spec> = effects.filter(|e| !self.fixed.has(e.id)).collect();

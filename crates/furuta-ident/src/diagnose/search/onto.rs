@@ -11,8 +11,8 @@ use crate::shooting::{Effort, Problem};
 
 impl<'a> Search<'a> {
     /// The search over a subset of the windows goes on with all of them: the best set, and what came near it with
-    /// values that can be in the place of one of its effects, are fitted again, and what no fit moves is placed again. Where even the best is still far from the data, the rest of the windows says no
-    /// more.
+    /// values that can be in the place of one of its effects, are fitted again, and what no fit moves is placed again.
+    /// Where even the best is still far from the data, the rest of the windows says no more.
     pub(in super::super) fn onto(self, problem: &'a Problem<'a>, start: Fit) -> Self {
         let ended = self.is_through();
         let best = set(&self.closest().model);

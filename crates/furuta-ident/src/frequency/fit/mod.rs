@@ -49,8 +49,8 @@ pub struct Uncertain<T> {
 /// A fitted transfer function, and how sure it is.
 ///
 /// Standard deviations are those of the response's, carried through the fit to first order, and where the fit leaves
-/// more than the noise, enlarged by as much. Where the response tells nonlinear distortion from noise ([`Frf::distortion`]), they are widened by what distortion of that
-/// size can do at most.
+/// more than the noise, enlarged by as much. Where the response tells nonlinear distortion from noise
+/// ([`Frf::distortion`]), they are widened by what distortion of that size can do at most.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     /// The function.

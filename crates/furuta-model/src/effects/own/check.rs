@@ -150,8 +150,8 @@ impl Definition {
         Ok(all)
     }
 
-    /// Whether the laws have values at a few places, and torques and voltage are off where the strengths are; and whether
-    /// a state does anything.
+    /// Whether the laws have values at a few places, and torques and voltage are off where the strengths are; and
+    /// whether a state does anything.
     pub(super) fn check_values(
         &self,
         parameters: &[Parameter],
