@@ -52,7 +52,10 @@ mod tests {
         let hidden = Effect::new("arm.stribeck", &[1e-3, 2e-3, 0.5]).expect("valid");
         let recorded = Recorded::new(&[sweep("stick", &rig, &[hidden], 0.0)], &rig);
         let problem = recorded.problem();
-        let base = recorded.refitted(&problem);
+        let mut base = recorded.refitted(&problem);
+        base.model = base
+            .model
+            .looking_for(effects::spec("arm.stribeck").into_iter());
         let h = base
             .model
             .with(effects::spec("arm.coulomb").expect("an entry"));
