@@ -373,33 +373,28 @@ fn close(from: &Fit, fits: &[(&'static Spec, Fit)], savers: &Savers) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use furuta_model::{Effect, Rig, effects};
+    use furuta_model::effects;
 
     use super::super::savers::USUAL;
-    use super::super::sweep::{Recorded, sweep};
+    use super::super::sweep::{extended, sticking};
     use super::*;
 
     /// Stribeck's friction that ends further from the data than Coulomb's does.
     #[test]
     fn a_law_that_lost_its_way_is_led_by_a_simpler_one() {
-        let rig = Rig::builtin("qube-servo-2").expect("built in");
-        let hidden = Effect::new("arm.stribeck", &[1e-3, 2e-3, 0.5]).expect("valid");
-        let recorded = Recorded::new(&[sweep("stick", &rig, &[hidden], 0.0)], &rig);
+        let recorded = sticking();
         let problem = recorded.problem();
         let from = recorded.refitted(&problem);
         let trial = |id: &str, values: &[f64], effort: Effort| {
-            let spec = effects::spec(id).expect("an entry");
-            let z = from.model.extended(&from.z, values);
-            let fit = problem.fit(&from.model.with(spec), z, &from.states, effort);
+            let fit = extended(&problem, &from, id, values, effort);
             Trial {
-                spec,
+                spec: effects::spec(id).expect("an entry"),
                 evidence: problem.evidence(&from, &fit),
                 fit,
             }
         };
-        let none = Effort::FULL.within(0);
-        let simple = trial("arm.coulomb", &[1.0], Effort::FULL);
-        let lost = trial("arm.stribeck", &[0.01, 0.01, 1.0], none);
+        let simple = trial("arm.coulomb", &[1e-3], Effort::FULL);
+        let lost = trial("arm.stribeck", &[1e-5, 1e-5, 1.0], Effort::FULL.within(0));
         assert!(simple.fit.cost < lost.fit.cost && !problem.explains(&simple.fit));
 
         let trials = [simple, lost];

@@ -138,7 +138,7 @@ impl Judge<'_> {
         spec.acts_once() || self.base.model.sheet.zeros_follow(spec)
     }
 
-    /// Takes out, one at a time, what data kept apart say nothing of and whose strength, as it would be printed, may as
+    /// Takes out, one at a time, what data kept apart say nothing of and whose strength, as it would be told, may as
     /// well be none.
     fn known_alone(&self, judged: &mut Judged, stand_ins: &StandIns) {
         let asked = |spec: &Spec| self.is_untold(spec) && !stand_ins.has(spec);

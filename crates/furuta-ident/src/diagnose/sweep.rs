@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use furuta_model::{Effect, Plant, Rig, State};
+use furuta_model::{Effect, Plant, Rig, State, effects};
 
 use super::hypothesis::{Hypothesis, Sheet};
 use super::{Fit, SEARCH};
@@ -34,6 +34,33 @@ impl Recorded {
         let given = problem.solve_states(&base, &vec![0.0; base.len()], None);
         problem.fit(&base, given.z, &given.states, Effort::FULL)
     }
+}
+
+/// A QUBE whose arm hides Stribeck's friction.
+pub(super) fn sticking() -> Recorded {
+    let rig = Rig::builtin("qube-servo-2").expect("built in");
+    let hidden = Effect::new("arm.stribeck", &[1e-3, 2e-3, 0.5]).expect("valid");
+    Recorded::new(&[sweep("sticking", &rig, &[hidden], 0.0)], &rig)
+}
+
+/// A fit with one more effect, from these values of its numbers.
+pub(super) fn extended(
+    problem: &Problem<'_>,
+    from: &Fit,
+    id: &str,
+    values: &[f64],
+    effort: Effort,
+) -> Fit {
+    let spec = effects::spec(id).expect("an entry");
+    let params = &from.model.sheet.params;
+    let units = values.iter().zip(spec.parameters);
+    let units: Vec<f64> = units
+        .map(|(v, p)| (v - p.off) / p.typical(params))
+        .collect();
+    let z = from.model.extended(&from.z, &units);
+    let h = from.model.with(spec);
+    let start = problem.solve_states(&h, &z, Some(&from.states));
+    problem.fit(&h, start.z, &start.states, effort)
 }
 
 /// What the encoders of a hanging rig with these effects see for six seconds, the pendulum's zero `zero` radians off.

@@ -3,13 +3,10 @@
 //! Fitted from where the set ended, it need only add what the simpler law lacks. From a set without friction it has to
 //! find everything at once, and may lose its way there.
 
-use rayon::prelude::*;
-
 use super::super::Fit;
 use super::super::alike::contains;
 use super::super::criteria::CRITERIA;
-use super::Search;
-use crate::shooting::Effort;
+use super::{Replaced, Search};
 
 impl Search<'_> {
     /// Tries a law that can do more in the place of each effect, from where a set ended that leaves something.
@@ -17,50 +14,39 @@ impl Search<'_> {
         if self.problem.explains(here) {
             return;
         }
+        let limit = here.cost - CRITERIA.effect * self.problem.per_sample(here);
         let mut larger = Vec::new();
-        for (spec, smaller) in self.without_each(here) {
-            let laws = self.problem.addable(&smaller).filter(|c| contains(c, spec));
-            larger.extend(laws.map(|c| (smaller.clone(), smaller.model.with(c))));
+        for (spec, without) in self.without_each(here) {
+            let laws = self.problem.addable(&without).filter(|c| contains(c, spec));
+            larger.extend(laws.map(|law| Replaced {
+                law,
+                without: without.clone(),
+                known: None,
+                limit,
+            }));
         }
-        let goal = here.cost - CRITERIA.effect * self.problem.per_sample(here);
-        let effort = Effort::FULL.towards(goal);
-        let fits: Vec<(Fit, Fit)> = larger
-            .into_par_iter()
-            .filter_map(|(smaller, h)| {
-                let there = self.problem.moved(here, &h, None, effort)?;
-                (there.cost <= goal).then_some((smaller, there))
-            })
-            .collect();
-        for (smaller, fit) in fits {
-            let eligible = self.problem.evidence(&smaller, &fit).convinces();
-            self.keep(fit, eligible);
-        }
+        self.replace(here, larger);
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use furuta_model::{Effect, Rig, effects};
+    use furuta_model::effects;
 
     use super::super::super::savers::USUAL;
-    use super::super::super::sweep::{Recorded, sweep};
+    use super::super::super::sweep::{extended, sticking};
     use super::*;
+    use crate::shooting::Effort;
 
     #[test]
     fn what_coulomb_friction_leaves_is_stribecks() {
-        let rig = Rig::builtin("qube-servo-2").expect("built in");
-        let hidden = Effect::new("arm.stribeck", &[1e-3, 2e-3, 0.5]).expect("valid");
-        let recorded = Recorded::new(&[sweep("stick", &rig, &[hidden], 0.0)], &rig);
+        let recorded = sticking();
         let problem = recorded.problem();
         let mut base = recorded.refitted(&problem);
         base.model = base
             .model
             .looking_for(effects::spec("arm.stribeck").into_iter());
-        let h = base
-            .model
-            .with(effects::spec("arm.coulomb").expect("an entry"));
-        let z = h.extended(&base.z, &[1.0]);
-        let coulomb = problem.fit(&h, z, &base.states, Effort::FULL);
+        let coulomb = extended(&problem, &base, "arm.coulomb", &[1e-3], Effort::FULL);
         assert!(!problem.explains(&coulomb), "{}", problem.chi(&coulomb));
 
         let mut search = Search::new(&problem, base, &|_| true, &USUAL, &|_| ());

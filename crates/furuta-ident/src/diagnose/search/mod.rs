@@ -61,6 +61,17 @@ impl Node {
     }
 }
 
+/// A law tried in the place of an effect.
+struct Replaced {
+    law: &'static Spec,
+    /// The fit without that effect.
+    without: Fit,
+    /// A fit with the law, whose numbers for it are taken.
+    known: Option<Fit>,
+    /// The cost to which it must come down.
+    limit: f64,
+}
+
 /// What could stand in the place of an effect.
 pub(super) struct Rival {
     /// The effect.
@@ -304,26 +315,42 @@ impl<'a> Search<'a> {
                 .problem
                 .addable(&smaller)
                 .filter(|c| is_simpler(c, spec));
-            simpler.extend(like.map(|c| (smaller.clone(), smaller.model.with(c))));
+            let limit = self.near(&fit, &smaller);
+            simpler.extend(like.map(|law| {
+                Replaced {
+                    without: smaller.clone(),
+                    known: self
+                        .known
+                        .get(&set(&smaller.model.with(law)))
+                        .map(|n| n.fit.clone()),
+                    law,
+                    limit,
+                }
+            }));
             self.keep(smaller, true);
         }
-        let fits: Vec<(Fit, Fit)> = simpler
-            .into_par_iter()
-            .filter_map(|(smaller, h)| {
-                let known = self.known.get(&set(&h)).map(|n| &n.fit);
-                let limit = self.near(&fit, &smaller);
-                let effort = Effort::FULL.towards(limit);
-                let moved = self.problem.moved(&fit, &h, known, effort)?;
-                (moved.cost <= limit).then_some((smaller, moved))
-            })
-            .collect();
-        for (smaller, fit) in fits {
-            let eligible = self.problem.evidence(&smaller, &fit).convinces();
-            self.keep(fit, eligible);
-        }
+        self.replace(&fit, simpler);
         if let Some(node) = self.known.get_mut(here) {
             node.eligible &= convinces;
             node.reduced = true;
+        }
+    }
+
+    /// Fits other laws in the place of effects, from where a set ended, and keeps what comes down to its limit.
+    fn replace(&mut self, here: &Fit, laws: Vec<Replaced>) {
+        let fits: Vec<(Fit, bool)> = laws
+            .into_par_iter()
+            .filter_map(|r| {
+                let (h, effort) = (r.without.model.with(r.law), Effort::FULL.towards(r.limit));
+                let fit = self.problem.moved(here, &h, r.known.as_ref(), effort)?;
+                let convinces = || self.problem.evidence(&r.without, &fit).convinces();
+                (fit.cost <= r.limit)
+                    .then(convinces)
+                    .map(|eligible| (fit, eligible))
+            })
+            .collect();
+        for (fit, eligible) in fits {
+            self.keep(fit, eligible);
         }
     }
 

@@ -114,7 +114,7 @@ mod tests {
 
     use furuta_model::{Effect, Rig, effects};
 
-    use super::super::super::sweep::{Recorded, sweep};
+    use super::super::super::sweep::{Recorded, extended, sticking, sweep};
     use super::*;
 
     /// A scale counted from where the pendulum hangs, and an offset that makes up for it, is a scale counted from where
@@ -150,27 +150,20 @@ mod tests {
         assert_eq!(values[1], 0.0);
         assert!(chosen.model.effects.len() == 1 && problem.explains(&chosen));
     }
+
     /// Coulomb's friction is Stribeck's with one torque at all speeds: a fit of the larger law begins where the smaller
     /// one ended.
     #[test]
     fn a_law_that_contains_a_simpler_one_begins_as_that_one() {
-        let rig = Rig::builtin("qube-servo-2").expect("built in");
-        let hidden = Effect::new("arm.stribeck", &[1e-3, 2e-3, 0.5]).expect("valid");
-        let recorded = Recorded::new(&[sweep("stick", &rig, &[hidden], 0.0)], &rig);
+        let recorded = sticking();
         let problem = recorded.problem();
         let without = recorded.refitted(&problem);
-        let with = |id: &str| {
-            let spec = effects::spec(id).expect("an entry");
-            without.model.with(spec)
-        };
-        let coulomb = with("arm.coulomb");
-        let z = coulomb.extended(&without.z, &[1.0]);
-        let simple = problem.fit(&coulomb, z, &without.states, Effort::FULL);
+        let simple = extended(&problem, &without, "arm.coulomb", &[1e-3], Effort::FULL);
+        let with = |id: &str| without.model.with(effects::spec(id).expect("an entry"));
+        let (coulomb, stribeck) = (with("arm.coulomb"), with("arm.stribeck"));
 
         let none = Effort::FULL.within(0);
-        let begun = problem
-            .moved(&simple, &with("arm.stribeck"), None, none)
-            .expect("one");
+        let begun = problem.moved(&simple, &stribeck, None, none).expect("one");
         assert!(
             (begun.cost / simple.cost - 1.0).abs() < 1e-9,
             "{} {}",
@@ -178,7 +171,7 @@ mod tests {
             simple.cost
         );
         let ended = problem
-            .moved(&simple, &with("arm.stribeck"), None, Effort::FULL)
+            .moved(&simple, &stribeck, None, Effort::FULL)
             .expect("one");
         assert!(problem.explains(&ended), "{}", problem.chi(&ended));
         // And back: the friction at high speeds is the first of its strengths.

@@ -41,10 +41,10 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use furuta_model::{Effect, Rig, effects};
+    use furuta_model::{Effect, Rig};
 
     use super::super::super::savers::USUAL;
-    use super::super::super::sweep::{Recorded, sweep};
+    use super::super::super::sweep::{Recorded, extended, sweep};
     use super::*;
 
     /// A cogging torque whose order was taken for another one, before the friction beside it was known.
@@ -59,22 +59,15 @@ mod tests {
         let recorded = Recorded::new(&[sweep("cogs", &rig, &hidden, 0.0)], &rig);
         let problem = recorded.problem();
         let base = recorded.refitted(&problem);
-        let [cogging, friction] =
-            [cogging, friction].map(|id| effects::spec(id).expect("an entry"));
-        let h = base.model.with(cogging);
-        let z = h.extended(&base.model.extended(&base.z, &[1.0, 9.0, 0.0]), &[1.0]);
-        let h = h.with(friction);
-        let start = problem.solve_states(&h, &z, Some(&base.states));
-        let wrong = problem.fit(&h, start.z, &start.states, Effort::FULL);
+        let none = Effort::FULL.within(0);
+        let cogs = extended(&problem, &base, cogging, &[1e-3, 9.0, 0.5], none);
+        let wrong = extended(&problem, &cogs, friction, &[1e-3], Effort::FULL);
         assert!(!problem.explains(&wrong), "{}", problem.chi(&wrong));
 
         let search = Search::new(&problem, base, &|_| true, &USUAL, &|_| ());
         let right = search.placed_elsewhere(&wrong).expect("another place");
         assert!(problem.explains(&right), "{}", problem.chi(&right));
-        let values = right
-            .model
-            .values(&right.z, cogging.id)
-            .expect("it has that");
+        let values = right.model.values(&right.z, cogging).expect("it has that");
         assert_eq!(values[1], 6.0);
         // Nothing is left, so no place is wrong.
         assert!(search.placed_elsewhere(&right).is_none());
