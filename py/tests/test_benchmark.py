@@ -253,7 +253,7 @@ def test_a_name_that_harms_data_kept_apart_is_none(tmp_path):
     assert found.effects == []
     assert found.verdict == "unexplained"
     reasons = {effect["id"]: effect["reason"] for effect in found.suspected}
-    assert "harms in others" in reasons["motor.drift"]
+    assert "on data kept apart" in reasons["motor.drift"]
 
 
 def diagnosis_of(seed, name, hidden, folder):
