@@ -2,7 +2,8 @@
 //! its mechanics.
 //!
 //! Runs where FURUTA_FIRMWARE names the program (`make firmware-run` sets it), skipped otherwise. The board's emulated
-//! time stands still while this machine is busy, so that no test depends on how fast that is.
+//! time stands still while this machine is busy, so that no test depends on how fast that is. FURUTA_ON_CHIP is a program
+//! that needs no host.
 
 use crate::common;
 
@@ -234,5 +235,59 @@ fn the_board_switches_its_motor_off_when_its_host_is_killed() {
         log.notice.is_some() && log.records.len() > 100,
         "{:?}",
         log.notice
+    );
+}
+
+/// The control system on the chip, built with a rig file that names effects and with a controller file that has a
+/// trajectory, catches the pendulum when the host's simulation of both files says. A rig without these effects is caught
+/// ten samples later.
+#[test]
+fn the_chip_follows_the_trajectory_of_a_controller_file() {
+    let Some(program) = std::env::var_os("FURUTA_ON_CHIP") else {
+        eprintln!(
+            "skipped: FURUTA_ON_CHIP does not name a program with its own control system; `make firmware-run` does"
+        );
+        return;
+    };
+    // The board's time is the number of its instructions: the same run every time.
+    let output = Command::new("qemu-system-arm")
+        .args(["-machine", "mps2-an386", "-cpu", "cortex-m4"])
+        .args(["-display", "none", "-monitor", "none", "-serial", "null"])
+        .args(["-icount", "shift=3,sleep=off"])
+        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+        .arg(program)
+        .stdin(Stdio::null())
+        .output()
+        .expect("qemu-system-arm runs the other tests");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{output:?}");
+    let caught = said
+        .lines()
+        .find_map(|line| line.strip_suffix(" s: balance"))
+        .and_then(|time| time.parse::<f64>().ok());
+    let caught = caught.unwrap_or_else(|| panic!("never caught: {said}"));
+
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
+    let folder = Folder::new("on-chip");
+    let csv = folder.path("simulated.csv");
+    let output = furuta(&["simulate", "--duration", "2", "-o"])
+        .arg(&csv)
+        .arg("--rig")
+        .arg(format!("{data}/sprung.toml"))
+        .arg("--controller")
+        .arg(format!("{data}/sprung-swing-up.toml"))
+        .output()
+        .expect("the binary runs");
+    assert!(output.status.success(), "{output:?}");
+    let text = std::fs::read_to_string(&csv).expect("written");
+    let simulated = text
+        .lines()
+        .find(|line| line.ends_with(",balance"))
+        .and_then(|line| line.split(',').next()?.parse::<f64>().ok())
+        .expect("the simulated one is caught");
+    // Single precision and counts may move it by a sample or two.
+    assert!(
+        (caught - simulated).abs() <= 0.004 + 1e-9,
+        "{caught} s on the chip, {simulated} s simulated"
     );
 }

@@ -2,7 +2,7 @@
 
 use core::f32::consts::{PI, TAU};
 
-use furuta_model::{Params, Plant, PlantError, PlantState, State};
+use furuta_model::{Effect, Params, Plant, PlantError, PlantState, State};
 use furuta_wire::{ArmCounts, PendulumCounts};
 
 /// The mechanics of a rig, moved on by a period at each tick, in single precision.
@@ -21,14 +21,15 @@ impl EmulatedMechanics {
     /// Hanging at rest.
     ///
     /// # Errors
-    /// Parameters that are not possible.
+    /// Parameters or effects that are not possible.
     #[allow(clippy::cast_possible_truncation)]
     pub fn new(
         params: &Params<f64>,
+        effects: &[Effect<f64>],
         counts_per_rev: [f64; 2],
         period_us: u32,
     ) -> Result<Self, PlantError> {
-        let plant: Plant<f32> = Plant::<f64>::new(params, &[])?.cast();
+        let plant: Plant<f32> = Plant::<f64>::new(params, effects)?.cast();
         Ok(Self {
             state: plant.rest(State::new(0.0, PI, 0.0, 0.0)),
             plant,

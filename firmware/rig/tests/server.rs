@@ -1,7 +1,6 @@
 //! The loop on a board that is a test's.
 
-use furuta_ctrl::Config;
-use furuta_ctrl::supervisor::{Mode, Request, Supervisor};
+use furuta_ctrl::supervisor::{Mode, Request};
 use furuta_wire::{
     ArmCounts, Command, Decoder, Hello, MAX_FRAME, Message, PROTOCOL_VERSION, PendulumCounts,
     Query, Sample, Status, encode,
@@ -29,7 +28,7 @@ impl<const EMULATED: bool> Bench<EMULATED> {
             to_rig: Vec::new(),
             from_rig: Vec::new(),
             capacity: usize::MAX,
-            mechanics: the_rig::mechanics().expect("a rig"),
+            mechanics: the_rig::TheRig::new().mechanics().expect("a rig"),
         }
     }
 
@@ -226,9 +225,7 @@ fn a_stuck_line_loses_whole_samples() {
 
 #[test]
 fn the_loop_on_the_chip_swings_up_and_balances_and_obeys_no_host() {
-    let params = the_rig::params();
-    let supervisor =
-        Supervisor::design(&Config::default(), &the_rig::site(&params)).expect("a rig");
+    let supervisor = the_rig::TheRig::new().supervisor().expect("a rig");
     let hello = the_rig::hello();
     let pilot = OnChip::new(supervisor, &hello);
     let mut server = Server::new(Bench::<false>::new(), pilot, hello);

@@ -104,8 +104,8 @@ mod table {
         site: &Site<'_>,
     ) -> Result<(), ConfigError> {
         let hello = the_rig::hello();
-        let mut mechanics =
-            EmulatedMechanics::new(site.params, the_rig::COUNTS, the_rig::PERIOD_US)?;
+        let (counts, period) = (the_rig::COUNTS, the_rig::PERIOD_US);
+        let mut mechanics = EmulatedMechanics::new(site.params, site.effects, counts, period)?;
         let mut pilot = OnChip::new(Supervisor::design(config, site)?, &hello);
         pilot.request(Request::Start);
         let mut end = furuta_wire::RigEnd::new(hello);
@@ -136,9 +136,9 @@ mod table {
     }
 
     pub(super) fn print(meter: &mut Meter) -> Result<(), ConfigError> {
-        let params = the_rig::params();
-        let site = &the_rig::site(&params);
-        let plant: &Plant<f32> = &Plant::<f64>::new(&params, &[])?.cast();
+        let rig = the_rig::TheRig::new();
+        let site = &rig.site();
+        let plant: &Plant<f32> = &Plant::<f64>::new(site.params, site.effects)?.cast();
         let near = State::new(0.02, 0.01, 0.0, 0.0);
         let far = State::new(1.0, 0.05, 0.0, 0.0);
         say!(

@@ -9,15 +9,13 @@ const SECONDS: u32 = 10;
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    use furuta_ctrl::Config;
-    use furuta_ctrl::supervisor::{Mode, Request, Supervisor};
+    use furuta_ctrl::supervisor::{Mode, Request};
     use mps2::{Mps2, measure::StackMark, say, semihosting::process, the_rig};
     use rig::{OnChip, Server};
 
     let stack = StackMark::set();
-    let params = the_rig::params();
-    let designed = Supervisor::design(&Config::default(), &the_rig::site(&params));
-    let (Ok(mechanics), Ok(supervisor)) = (the_rig::mechanics(), designed) else {
+    let rig = the_rig::TheRig::new();
+    let (Ok(mechanics), Ok(supervisor)) = (rig.mechanics(), rig.supervisor()) else {
         say!("no control system for this rig");
         process::exit(1)
     };

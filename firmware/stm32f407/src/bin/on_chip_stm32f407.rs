@@ -4,13 +4,11 @@
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    use furuta_ctrl::Config;
-    use furuta_ctrl::supervisor::{Mode, Request, Supervisor};
+    use furuta_ctrl::supervisor::{Mode, Request};
     use rig::{OnChip, Server, the_rig};
 
-    let params = the_rig::params();
     // Takes a second or so: the design computes in double precision, in software.
-    let designed = Supervisor::design(&Config::default(), &the_rig::site(&params));
+    let designed = the_rig::TheRig::new().supervisor();
     if let (Some((mut board, button)), Ok(supervisor)) = (stm32f407::start(), designed) {
         board.start_watchdog();
         let hello = the_rig::hello();
