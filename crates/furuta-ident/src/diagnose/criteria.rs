@@ -201,7 +201,7 @@ mod tests {
             (
                 "windows",
                 "effective number of windows that a gain must come from (an eighth of them where there are few), each \
-                 counted up to the least gain",
+                 counted up to the least gain or to its share of the whole, whichever is more",
                 windows,
             ),
             (

@@ -25,8 +25,7 @@ pub(super) struct Evidence {
     /// Fall of the cost without the window that gains most, in units of what the larger model leaves per sample (at
     /// least the noise).
     pub(super) elsewhere: f64,
-    /// From how many windows it comes, effectively: its square over the sum of its windows' squares, each counted up to
-    /// the least gain.
+    /// From how many windows it comes, effectively: [`windows_behind`].
     pub(super) windows: f64,
     /// How many there must be.
     pub(super) windows_needed: f64,
@@ -100,9 +99,8 @@ impl Problem<'_> {
             .map(|((a, b), w)| (a - b) / per_sample + prior(w))
             .collect();
         let gain: f64 = gains.iter().sum();
-        let excess = |f: &Fit| (f.cost - floor).max(CRITERIA.floor_uncertainty * floor);
+        let excess = |f: &Fit| f.cost - floor;
         let parameters = larger.model.free() as f64 - smaller.model.free() as f64;
-        let significant = (smaller.cost - floor) > CRITERIA.floor_uncertainty * floor;
         let strength = match farthest(smaller, larger) {
             // What no fit moves has no deviation: what it gains stands for it, less where errors are correlated.
             f64::INFINITY => gain / larger.widened.powi(2),
@@ -160,9 +158,6 @@ impl Problem<'_> {
             .map(|e| self.least(&larger.model, e))
             .reduce(f64::max)
             .unwrap_or(CRITERIA.effect);
-        // A window that gains all that is needed by itself counts as one, however much more it gains.
-        let counted = gains.iter().map(|g| g.clamp(-least, least));
-        let (sum, squares) = counted.fold((0.0, 0.0), |(s, q): (f64, f64), g| (s + g, q + g * g));
         Evidence {
             least,
             gain,
@@ -173,13 +168,13 @@ impl Problem<'_> {
                 f64::INFINITY
             },
             elsewhere: gain - gains.iter().fold(0.0, |a: f64, b| a.max(*b)),
-            windows: sum * sum.abs() / squares.max(1e-300),
+            windows: windows_behind(&gains, least),
             windows_needed: CRITERIA.windows.min(gains.len() as f64 / 8.0),
             zeros,
-            factor: if significant {
+            factor: if excess(larger) > CRITERIA.floor_uncertainty * floor {
                 excess(smaller) / excess(larger)
             } else {
-                // Too close to the floor to judge by: the gain alone decides.
+                // Nothing is left that the noise may not be: the gain alone decides.
                 f64::INFINITY
             },
             delta_bic: gain - parameters * self.samples().ln(),
@@ -229,6 +224,17 @@ impl Problem<'_> {
     }
 }
 
+/// From how many windows a gain comes, effectively: the square of its sum over the sum of squares. A window that gains
+/// all that is needed by itself counts as one, however much more it gains. Far from the data every window gains or loses
+/// more than that as the other numbers move: there it is a window's share of the gain that counts as one.
+fn windows_behind(gains: &[f64], least: f64) -> f64 {
+    let share = gains.iter().sum::<f64>() / gains.len() as f64;
+    let most = least.max(share);
+    let counted = gains.iter().map(|g| g.clamp(-most, most));
+    let (sum, squares) = counted.fold((0.0, 0.0), |(s, q): (f64, f64), g| (s + g, q + g * g));
+    sum * sum.abs() / squares.max(1e-300)
+}
+
 /// Whether no number of what `larger` has and `smaller` has not ended at a bound of its range.
 pub(super) fn possible(smaller: &Hypothesis, larger: &Fit) -> bool {
     let h: &Hypothesis = &larger.model;
@@ -269,4 +275,28 @@ pub(super) fn uncertain(fit: &Fit, asked: impl Fn(&Spec) -> bool) -> Option<&'st
         .filter(|(_, known)| *known <= CRITERIA.known)
         .min_by(|a, b| a.1.total_cmp(&b.1))
         .map(|(e, _)| e)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gain_comes_from_the_windows_that_gain_their_share() {
+        let least = 25.0;
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a}, not {b}");
+        // One window, whatever it gains.
+        let mut gains = [0.0; 36];
+        gains[3] = 1e5;
+        near(windows_behind(&gains, least), 1.0);
+        // Eight with all that is needed.
+        gains = [0.0; 36];
+        gains[..8].fill(40.0);
+        near(windows_behind(&gains, least), 8.0);
+        // A limit that is reached in eight of 36 windows. In the others the sheet had made up for it and gives a little
+        // back, more than what is needed: (8 - 28 / 8)^2 / (8 + 28 / 64) with shares of 400.
+        gains = [-50.0; 36];
+        gains[..8].fill(1975.0);
+        near(windows_behind(&gains, least), 20.25 / 8.4375);
+    }
 }

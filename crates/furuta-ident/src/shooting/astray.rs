@@ -3,6 +3,7 @@
 use furuta_model::State;
 use rayon::prelude::*;
 
+use super::data::Window;
 use super::fit::{Fit, NEAR, Problem};
 use super::model::Model;
 use super::start::Start;
@@ -16,6 +17,10 @@ const FAR_WORSE: f64 = 8.0;
 const DEVIATIONS: f64 = 3.0;
 /// At most this share of all windows is looked at: where more fit badly, it is the model that is wrong.
 const AT_MOST: f64 = 0.1;
+/// A rotor that rested is looked for at the arm's angle and at this many either side, as far as the arm moves, and near
+/// the best of them at half their distance, this often: to a 128th of the arm's way.
+const TURNED: i32 = 4;
+const HALVED: u32 = 5;
 /// A window whose cost has changed by this share since it was started again in vain is tried once more.
 const MOVED: f64 = 0.1;
 
@@ -81,6 +86,9 @@ impl Problem<'_> {
                         best = found;
                     }
                 }
+                if solver.infers_rotor() && self.before(i).is_none() {
+                    best = self.turned_against(&solver, &self.windows[i], best);
+                }
                 (i, best.0, best.1)
             })
             .collect();
@@ -93,15 +101,41 @@ impl Problem<'_> {
         fit.add_up(self.floor());
     }
 
+    /// The best start of a window that none comes before, with a rotor that rested before it: friction may hold it
+    /// anywhere, as far from the arm as the arm then moves, and nothing else shows where.
+    fn turned_against(
+        &self,
+        solver: &Windows<4>,
+        w: &Window,
+        mut best: (Start, f64),
+    ) -> (Start, f64) {
+        let theta = (self.data.runs[w.run].y[w.start..=w.start + w.len].iter()).map(|y| y[0]);
+        let (low, high) = theta.fold((f64::INFINITY, -f64::INFINITY), |(low, high), y| {
+            (low.min(y), high.max(y))
+        });
+        let (mut angle, mut step) = (0.0, (high - low) / f64::from(TURNED));
+        for round in 0..=HALVED {
+            let most = if round == 0 { TURNED } else { 1 };
+            let middle = angle;
+            for k in (-most..=most).filter(|k| round == 0 || *k != 0) {
+                let turned = middle + f64::from(k) * step;
+                let rotor = solver.resting(self.data, w, turned);
+                let found = solver.solve(self.data, w, &Start { rotor, ..best.0 }, RESCUE);
+                if found.1 < best.1 {
+                    (best, angle) = (found, turned);
+                }
+            }
+            step *= 0.5;
+        }
+        best
+    }
+
     /// Starts that a window may have instead of the one that it has.
     fn other_starts<M>(&self, solver: &Windows<4>, fit: &Fit<M>, window: usize) -> Vec<Start> {
         let Start { x, rotor } = fit.states[window];
         let mut states = Vec::new();
-        if let Some(last) = window.checked_sub(1) {
-            let before = &self.windows[last];
-            if self.is_next(before, window) {
-                states.push(solver.end(self.data, before, &fit.states[last]));
-            }
+        if let Some(last) = self.before(window) {
+            states.push(solver.end(self.data, &self.windows[last], &fit.states[last]));
         }
         let with_arm_at_rest = |x: State<f64>| State::new(x.theta, x.alpha, 0.0, x.alpha_dot);
         states.push(with_arm_at_rest(x));
@@ -115,9 +149,10 @@ impl Problem<'_> {
 
 #[cfg(test)]
 mod tests {
-    use furuta_model::Rig;
+    use furuta_model::{Effect, Rig, State, Twist};
 
     use super::*;
+    use crate::recording::Recording;
     use crate::shooting::falls::{SECONDS, as_given, falls};
     use crate::shooting::{Data, Effort};
 
@@ -145,6 +180,43 @@ mod tests {
             fit.cost,
             solved.cost,
             fit.costs
+        );
+    }
+
+    /// A rotor that friction holds, turned against the arm by what no encoder shows, while the arm swings on the spring
+    /// between them.
+    #[test]
+    fn a_rotor_that_rests_turned_against_the_arm_is_found() {
+        let mut rig = Rig::builtin("qube-servo-2").expect("built in");
+        let effect = |id: &str, values: &[f64]| Effect::new(id, values).expect("valid");
+        rig.effects = vec![
+            effect("drive.compliance", &[0.1, 1e-4, 0.4, 0.0]),
+            effect("arm.coulomb", &[0.02]),
+        ];
+        let plant = rig.plant::<f64>();
+        let mut s = plant.rest(State::new(0.0, 1.8, 0.0, 0.0));
+        let angle = 0.1;
+        plant.set_twist(&mut s, Twist { angle, speed: 0.0 });
+        let samples = (0..1500).map(|k| {
+            let [theta, alpha] = rig.sensors.quantised(plant.measure(&s));
+            plant.step(&mut s, 0.0, 0.002);
+            [0.002 * f64::from(k), 0.0, theta, alpha]
+        });
+        let (recording, _) = Recording::from_samples("let go", samples).expect("a recording");
+        let data = Data::new(&[recording], &rig);
+        let problem = Problem::new(&data, data.windows(0.25, |_| true));
+        let model = as_given(&rig);
+        let z = vec![0.0; model.layout().len()];
+        let unknown = problem.solve_states(&model, &z, None);
+        let (w, begun) = (&problem.windows[0], (unknown.states[0], unknown.costs[0]));
+        let solver = Windows::<4>::new(&model, &z);
+        let (_, cost) = problem.turned_against(&solver, w, begun);
+        // What the noise leaves, and what angles a 128th of the arm's way apart may add.
+        let floor = problem.data.floor(w);
+        assert!(
+            begun.1 > 10.0 * floor && cost < 2.0 * floor,
+            "{} {cost} {floor}",
+            begun.1
         );
     }
 }

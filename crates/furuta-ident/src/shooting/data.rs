@@ -1,5 +1,7 @@
 //! Recordings made ready for fitting: noise floor, weights, speeds, windows.
 
+use core::f64::consts::{PI, TAU};
+
 use furuta_model::{Rig, State};
 use nalgebra::{SMatrix, SVector};
 
@@ -26,6 +28,8 @@ pub(crate) struct Run {
     pub(crate) u: Vec<f64>,
     /// Command before the first sample: zero for a rig at rest, otherwise the first one, V.
     pub(crate) u_before: f64,
+    /// Whether the rig hung at rest before the first sample.
+    hung: bool,
     /// Measured `[theta, alpha]`, rad.
     pub(crate) y: Vec<[f64; 2]>,
     /// Speeds from local polynomials, rad/s.
@@ -61,6 +65,9 @@ pub(crate) struct Data {
     pub(crate) recordings: usize,
 }
 
+/// A pendulum that rests no further than this from straight down hangs, rad: encoders that are off and tilted bases
+/// move it by less, and what a hand lets go swings further.
+const HANGING: f64 = 0.2;
 /// Samples either side of the local polynomials that give speeds; 13 samples in all.
 const HALF: usize = 6;
 /// How fast an encoder moves is an average over the time in which it moves by this many counts. From one sample to the
@@ -149,6 +156,8 @@ impl Data {
                 let at_rest = y[..HALF]
                     .iter()
                     .all(|v| (0..2).all(|c| (v[c] - y[0][c]).abs() <= 1.5 * resolution[c]));
+                let from_hanging = (y[0][1] - PI).rem_euclid(TAU);
+                let hung = at_rest && from_hanging.min(TAU - from_hanging) < HANGING;
                 runs.push(Run {
                     name: r.name.clone(),
                     recording: i,
@@ -156,6 +165,7 @@ impl Data {
                     t0: r.t[segment.start] - r.t[0],
                     times,
                     u_before: if at_rest { 0.0 } else { r.u[segment.start] },
+                    hung,
                     u: segment.clone().map(|k| r.u[k]).collect(),
                     y,
                     speed,
@@ -249,11 +259,11 @@ impl Run {
     }
 
     /// This many samples at the start are only led in: what the rig's memory (a lag, backlash in the drive) held before
-    /// is not known, unless it was at rest, hanging. Upright, a hand held it.
+    /// is not known, unless it hung at rest. Elsewhere a hand held it, or it moved.
     fn unknown_before(&self) -> usize {
         const LEAD: f64 = 0.2;
         const SHARE: f64 = 0.05;
-        if self.u_before == 0.0 && self.y[0][1].cos() < 0.0 {
+        if self.hung {
             return 0;
         }
         let lead = (LEAD / self.h).round();
@@ -343,4 +353,31 @@ fn steady(counts: &[[f64; 2]], most: usize) -> impl Iterator<Item = [f64; 2]> {
             way / samples
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where the windows of a recording begin whose pendulum rests at an angle before it moves.
+    fn first_window(alpha: f64) -> usize {
+        let rig = Rig::builtin("qube-servo-2").expect("built in");
+        let moves = |t: f64| (20.0 * (t - 0.05).max(0.0)).sin();
+        let samples = (0..2000).map(|k| {
+            let t = 0.002 * f64::from(k);
+            [t, 0.0, 0.3 * moves(t), alpha + 0.1 * moves(t)]
+        });
+        let (recording, _) = Recording::from_samples("rests", samples).expect("a recording");
+        Data::new(&[recording], &rig).windows(0.25, |_| true)[0].start
+    }
+
+    /// A hand that holds a pendulum leaves a drive's twist unknown, below the horizontal as above it.
+    #[test]
+    fn windows_begin_where_what_was_before_is_known() {
+        assert_eq!(first_window(PI + 0.05), 0);
+        assert_eq!(first_window(-PI), 0);
+        // A fifth of a second, at most a twentieth of the recording.
+        assert_eq!(first_window(1.7), 100);
+        assert_eq!(first_window(0.3), 100);
+    }
 }

@@ -256,6 +256,21 @@ pub(super) fn before(
     })
 }
 
+/// A rotor that rested, turned against the arm by `angle` (rad), where a window is led in from.
+pub(super) fn resting(seen: &Observed<f64>, run: &Run, w: &Window, angle: f64) -> Rotor {
+    let first = w.start - lead(seen.plant_in(run.recording), run, w.start);
+    let x = run.seen(first);
+    let twist = Twist {
+        angle,
+        speed: -x.theta_dot,
+    };
+    Rotor::Follows(Before {
+        sample: first,
+        x,
+        twist,
+    })
+}
+
 /// By how many samples a window is led in.
 fn lead<S: Scalar<Real = f64>>(plant: &Plant<S>, run: &Run, start: usize) -> usize {
     let seconds = if plant.has_drive() { LEAD } else { 0.0 };

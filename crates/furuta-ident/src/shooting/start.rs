@@ -27,7 +27,7 @@ pub(crate) struct Start<S = f64> {
 pub(crate) enum Rotor {
     /// As the motion turns it that was measured before. Nothing where both are one body.
     Measured,
-    /// As the motion turns it from how the window before says that it stood some time before.
+    /// As the motion turns it from how it stood some time before: as the window before says, or as was found.
     Follows(Before),
 }
 

@@ -4,7 +4,6 @@
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::data::Window;
 use super::eliminate::Reduced;
 use super::fit::{FOLLOWING, Fit, Problem};
 use super::model::Model;
@@ -134,21 +133,20 @@ impl Problem<'_> {
         along
     }
 
-    /// Where a drive gives way: tells each window how the one before says that the rig stood.
+    /// Where a drive gives way: tells each window how the one before says that the rig stood. Those that none comes
+    /// before stay as they are.
     fn lead_in(&self, windows: &Windows, states: &mut [Start]) {
         if !windows.infers_rotor() {
             return;
         }
         let led: Vec<Rotor> = (0..states.len())
             .into_par_iter()
-            .map(|i| {
-                let last = i
-                    .checked_sub(1)
-                    .filter(|last| self.is_next(&self.windows[*last], i));
-                last.map_or(Rotor::Measured, |last| {
+            .map(|i| match self.before(i) {
+                Some(last) => {
                     let from = (&self.windows[last], &states[last]);
                     windows.before(self.data, from, &self.windows[i])
-                })
+                }
+                None => states[i].rotor,
             })
             .collect();
         for (state, rotor) in states.iter_mut().zip(led) {
@@ -156,10 +154,11 @@ impl Problem<'_> {
         }
     }
 
-    /// Whether the `i`-th window begins where this one ends.
-    pub(super) fn is_next(&self, previous: &Window, i: usize) -> bool {
-        let w = &self.windows[i];
-        previous.run == w.run && previous.start + previous.len == w.start
+    /// The window that ends where the `i`-th begins.
+    pub(super) fn before(&self, i: usize) -> Option<usize> {
+        let last = i.checked_sub(1)?;
+        let (previous, w) = (&self.windows[last], &self.windows[i]);
+        (previous.run == w.run && previous.start + previous.len == w.start).then_some(last)
     }
 
     /// Where the step leads, the initial states following; what each window says there by its slopes in `r`.

@@ -250,6 +250,11 @@ impl<const N: usize> Windows<N> {
         predict::end(&self.plain, &data.runs[w.run], w, start)
     }
 
+    /// A rotor that rested before a window, turned against the arm by `angle`, rad.
+    pub(super) fn resting(&self, data: &Data, w: &Window, angle: f64) -> Rotor {
+        predict::resting(&self.plain, &data.runs[w.run], w, angle)
+    }
+
     /// What a window from its start says about the time before the next one.
     pub(crate) fn before(&self, data: &Data, from: (&Window, &Start), next: &Window) -> Rotor {
         predict::before(&self.plain, &data.runs[next.run], from, next)
