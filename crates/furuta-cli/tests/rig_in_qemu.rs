@@ -2,8 +2,8 @@
 //! its mechanics.
 //!
 //! Runs where FURUTA_FIRMWARE names the program (`make firmware-run` sets it), skipped otherwise. The board's emulated
-//! time stands still while this machine is busy, so that no test depends on how fast that is. FURUTA_ON_CHIP is a program
-//! that needs no host.
+//! time stands still while this machine is busy, so that no test depends on how fast that is. FURUTA_ON_CHIP names a
+//! program that needs no host.
 
 use crate::common;
 
@@ -239,8 +239,8 @@ fn the_board_switches_its_motor_off_when_its_host_is_killed() {
 }
 
 /// The control system on the chip, built with a rig file that names effects and with a controller file that has a
-/// trajectory, catches the pendulum when the host's simulation of both files says. A rig without these effects is caught
-/// ten samples later.
+/// trajectory, catches the pendulum when the host's simulation of both files says. A rig without these effects is
+/// caught ten samples later.
 #[test]
 fn the_chip_follows_the_trajectory_of_a_controller_file() {
     let Some(program) = std::env::var_os("FURUTA_ON_CHIP") else {

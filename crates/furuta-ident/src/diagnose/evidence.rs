@@ -225,8 +225,8 @@ impl Problem<'_> {
 }
 
 /// From how many windows a gain comes, effectively: the square of its sum over the sum of squares. A window that gains
-/// all that is needed by itself counts as one, however much more it gains. Far from the data every window gains or loses
-/// more than that as the other numbers move: there it is a window's share of the gain that counts as one.
+/// all that is needed by itself counts as one, however much more it gains. Far from the data every window gains or
+/// loses more than that as the other numbers move: there it is a window's share of the gain that counts as one.
 fn windows_behind(gains: &[f64], least: f64) -> f64 {
     let share = gains.iter().sum::<f64>() / gains.len() as f64;
     let most = least.max(share);
