@@ -28,8 +28,6 @@ pub(crate) struct Run {
     pub(crate) u: Vec<f64>,
     /// Command before the first sample: zero for a rig at rest, otherwise the first one, V.
     pub(crate) u_before: f64,
-    /// Whether the rig hung at rest before the first sample.
-    hung: bool,
     /// Measured `[theta, alpha]`, rad.
     pub(crate) y: Vec<[f64; 2]>,
     /// Speeds from local polynomials, rad/s.
@@ -156,8 +154,6 @@ impl Data {
                 let at_rest = y[..HALF]
                     .iter()
                     .all(|v| (0..2).all(|c| (v[c] - y[0][c]).abs() <= 1.5 * resolution[c]));
-                let from_hanging = (y[0][1] - PI).rem_euclid(TAU);
-                let hung = at_rest && from_hanging.min(TAU - from_hanging) < HANGING;
                 runs.push(Run {
                     name: r.name.clone(),
                     recording: i,
@@ -165,7 +161,6 @@ impl Data {
                     t0: r.t[segment.start] - r.t[0],
                     times,
                     u_before: if at_rest { 0.0 } else { r.u[segment.start] },
-                    hung,
                     u: segment.clone().map(|k| r.u[k]).collect(),
                     y,
                     speed,
@@ -263,7 +258,8 @@ impl Run {
     fn unknown_before(&self) -> usize {
         const LEAD: f64 = 0.2;
         const SHARE: f64 = 0.05;
-        if self.hung {
+        let from_hanging = (self.y[0][1] - PI).rem_euclid(TAU);
+        if self.u_before == 0.0 && from_hanging.min(TAU - from_hanging) < HANGING {
             return 0;
         }
         let lead = (LEAD / self.h).round();
