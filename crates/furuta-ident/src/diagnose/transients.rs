@@ -9,8 +9,8 @@ use super::screen::Screen;
 use super::{Fit, LONG, REPORT};
 use crate::shooting::{Effort, Problem};
 
-/// The transient effects of a model that are none: they do not help over long windows, for what is wrong everywhere
-/// looks like a transient somewhere; or another moment gains nearly as much.
+/// The transient effects of a model that are none: another moment gains nearly as much; or they do not help over long
+/// windows, for what is wrong everywhere looks like a transient somewhere.
 pub(super) fn to_drop(problem: &Problem<'_>, named: &Fit) -> Vec<(&'static Spec, Suspected)> {
     let transients: Vec<&'static Spec> = (named.model.effects.iter().copied())
         .filter(|e| e.acts_once())
@@ -28,11 +28,11 @@ pub(super) fn to_drop(problem: &Problem<'_>, named: &Fit) -> Vec<(&'static Spec,
     transients
         .into_iter()
         .filter_map(|spec| {
-            if !helps(spec) {
-                return Some((spec, Suspected::transient(spec)));
+            // What comes again says more than that it does not help.
+            if let Some(again) = comes_again(problem, named, spec) {
+                return Some((spec, Suspected::recurrent(spec, again)));
             }
-            let again = comes_again(problem, named, spec)?;
-            Some((spec, Suspected::recurrent(spec, again)))
+            (!helps(spec)).then(|| (spec, Suspected::transient(spec)))
         })
         .collect()
 }
