@@ -23,6 +23,7 @@ fn main() -> Result<(), Failure> {
         name = watched(&name);
     }
     let rig = Rig::load(&name).map_err(|error| format!("FURUTA_RIG={name}: {error}"))?;
+    let rig = of_catalogue(rig);
     let mut source = String::new();
     write_rig(&mut source, &rig)?;
     let path = given("FURUTA_CONTROLLER").map(|path| watched(&path));
@@ -61,6 +62,22 @@ fn list<T>(all: impl IntoIterator<Item = T>, one: impl Fn(T) -> String) -> Strin
     all.into_iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
+/// The rig with those of its effects that the chip knows.
+fn of_catalogue(mut rig: Rig) -> Rig {
+    rig.effects.retain(|e| {
+        let is_own = matches!(e, Effect::Own(_));
+        if is_own {
+            println!(
+                "cargo::warning={}: a law of one's own is not carried into the firmware; it works without {}",
+                rig.name,
+                e.spec().id
+            );
+        }
+        !is_own
+    });
+    rig
+}
+
 fn write_rig(source: &mut String, rig: &Rig) -> Result<(), Failure> {
     let option = |x: Option<f64>| x.map_or("None".to_owned(), |x| format!("Some({})", bits(x)));
     let params = rig.params.to_array();
@@ -88,22 +105,17 @@ fn write_rig(source: &mut String, rig: &Rig) -> Result<(), Failure> {
         option(rig.limits.arm_speed),
         option(rig.limits.pendulum_speed)
     )?;
-    let of_catalogue = |e: &&Effect<f64>| furuta_model::effects::spec(e.spec().id).is_some();
-    let (known, own): (Vec<&Effect<f64>>, Vec<_>) = rig.effects.iter().partition(of_catalogue);
-    for effect in own {
-        println!(
-            "cargo::warning={}: a law of one's own is not carried into the firmware; it works without {}",
-            rig.name,
-            effect.spec().id
-        );
-    }
     let values = |e: &Effect<f64>| list(e.values(), bits);
     writeln!(
         source,
         "/// The effects that its file names, with their values.\n\
          pub const EFFECTS: [(&str, &[f64]); {}] = [{}];",
-        known.len(),
-        list(known, |e| format!("({:?}, &[{}])", e.spec().id, values(e)))
+        rig.effects.len(),
+        list(&rig.effects, |e| format!(
+            "({:?}, &[{}])",
+            e.spec().id,
+            values(e)
+        ))
     )?;
     Ok(())
 }
@@ -127,8 +139,7 @@ fn write_controller(source: &mut String, rig: &Rig, file: &ControllerFile) -> Re
     }
     // What is refused here would leave the chip without a control system.
     Supervisor::<f32>::design(&file.config, &Site::of(rig, 1e-6 * period_us))?;
-    let mut buffer = [0; MOST_BYTES];
-    let bytes = postcard::to_slice::<Config>(&file.config, &mut buffer)?;
+    let bytes = postcard::to_allocvec::<Config>(&file.config)?;
     writeln!(
         source,
         "/// Sampling period, us.\npub const PERIOD_US: u32 = {period_us};\n\
@@ -139,6 +150,3 @@ fn write_controller(source: &mut String, rig: &Rig, file: &ControllerFile) -> Re
     )?;
     Ok(())
 }
-
-/// More than any controller file's settings take: those of a trajectory of the most points are 4.6 kB.
-const MOST_BYTES: usize = 16 * 1024;

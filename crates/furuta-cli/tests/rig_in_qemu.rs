@@ -7,6 +7,7 @@
 
 use crate::common;
 
+use std::ffi::OsStr;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -17,6 +18,18 @@ use furuta_log::Mode;
 use furuta_wire::{Message, Status};
 
 const RIG: &str = "shahzad2022-srv02";
+
+/// The board with a program, its serial line as said.
+fn qemu(program: &OsStr, serial: &str) -> Command {
+    let mut command = Command::new("qemu-system-arm");
+    command
+        .args(["-machine", "mps2-an386", "-cpu", "cortex-m4"])
+        .args(["-display", "none", "-monitor", "none", "-serial", serial])
+        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+        .arg(program)
+        .stdin(Stdio::null());
+    command
+}
 
 /// The board; switched off when dropped.
 struct Board {
@@ -33,14 +46,7 @@ impl Board {
             );
             return None;
         };
-        let spawned = Command::new("qemu-system-arm")
-            .args(["-machine", "mps2-an386", "-cpu", "cortex-m4"])
-            .args(["-display", "none", "-monitor", "none", "-serial", "pty"])
-            .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-            .arg(firmware)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .spawn();
+        let spawned = qemu(&firmware, "pty").stdout(Stdio::piped()).spawn();
         let mut qemu = match spawned {
             Ok(qemu) => qemu,
             Err(error) => {
@@ -250,13 +256,8 @@ fn the_chip_follows_the_trajectory_of_a_controller_file() {
         return;
     };
     // The board's time is the number of its instructions: the same run every time.
-    let output = Command::new("qemu-system-arm")
-        .args(["-machine", "mps2-an386", "-cpu", "cortex-m4"])
-        .args(["-display", "none", "-monitor", "none", "-serial", "null"])
+    let output = qemu(&program, "null")
         .args(["-icount", "shift=3,sleep=off"])
-        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-        .arg(program)
-        .stdin(Stdio::null())
         .output()
         .expect("qemu-system-arm runs the other tests");
     let said = String::from_utf8_lossy(&output.stdout);

@@ -3,12 +3,29 @@
 use arrayvec::ArrayVec;
 use furuta_ctrl::supervisor::Supervisor;
 use furuta_ctrl::{Config, ConfigError, Limits, Site};
-use furuta_model::{Effect, Params, PlantError};
+use furuta_model::{Effect, EffectError, Params, PlantError};
 use furuta_wire::Hello;
 
 use crate::EmulatedMechanics;
 
 include!(concat!(env!("OUT_DIR"), "/rig.rs"));
+
+/// What cannot be built of the constants; the build has refused files of which that is true.
+#[derive(Debug, thiserror::Error)]
+pub enum Unusable {
+    /// An effect of the rig file.
+    #[error("rig file: {0}")]
+    Effect(#[from] EffectError),
+    /// The rig's model.
+    #[error("rig file: {0}")]
+    Plant(#[from] PlantError),
+    /// The controller file's settings as they were sent.
+    #[error("controller file: {0}")]
+    Settings(#[from] postcard::Error),
+    /// The control system that they describe.
+    #[error("controller file: {0}")]
+    Control(#[from] ConfigError),
+}
 
 /// What the rig file says of the rig's motion.
 #[derive(Clone, Debug)]
@@ -21,16 +38,15 @@ pub struct TheRig {
 
 impl TheRig {
     /// The rig of the file.
-    #[must_use]
-    pub fn new() -> Self {
-        // The file was checked: none is refused.
-        let effects = EFFECTS.iter();
-        Self {
+    ///
+    /// # Errors
+    /// An effect that is not possible.
+    pub fn new() -> Result<Self, Unusable> {
+        let effects = EFFECTS.iter().map(|(id, values)| Effect::new(id, values));
+        Ok(Self {
             params: Params::from_array(ACTUATION, PARAMS),
-            effects: effects
-                .filter_map(|(id, values)| Effect::new(id, values).ok())
-                .collect(),
-        }
+            effects: effects.collect::<Result<_, _>>()?,
+        })
     }
 
     /// Where a controller for it works.
@@ -47,31 +63,20 @@ impl TheRig {
     /// The control system of the controller file for it.
     ///
     /// # Errors
-    /// Settings that are not possible here; the build has refused these.
-    pub fn supervisor(&self) -> Result<Supervisor<f32>, ConfigError> {
-        Supervisor::design(&config(), &self.site())
+    /// Settings that cannot be read, or are not possible here.
+    pub fn supervisor(&self) -> Result<Supervisor<f32>, Unusable> {
+        let config: Config = postcard::from_bytes(&CONTROLLER)?;
+        Ok(Supervisor::design(&config, &self.site())?)
     }
 
     /// Its model in the place of its mechanics.
     ///
     /// # Errors
-    /// Parameters that are not possible; the build has refused these.
-    pub fn mechanics(&self) -> Result<EmulatedMechanics, PlantError> {
-        EmulatedMechanics::new(&self.params, &self.effects, COUNTS, PERIOD_US)
+    /// Parameters or effects that are not possible.
+    pub fn mechanics(&self) -> Result<EmulatedMechanics, Unusable> {
+        let mechanics = EmulatedMechanics::new(&self.params, &self.effects, COUNTS, PERIOD_US);
+        Ok(mechanics?)
     }
-}
-
-impl Default for TheRig {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// The controller file's settings.
-#[must_use]
-pub fn config() -> Config {
-    // Written by the build from what is read here.
-    postcard::from_bytes(&CONTROLLER).unwrap_or_default()
 }
 
 /// What the rig says of itself.

@@ -7,6 +7,10 @@ use furuta_wire::{
 };
 use rig::{Board, Clock, EmulatedMechanics, HostLed, OnChip, Pilot, Server, the_rig};
 
+fn the_rig() -> the_rig::TheRig {
+    the_rig::TheRig::new().expect("its effects are possible")
+}
+
 const PERIOD: u64 = the_rig::PERIOD_US as u64;
 
 /// Time passes when the loop idles: 50 us.
@@ -28,7 +32,7 @@ impl<const EMULATED: bool> Bench<EMULATED> {
             to_rig: Vec::new(),
             from_rig: Vec::new(),
             capacity: usize::MAX,
-            mechanics: the_rig::TheRig::new().mechanics().expect("a rig"),
+            mechanics: the_rig().mechanics().expect("a rig"),
         }
     }
 
@@ -225,7 +229,7 @@ fn a_stuck_line_loses_whole_samples() {
 
 #[test]
 fn the_loop_on_the_chip_swings_up_and_balances_and_obeys_no_host() {
-    let supervisor = the_rig::TheRig::new().supervisor().expect("a rig");
+    let supervisor = the_rig().supervisor().expect("a rig");
     let hello = the_rig::hello();
     let pilot = OnChip::new(supervisor, &hello);
     let mut server = Server::new(Bench::<false>::new(), pilot, hello);

@@ -36,7 +36,7 @@ pub(super) struct Criteria {
     /// Least square of a strength over its variance where no more than the noise is left: one that may as well be none
     /// names nothing, whatever is gained.
     pub(super) known: f64,
-    /// Factor by which the excess over the noise must fall where there is much of it.
+    /// Factor by which the excess over the noise must fall where some of it is certain to be left.
     pub(super) factor: f64,
     /// Relative uncertainty of the noise floor's square: below, the excess is not known.
     pub(super) floor_uncertainty: f64,
@@ -219,7 +219,7 @@ mod tests {
             ),
             (
                 "factor",
-                "factor by which the excess over the noise must fall where there is much of it",
+                "factor by which the excess over the noise must fall where some of it is certain to be left",
                 factor,
             ),
             (

@@ -135,8 +135,8 @@ mod table {
         Ok(())
     }
 
-    pub(super) fn print(meter: &mut Meter) -> Result<(), ConfigError> {
-        let rig = the_rig::TheRig::new();
+    pub(super) fn print(meter: &mut Meter) -> Result<(), the_rig::Unusable> {
+        let rig = the_rig::TheRig::new()?;
         let site = &rig.site();
         let plant: &Plant<f32> = &Plant::<f64>::new(site.params, site.effects)?.cast();
         let near = State::new(0.02, 0.01, 0.0, 0.0);

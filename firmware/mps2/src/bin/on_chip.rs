@@ -14,10 +14,13 @@ fn main() -> ! {
     use rig::{OnChip, Server};
 
     let stack = StackMark::set();
-    let rig = the_rig::TheRig::new();
-    let (Ok(mechanics), Ok(supervisor)) = (rig.mechanics(), rig.supervisor()) else {
-        say!("no control system for this rig");
-        process::exit(1)
+    let designed = the_rig::TheRig::new().and_then(|rig| Ok((rig.mechanics()?, rig.supervisor()?)));
+    let (mechanics, supervisor) = match designed {
+        Ok(both) => both,
+        Err(error) => {
+            say!("no control system for this rig: {error}");
+            process::exit(1)
+        }
     };
     let design = stack.used();
     let hello = the_rig::hello();

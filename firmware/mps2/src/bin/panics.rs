@@ -6,7 +6,7 @@
 fn main() -> ! {
     use mps2::{Mps2, motor_is_on, say, semihosting::process, the_rig};
     use rig::Board;
-    let Ok(mechanics) = the_rig::TheRig::new().mechanics() else {
+    let Ok(mechanics) = the_rig::TheRig::new().and_then(|rig| rig.mechanics()) else {
         process::exit(1)
     };
     let mut board = Mps2::new(mechanics);

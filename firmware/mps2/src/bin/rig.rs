@@ -5,7 +5,7 @@
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use mps2::{Mps2, say, semihosting::process, the_rig};
-    let mechanics = match the_rig::TheRig::new().mechanics() {
+    let mechanics = match the_rig::TheRig::new().and_then(|rig| rig.mechanics()) {
         Ok(mechanics) => mechanics,
         Err(error) => {
             say!("{error}");

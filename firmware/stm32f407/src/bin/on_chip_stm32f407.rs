@@ -8,7 +8,7 @@ fn main() -> ! {
     use rig::{OnChip, Server, the_rig};
 
     // Takes a second or so: the design computes in double precision, in software.
-    let designed = the_rig::TheRig::new().supervisor();
+    let designed = the_rig::TheRig::new().and_then(|rig| rig.supervisor());
     if let (Some((mut board, button)), Ok(supervisor)) = (stm32f407::start(), designed) {
         board.start_watchdog();
         let hello = the_rig::hello();
