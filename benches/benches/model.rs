@@ -103,7 +103,8 @@ fn model(c: &mut Criterion) {
     step::<f32>(&mut g, "f32", &[]);
     step::<f64>(&mut g, "f64", &[]);
     step::<Jet<f64, 4>>(&mut g, "dual, 4 derivatives", &[]);
-    step::<Jet<f64, 12>>(&mut g, "dual, 12 derivatives", &[]);
+    step::<Jet<f64, 16>>(&mut g, "dual, 16 derivatives", &[]);
+    step::<Jet<f64, 28>>(&mut g, "dual, 28 derivatives", &[]);
     let spring = effect("arm.spring", &[1e-3, 0.0]);
     let friction = effect("arm.coulomb", &[5e-3]);
     step::<f64>(&mut g, "f64, spring", &[spring]);
@@ -123,14 +124,14 @@ fn model(c: &mut Criterion) {
     let looks = [coupling, never];
     step::<f64>(&mut g, "f64, flexible coupling", &looks[..1]);
     step::<f64>(&mut g, "f64, flexible coupling, events looked for", &looks);
-    step::<Jet<f64, 12>>(
+    step::<Jet<f64, 16>>(
         &mut g,
-        "dual, 12 derivatives, flexible coupling",
+        "dual, 16 derivatives, flexible coupling",
         &looks[..1],
     );
-    step::<Jet<f64, 12>>(
+    step::<Jet<f64, 16>>(
         &mut g,
-        "dual, 12 derivatives, flexible coupling, events looked for",
+        "dual, 16 derivatives, flexible coupling, events looked for",
         &looks,
     );
     g.finish();

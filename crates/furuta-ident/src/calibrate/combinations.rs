@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::fit::Fit;
 use super::parameters::Space;
 use super::result::Combination;
-use crate::shooting::MAX_FREE;
+use crate::shooting::{MAX_FREE, Pass};
 
 /// Places among the seven.
 const ARM: usize = 0;
@@ -101,9 +101,12 @@ pub(super) fn combinations(
     covariance: Option<&DMatrix<f64>>,
 ) -> Vec<Combination> {
     let actuation = space.rig.params.motor.actuation;
-    let sheet = ratios(&space.coefficients::<1>(&space.sheet(), &[], 0), actuation);
+    let sheet = ratios(
+        &space.coefficients::<1>(&space.sheet(), &[], Pass::FIRST),
+        actuation,
+    );
     let found = ratios(
-        &space.coefficients::<{ 4 + MAX_FREE }>(&fitted.values, free, 0),
+        &space.coefficients::<MAX_FREE>(&fitted.values, free, Pass::NUMBERS),
         actuation,
     );
     named(actuation)

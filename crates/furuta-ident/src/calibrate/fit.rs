@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::parameters::Space;
 use crate::pendulum::Pendulum;
 use crate::shooting::{
-    self, About, Data, Effort, Keep, Layout, Model, Observed, Prior, Reduced, Run, Start, Window,
-    Windows, with_zeros_found, zero_bounds, zero_priors, zeros_each,
+    self, About, Data, Effort, Keep, Layout, Model, Observed, Pass, Prior, Reduced, Run, Start,
+    Window, Windows, with_zeros_found, zero_bounds, zero_priors, zeros_each,
 };
 
 /// Near upright no model predicts for longer, s.
@@ -87,15 +87,15 @@ impl Model for Free<'_> {
         }
     }
 
-    fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>> {
+    fn observed<const N: usize>(&self, z: &[f64], pass: Pass) -> Observed<Jet<f64, N>> {
         let layout = self.layout();
         let values = self.values(z);
-        let plant = |state| self.space.plant::<N>(&values, &self.free, 4, state);
+        let plant = |state| self.space.plant::<N>(&values, &self.free, pass, state);
         let (whole, late) = plant(Pendulum::Swings);
         let mut seen = Observed::from_true_zeros(whole, late);
         let otherwise = |state: &Pendulum| (!state.is_whole()).then(|| plant(*state));
         seen.otherwise = self.states.iter().map(otherwise).collect();
-        seen.free_zeros(&layout, z);
+        seen.free_zeros(&layout, z, pass);
         seen
     }
 
@@ -295,7 +295,7 @@ impl<'a> CalibrationProblem<'a> {
     /// Predictions over the windows from the fit's initial states.
     pub(super) fn predictions(&self, fit: &Fit) -> Vec<Vec<[f64; 2]>> {
         let model = self.model(&fit.values, &[]);
-        let windows = Windows::<4>::new(&model, &model.vector(&fit.zeros));
+        let windows = Windows::new(&model, &model.vector(&fit.zeros));
         self.windows
             .par_iter()
             .zip(&fit.states)

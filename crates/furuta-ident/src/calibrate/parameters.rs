@@ -5,7 +5,7 @@ use furuta_model::params::{Coefficients, RANGES};
 use furuta_model::{Effect, Jet, Params, Plant, Rig};
 
 use crate::pendulum::Pendulum;
-use crate::shooting::{Late, MAX_FREE, ZEROS, is_late};
+use crate::shooting::{Late, MAX_FREE, Pass, ZEROS, is_late};
 
 /// The most that are fitted at once, beside a recording's zeros.
 const MOST: usize = MAX_FREE - ZEROS;
@@ -220,18 +220,19 @@ impl Space {
         all
     }
 
-    /// What the equations of motion are made of; the `i`-th of `free` is variable `offset + i`, its derivative with
-    /// respect to units of its scale.
+    /// What the equations of motion are made of, with the derivatives of a pass with respect to the numbers that are
+    /// `free`, in units of their scales.
     pub(super) fn coefficients<const N: usize>(
         &self,
         values: &[f64],
         free: &[usize],
-        offset: usize,
+        pass: Pass,
     ) -> Coefficients<Jet<f64, N>> {
         let mut all = self.all(values).map(Jet::<f64, N>::constant);
         for (k, &i) in free.iter().enumerate() {
-            if let (Place::Rig(range), true) = (self.parameters[i].place, offset + k < N) {
-                all[range].d[offset + k] = self.parameters[i].scale;
+            let derivative = pass.derivative::<N>(k);
+            if let (Place::Rig(range), Some(d)) = (self.parameters[i].place, derivative) {
+                all[range].d[d] = self.parameters[i].scale;
             }
         }
         if self.follows() {
@@ -245,10 +246,10 @@ impl Space {
         &self,
         values: &[f64],
         free: &[usize],
-        offset: usize,
+        pass: Pass,
         state: Pendulum,
     ) -> (Plant<Jet<f64, N>>, Late<Jet<f64, N>>) {
-        let coefficients = state.coefficients(self.coefficients::<N>(values, free, offset));
+        let coefficients = state.coefficients(self.coefficients::<N>(values, free, pass));
         let mut late = Late::by(Jet::constant(0.0));
         let mut effects = Vec::new();
         for (i, e) in (self.rig.effects.iter().enumerate()).filter(|(_, e)| state.has(e.spec())) {
@@ -262,10 +263,9 @@ impl Space {
                     continue;
                 }
                 v[k] = Jet::constant(*value);
-                if let Some(at) = free.iter().position(|&f| f == j)
-                    && offset + at < N
-                {
-                    v[k].d[offset + at] = p.scale;
+                let at = free.iter().position(|&f| f == j);
+                if let Some(d) = at.and_then(|at| pass.derivative::<N>(at)) {
+                    v[k].d[d] = p.scale;
                 }
             }
             effects.extend(Effect::of(e.spec(), &v).filter(|e| !late.add(e)));

@@ -27,7 +27,7 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use super::combinations::base;
 use super::parameters::Space;
 use crate::least_squares::{LeastSquares, Rules, minimise};
-use crate::shooting::{Data, MAX_FREE, Reduced, Run, bounded_step};
+use crate::shooting::{Data, MAX_FREE, Pass, Reduced, Run, bounded_step};
 
 /// Base parameters: arm, swing, coupling, pendulum, drive, arm_damping, pendulum_damping.
 const BASE: usize = 7;
@@ -61,7 +61,7 @@ pub(super) fn start(space: &Space, data: &Data, free: &[usize]) -> Option<Vec<f6
         return None;
     }
     let sheet = space
-        .coefficients::<1>(&space.sheet(), &[], 0)
+        .coefficients::<1>(&space.sheet(), &[], Pass::FIRST)
         .cast::<f64>();
     let rows: Vec<Row> = whole()
         .flat_map(|run| rows(run, sheet.weight, space.late()))
@@ -311,7 +311,7 @@ impl Nearest<'_> {
     fn at(&self, values: Vec<f64>) -> Place {
         let c = self
             .space
-            .coefficients::<{ 4 + MAX_FREE }>(&values, self.free, 0);
+            .coefficients::<MAX_FREE>(&values, self.free, Pass::NUMBERS);
         // Only ratios to the weight are known.
         let ratio = base(&c).map(|b| b / c.weight);
         let in_units = |i: usize, x: f64| x * self.weight / self.found.unit[i];

@@ -9,7 +9,7 @@ use furuta_model::{Actuation, Effect, Jet, Params, Plant, Rig, Scalar, Sensors, 
 
 use crate::pendulum::Pendulum;
 use crate::shooting::{
-    Data, Late, Layout, Model, Observed, Prior, ZEROS, is_late, zero_bounds, zero_priors,
+    Data, Late, Layout, Model, Observed, Pass, Prior, ZEROS, is_late, zero_bounds, zero_priors,
     zero_units, zeros_each,
 };
 
@@ -519,14 +519,13 @@ impl Model for Hypothesis {
         priors
     }
 
-    fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>> {
+    fn observed<const N: usize>(&self, z: &[f64], pass: Pass) -> Observed<Jet<f64, N>> {
         let (scales, origins) = (self.scales(), self.origins());
         let layout = self.layout();
         let variable = |i: usize| {
             let mut x = Jet::<f64, N>::constant(origins[i] + z[i] * scales[i]);
-            let local = 4 + layout.local_of(i);
-            if local < N {
-                x.d[local] = scales[i];
+            if let Some(d) = pass.derivative::<N>(layout.local_of(i)) {
+                x.d[d] = scales[i];
             }
             x
         };
@@ -578,7 +577,7 @@ impl Model for Hypothesis {
         let plant =
             Plant::from_coefficients(coefficients, &effects).unwrap_or_else(|_| Plant::unknown());
         let mut seen = Observed::from_true_zeros(plant, late);
-        seen.free_zeros(&layout, z);
+        seen.free_zeros(&layout, z, pass);
         seen
     }
 }

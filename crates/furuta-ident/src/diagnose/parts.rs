@@ -84,7 +84,7 @@ impl Parts {
     #[must_use]
     pub fn solve_window(&self, window: usize) -> Option<f64> {
         let problem = self.problem();
-        let windows = Windows::<4>::new(&self.base.model, &self.base.z);
+        let windows = Windows::new(&self.base.model, &self.base.z);
         let w = problem.windows.get(window)?;
         Some(windows.search(&self.data, w, None).1)
     }

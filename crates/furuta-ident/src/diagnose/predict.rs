@@ -39,7 +39,7 @@ pub(super) fn of_each<T: Send>(
 /// Predictions over the problem's windows, each from its own best initial state.
 pub(super) fn windowed(problem: &Problem<'_>, model: &Predictor) -> Vec<Vec<[f64; 2]>> {
     let solved = problem.solve_states(&model.hypothesis, &model.z, None);
-    let windows = Windows::<4>::new(&model.hypothesis, &model.z);
+    let windows = Windows::new(&model.hypothesis, &model.z);
     problem
         .windows
         .iter()
@@ -136,7 +136,7 @@ pub(super) fn whole(data: &Data, run: usize, model: &Predictor) -> [Vec<f64>; 2]
         start: 0,
         len: ((FIRST / r.h).round() as usize).clamp(1, last),
     };
-    let windows = Windows::<4>::new(&model.hypothesis, &model.z);
+    let windows = Windows::new(&model.hypothesis, &model.z);
     let (x0, _) = windows.search(data, &first, None);
     let all = Window {
         run,

@@ -76,7 +76,7 @@ impl Problem<'_> {
         if windows.is_empty() {
             return;
         }
-        let solver = Windows::<4>::new(&fit.model, &fit.z);
+        let solver = Windows::new(&fit.model, &fit.z);
         let again: Vec<(usize, Start, f64)> = (windows.into_par_iter())
             .map(|i| {
                 let mut best = (fit.states[i], fit.costs[i]);
@@ -103,12 +103,7 @@ impl Problem<'_> {
 
     /// The best start of a window that none comes before, with a rotor that rested before it: friction may hold it
     /// anywhere, as far from the arm as the arm then moves, and nothing else shows where.
-    fn turned_against(
-        &self,
-        solver: &Windows<4>,
-        w: &Window,
-        mut best: (Start, f64),
-    ) -> (Start, f64) {
+    fn turned_against(&self, solver: &Windows, w: &Window, mut best: (Start, f64)) -> (Start, f64) {
         let theta = (self.data.runs[w.run].y[w.start..=w.start + w.len].iter()).map(|y| y[0]);
         let (low, high) = theta.fold((f64::INFINITY, -f64::INFINITY), |(low, high), y| {
             (low.min(y), high.max(y))
@@ -131,7 +126,7 @@ impl Problem<'_> {
     }
 
     /// Starts that a window may have instead of the one that it has.
-    fn other_starts<M>(&self, solver: &Windows<4>, fit: &Fit<M>, window: usize) -> Vec<Start> {
+    fn other_starts<M>(&self, solver: &Windows, fit: &Fit<M>, window: usize) -> Vec<Start> {
         let Start { x, rotor } = fit.states[window];
         let mut states = Vec::new();
         if let Some(last) = self.before(window) {
@@ -209,7 +204,7 @@ mod tests {
         let z = vec![0.0; model.layout().len()];
         let unknown = problem.solve_states(&model, &z, None);
         let (w, begun) = (&problem.windows[0], (unknown.states[0], unknown.costs[0]));
-        let solver = Windows::<4>::new(&model, &z);
+        let solver = Windows::new(&model, &z);
         let (_, cost) = problem.turned_against(&solver, w, begun);
         // What the noise leaves, and what angles a 128th of the arm's way apart may add.
         let floor = problem.data.floor(w);

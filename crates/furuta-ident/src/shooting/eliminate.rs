@@ -1,14 +1,14 @@
 //! All windows linearised at once, their initial states eliminated: what is left is a quadratic in the parameters.
 
-use nalgebra::{Cholesky, Const, DMatrix, DVector, Matrix4, SMatrix, Vector4};
+use nalgebra::{Cholesky, Const, DMatrix, DVector, SMatrix, Vector4};
 use rayon::prelude::*;
 
-use super::data::{Data, Window};
+use super::data::{Data, Run, Window};
+use super::linear::Linear;
 use super::model::{Layout, Model};
-use super::predict::some;
+use super::passes::Passes;
 use super::slopes::{Along, Slopes};
 use super::start::Start;
-use super::window::{Kept, WindowNormal, normal};
 
 /// The most numbers that one window can depend on.
 pub(crate) const MAX_FREE: usize = 24;
@@ -127,40 +127,19 @@ impl<M: Model> About<'_, M> {
 
     /// Windows linearised, their initial states eliminated.
     fn linearised(&self, which: &[usize], keep: Keep) -> Vec<Response> {
-        match self.model.layout().local() {
-            0..=8 => self.linearised_n::<12>(which, keep),
-            9..=12 => self.linearised_n::<16>(which, keep),
-            13..=16 => self.linearised_n::<20>(which, keep),
-            _ => self.linearised_n::<{ 4 + MAX_FREE }>(which, keep),
-        }
-    }
-
-    fn linearised_n<const N: usize>(&self, which: &[usize], keep: Keep) -> Vec<Response> {
         if which.is_empty() {
             return Vec::new();
         }
-        let seen = self.model.observed::<N>(self.z);
         let layout = self.model.layout();
+        let passes = Passes::new(self.model, self.z, layout.local());
         which
             .par_iter()
             .map_init(
-                || some(&seen.plant),
+                || passes.states(),
                 |s, &i| {
                     let w = &self.windows[i];
-                    let run = &self.data.runs[w.run];
-                    let kept = match keep {
-                        Keep::Sums => Kept::default(),
-                        Keep::Blocks(seconds) => Kept {
-                            block: Some(run.samples_in(seconds)),
-                            slopes: None,
-                        },
-                        Keep::Slopes => Kept {
-                            block: None,
-                            slopes: Some(4 + layout.local()),
-                        },
-                    };
-                    let n = normal(&seen, s, self.data, w, &self.states[i], kept);
-                    eliminated(n, &layout, run.recording)
+                    let linear = passes.linear(s, self.data, w, &self.states[i]);
+                    eliminated(linear, &layout, &self.data.runs[w.run], keep)
                 },
             )
             .collect()
@@ -197,8 +176,16 @@ impl<M: Model> About<'_, M> {
 }
 
 /// What a window says once its initial state follows.
-fn eliminated<const N: usize>(n: WindowNormal<N>, layout: &Layout, recording: usize) -> Response {
-    let places: Vec<(usize, usize)> = places(layout, recording).collect();
+fn eliminated(linear: Linear, layout: &Layout, run: &Run, keep: Keep) -> Response {
+    let places: Vec<(usize, usize)> = places(layout, run.recording).collect();
+    let all = linear.matrix();
+    let (gradient, blocks) = match keep {
+        Keep::Blocks(seconds) => {
+            let blocks = linear.gradients(run.samples_in(seconds));
+            (added(&blocks), blocks)
+        }
+        Keep::Sums | Keep::Slopes => (linear.gradient(), Vec::new()),
+    };
     let mut response = Response {
         by_parameters: SMatrix::zeros(),
         own: Vector4::zeros(),
@@ -207,26 +194,26 @@ fn eliminated<const N: usize>(n: WindowNormal<N>, layout: &Layout, recording: us
         information: DVector::zeros(layout.len()),
         own_matrix: None,
         cross: SMatrix::zeros(),
-        slopes: n.slopes,
+        slopes: None,
         matrix: DMatrix::zeros(layout.local(), layout.local()),
     };
-    let mut own = Matrix4::from_fn(|a, b| n.matrix[a][b]);
+    let mut own = all.fixed_view::<4, 4>(0, 0).into_owned();
     for i in 0..4 {
         own[(i, i)] += 1e-9 + 1e-9 * own[(i, i)];
     }
-    let Some(own) = own.cholesky().filter(|_| n.cost.is_finite()) else {
+    let Some(own) = own.cholesky().filter(|_| linear.cost.is_finite()) else {
         return response;
     };
     let mut cross = SMatrix::<f64, 4, MAX_FREE>::zeros();
     for &(i, _) in &places {
         for a in 0..4 {
-            cross[(a, i)] = n.matrix[a][4 + i];
+            cross[(a, i)] = all[(a, 4 + i)];
         }
     }
     response.by_parameters = own.solve(&cross);
     (response.own_matrix, response.cross) = (Some(own), cross);
-    response.turn(&n.gradient, places.iter().copied());
-    response.blocks = (n.blocks.iter())
+    response.turn(&gradient, places.iter().copied());
+    response.blocks = (blocks.iter())
         .map(|gradient| {
             let of_state = Vector4::from_fn(|a, _| gradient[a]);
             let mut score = DVector::zeros(layout.len());
@@ -239,11 +226,25 @@ fn eliminated<const N: usize>(n: WindowNormal<N>, layout: &Layout, recording: us
     for &(i, at) in &places {
         for &(j, _) in &places {
             let follows = cross.column(i).dot(&response.by_parameters.column(j));
-            response.matrix[(i, j)] = n.matrix[4 + i][4 + j] - follows;
+            response.matrix[(i, j)] = all[(4 + i, 4 + j)] - follows;
         }
         response.information[at] = response.matrix[(i, i)];
     }
+    if matches!(keep, Keep::Slopes) {
+        response.slopes = Some(linear.slopes);
+    }
     response
+}
+
+/// The sum of the parts of a gradient.
+fn added(parts: &[Vec<f64>]) -> Vec<f64> {
+    let mut sum = vec![0.0; parts.first().map_or(0, Vec::len)];
+    for part in parts {
+        for (sum, part) in sum.iter_mut().zip(part) {
+            *sum += part;
+        }
+    }
+    sum
 }
 
 #[cfg(test)]
@@ -252,6 +253,7 @@ mod tests {
 
     use super::*;
     use crate::shooting::falls::{SECONDS, as_given, falls};
+    use crate::shooting::model::Pass;
     use crate::shooting::{Effort, Problem};
 
     /// Followed to where they were found, slopes say what linearising anew says; windows that were not followed are
@@ -267,7 +269,7 @@ mod tests {
         let fit = problem.fit(&model, z, &solved.states, Effort::QUICK.within(0));
         let about = problem.about(&fit);
         let fresh = about.reduced(Keep::Slopes);
-        let seen = model.observed::<4>(&fit.z).plain();
+        let seen = model.observed::<4>(&fit.z, Pass::FIRST).plain();
         let along: Vec<Option<Along>> = (fresh.windows.iter().enumerate())
             .map(|(i, response)| {
                 let (slopes, _) = response.linear().expect("the window says something");

@@ -10,8 +10,10 @@ use nalgebra::{Cholesky, Const, Matrix4, SMatrix, SVector, Vector4};
 use rayon::prelude::*;
 
 use super::fit::{Fit, Problem};
+use super::linear::Linear;
 use super::model::Model;
-use super::window::{Trace, Windows};
+use super::passes::Passes;
+use super::window::Windows;
 
 /// A torque that does not jump is taken as constant over blocks of this length, s.
 const BLOCK: f64 = 0.008;
@@ -66,13 +68,14 @@ pub(crate) struct Block<const B: usize> {
 }
 
 /// The impulse responses about `fit`, and the coefficients of its plant; windows that say nothing that can be computed
-/// with are left out. `N` is `4 + B`; parameters that are `held` do not follow.
-pub(crate) fn impulse_responses<const N: usize, const B: usize, M: Model>(
+/// with are left out. Parameters that are `held` do not follow.
+pub(crate) fn impulse_responses<const B: usize, M: Model>(
     problem: &Problem<'_>,
     fit: &Fit<M>,
     held: [bool; B],
 ) -> (Coefficients<f64>, Vec<ImpulseResponse<B>>) {
-    let windows = Windows::<N>::new(&fit.model, &fit.z);
+    let windows = Windows::new(&fit.model, &fit.z);
+    let passes = Passes::new(&fit.model, &fit.z, B);
     let data = problem.data;
     let plant = &windows.plain().plant;
     let responses = problem
@@ -82,22 +85,22 @@ pub(crate) fn impulse_responses<const N: usize, const B: usize, M: Model>(
         .enumerate()
         .filter_map(|(window, (w, x0))| {
             let run = &data.runs[w.run];
-            let trace = windows.trace(data, w, x0);
+            let course = passes.course(data, w, x0);
             let together = ((BLOCK / run.h).round() as usize).max(1);
-            response(plant, (window, run.recording), together, trace, held)
+            response(plant, (window, run.recording), together, &course, held)
         })
         .collect();
     (plant.coefficients, responses)
 }
 
-fn response<const N: usize, const B: usize>(
+fn response<const B: usize>(
     plant: &Plant<f64>,
     (window, recording): (usize, usize),
     together: usize,
-    trace: Trace<N>,
+    linear: &Linear,
     held: [bool; B],
 ) -> Option<ImpulseResponse<B>> {
-    let count = trace.steps.len();
+    let count = linear.course.len();
     let mut out = ImpulseResponse {
         window,
         recording,
@@ -116,7 +119,7 @@ fn response<const N: usize, const B: usize>(
         blocks: Vec::new(),
     };
     let mut normal = Matrix4::zeros();
-    for step in trace.steps {
+    for (k, step) in linear.course.iter().enumerate() {
         let h = step.h;
         // An axis that sticks forgets its speed: nothing that happens to it later is like a change of the initial
         // state.
@@ -131,11 +134,10 @@ fn response<const N: usize, const B: usize>(
             Vector4::new(0.0, 0.0, inverse.coupling, inverse.pendulum) * h,
         ];
         let left: [f64; 2] = std::array::from_fn(|c| step.left[c] * step.weight[c]);
-        let row = |c: usize, i: usize| step.y[c].d[i] * step.weight[c];
-        let slopes: [Vector4<f64>; 2] = std::array::from_fn(|c| Vector4::from_fn(|i, _| row(c, i)));
-        let base: [SVector<f64, B>; 2] = std::array::from_fn(|c| {
-            SVector::from_fn(|i, _| if held[i] { 0.0 } else { row(c, 4 + i) })
-        });
+        let rows = linear.slopes.of(k);
+        let slopes = rows.map(|row| Vector4::from_fn(|i, _| row[i]));
+        let base: [SVector<f64, B>; 2] =
+            rows.map(|row| SVector::from_fn(|i, _| if held[i] { 0.0 } else { row[4 + i] }));
         let mut block = Block {
             t: step.t + 0.5 * h,
             length: h,
@@ -162,7 +164,7 @@ fn response<const N: usize, const B: usize>(
         out.left.push(left);
         out.base.push(base);
         out.read.push(step.read);
-        out.y.push(step.y.map(|y| y.v));
+        out.y.push(step.y);
         out.weight.push(step.weight);
     }
     if !normal.iter().all(|v: &f64| v.is_finite()) {

@@ -118,6 +118,26 @@ impl Layout {
     }
 }
 
+/// Which derivatives one simulation of a window finds. Its variables are numbered: the four of the state at its start,
+/// then the numbers that it depends on ([`Layout::place`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Pass {
+    /// The variable of its first derivative.
+    pub(super) first: usize,
+}
+
+impl Pass {
+    /// The one that begins with the state.
+    pub(crate) const FIRST: Self = Self { first: 0 };
+    /// The one that begins with the numbers.
+    pub(crate) const NUMBERS: Self = Self { first: 4 };
+
+    /// Which of the `N` derivatives is that of the `i`-th number that a window depends on; `None`: it is held.
+    pub(crate) fn derivative<const N: usize>(self, i: usize) -> Option<usize> {
+        (4 + i).checked_sub(self.first).filter(|k| *k < N)
+    }
+}
+
 /// What is known of a number before any recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Prior {
@@ -132,9 +152,9 @@ pub(crate) trait Model: Clone + Send + Sync {
     /// How the vector is laid out.
     fn layout(&self) -> Layout;
 
-    /// The plant for a vector. The `i`-th number that a window depends on ([`Layout::place`]) is independent variable
-    /// `4 + i`; those before are for the initial state.
-    fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>>;
+    /// The plant for a vector, with the derivatives of a pass with respect to the numbers that a window depends on
+    /// ([`Layout::place`]).
+    fn observed<const N: usize>(&self, z: &[f64], pass: Pass) -> Observed<Jet<f64, N>>;
 
     /// Where each number may lie; one that is held has equal bounds.
     fn bounds(&self, z: &[f64]) -> Vec<(f64, f64)>;

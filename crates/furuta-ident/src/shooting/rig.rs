@@ -3,7 +3,7 @@
 use furuta_model::{Effect, Jet, Plant, Rig};
 
 use super::late::Late;
-use super::model::{Layout, Model, Observed, Prior};
+use super::model::{Layout, Model, Observed, Pass, Prior};
 use super::zeros::{zero_bounds, zero_priors, zeros_each};
 use crate::pendulum::Pendulum;
 
@@ -28,7 +28,7 @@ impl Model for AsGiven<'_> {
         }
     }
 
-    fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>> {
+    fn observed<const N: usize>(&self, z: &[f64], pass: Pass) -> Observed<Jet<f64, N>> {
         let mut late = Late::by(Jet::constant(0.0));
         let mut effects: Vec<Effect<Jet<f64, N>>> = Vec::new();
         let present = self.rig.effects.iter().filter(|e| self.state.has(e.spec()));
@@ -43,7 +43,7 @@ impl Model for AsGiven<'_> {
             .coefficients(self.rig.params.cast().coefficients());
         let plant = Plant::from_coefficients(coefficients, &effects);
         let mut seen = Observed::from_true_zeros(plant.unwrap_or_else(|_| Plant::unknown()), late);
-        seen.free_zeros(&self.layout(), z);
+        seen.free_zeros(&self.layout(), z, pass);
         seen
     }
 

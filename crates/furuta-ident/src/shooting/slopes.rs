@@ -1,7 +1,8 @@
 //! A linear form that serves again: the slopes of a window's samples where it was linearised, with which a simulation
 //! without derivatives gives the gradient elsewhere (the chord method). It costs a fraction of linearising anew.
 
-use nalgebra::{Cholesky, Const, Vector4};
+use furuta_model::vectors::Vectorised;
+use nalgebra::{Cholesky, Const, DMatrix, Vector4};
 
 use super::data::{Data, Window};
 use super::model::Observed;
@@ -13,27 +14,94 @@ use crate::least_squares::CONTRACTION;
 /// gains a hundredth of the first.
 const STEPS: usize = 3;
 
-/// The weighted slopes of a window's samples, angle by angle, with respect to its first variables.
+/// The weighted slopes of a window's samples, a row for each angle, with respect to its variables.
 #[derive(Clone, Debug)]
-pub(super) struct Slopes {
-    /// How many variables.
+pub(crate) struct Slopes {
+    /// How many variables: a multiple of four. Those behind the last that there is move nothing.
     width: usize,
     rows: Vec<f64>,
 }
 
 impl Slopes {
-    /// For a window of `len` samples.
+    /// All zero, for a window of `len` samples.
     pub(super) fn new(width: usize, len: usize) -> Self {
         Self {
             width,
-            rows: Vec::with_capacity(2 * len * width),
+            rows: vec![0.0; 2 * len * width],
         }
     }
 
-    /// Adds the slopes of the next angle.
+    /// Writes some slopes of an angle, times its weight, from the variable `first` on.
     #[inline(always)]
-    pub(super) fn push<const N: usize>(&mut self, slopes: &[f64; N]) {
-        self.rows.extend_from_slice(&slopes[..self.width]);
+    pub(super) fn put<const N: usize>(
+        &mut self,
+        row: usize,
+        first: usize,
+        slopes: &[f64; N],
+        weight: f64,
+    ) {
+        let at = row * self.width + first;
+        for (to, slope) in self.rows[at..at + N].iter_mut().zip(slopes) {
+            *to = slope * weight;
+        }
+    }
+
+    /// The slopes of the angles of the `k`-th sample.
+    pub(crate) fn of(&self, k: usize) -> [&[f64]; 2] {
+        let at = 2 * k * self.width;
+        let (theta, rest) = self.rows[at..].split_at(self.width);
+        [theta, &rest[..self.width]]
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn of_mut(&mut self, k: usize) -> [&mut [f64]; 2] {
+        let at = 2 * k * self.width;
+        let (theta, rest) = self.rows[at..].split_at_mut(self.width);
+        [theta, &mut rest[..self.width]]
+    }
+
+    /// The sum of the rows from `first` on, each times a number.
+    pub(super) fn times(&self, first: usize, numbers: &[f64]) -> Vec<f64> {
+        let mut sum = vec![0.0; self.width];
+        let rows = self.rows[first * self.width..].chunks_exact(self.width);
+        for (row, r) in rows.zip(numbers) {
+            for (sum, slope) in sum.iter_mut().zip(row) {
+                *sum += slope * r;
+            }
+        }
+        sum
+    }
+}
+
+/// The sum of the rows' products with themselves, four by four columns at a time, which the processor holds in its
+/// registers.
+impl Vectorised for &Slopes {
+    type Output = DMatrix<f64>;
+
+    #[inline(always)]
+    fn call(self) -> DMatrix<f64> {
+        let mut out = DMatrix::zeros(self.width, self.width);
+        for i in 0..self.width / 4 {
+            for j in i..self.width / 4 {
+                let mut sum = [[0.0; 4]; 4];
+                for row in self.rows.chunks_exact(self.width) {
+                    let (of_four, _) = row.as_chunks::<4>();
+                    let (p, q) = (of_four[i], of_four[j]);
+                    for a in 0..4 {
+                        for b in 0..4 {
+                            sum[a][b] += p[a] * q[b];
+                        }
+                    }
+                }
+                for a in 0..4 {
+                    for b in 0..4 {
+                        out[(4 * i + a, 4 * j + b)] = sum[a][b];
+                        out[(4 * j + b, 4 * i + a)] = sum[a][b];
+                    }
+                }
+            }
+        }
+        out
     }
 }
 

@@ -4,10 +4,13 @@ use furuta_model::{Jet, PlantState, State};
 use nalgebra::{Cholesky, Matrix4, Vector4};
 
 use super::data::{Data, Window};
+use super::linear::Linear;
+use super::model::Pass;
+use super::passes::NARROW;
 use super::predict::some;
-use super::slopes::Along;
+use super::slopes::{Along, Slopes};
 use super::start::{Rotor, Start, is_worth_a_step};
-use super::window::{Kept, WindowNormal, Windows, cost, normal};
+use super::window::{Windows, cost};
 use crate::least_squares::{LeastSquares, Rules, minimise};
 
 /// How an initial state is solved for: Gauss-Newton steps with next to no damping, since four states and hundreds of
@@ -34,7 +37,7 @@ struct Initial<'a> {
     windows: &'a Windows,
     data: &'a Data,
     w: &'a Window,
-    s: std::cell::RefCell<Box<PlantState<Jet<f64, 4>>>>,
+    s: std::cell::RefCell<Box<PlantState<Jet<f64, NARROW>>>>,
 }
 
 /// A start, its cost, and what is known of its gradient there.
@@ -49,17 +52,35 @@ enum Known {
     Nothing,
     /// By the slopes of another start.
     Along([f64; 4]),
-    Linearised(WindowNormal<4>),
+    Linearised(Quadratic),
+}
+
+/// How a window depends on its start, near it.
+struct Quadratic {
+    cost: f64,
+    gradient: [f64; 4],
+    matrix: Matrix4<f64>,
+    slopes: Slopes,
+}
+
+impl Quadratic {
+    fn of(linear: Linear) -> Self {
+        let gradient = linear.gradient();
+        Self {
+            cost: linear.cost,
+            gradient: std::array::from_fn(|i| gradient[i]),
+            matrix: linear.matrix().fixed_view::<4, 4>(0, 0).into_owned(),
+            slopes: linear.slopes,
+        }
+    }
 }
 
 impl Initial<'_> {
-    fn linearised(&self, start: Start) -> WindowNormal<4> {
-        let kept = Kept {
-            slopes: Some(4),
-            ..Kept::default()
-        };
-        let s = &mut self.s.borrow_mut();
-        normal(&self.windows.seen, s, self.data, self.w, &start, kept)
+    fn linearised(&self, start: Start) -> Quadratic {
+        let (s, at) = (&mut self.s.borrow_mut(), (self.w, &start));
+        let mut linear = Linear::room(self.w, NARROW, false);
+        linear.take(&self.windows.seen, s, self.data, at, Pass::FIRST);
+        Quadratic::of(linear)
     }
 
     fn at(&self, start: Start) -> Tried {
@@ -73,33 +94,33 @@ impl Initial<'_> {
 }
 
 impl LeastSquares<Tried> for Initial<'_> {
-    type Linear = WindowNormal<4>;
+    type Linear = Quadratic;
     type Step = Vector4<f64>;
 
     fn cost(&self, place: &Tried) -> f64 {
         place.cost
     }
 
-    fn linearise(&self, place: &mut Tried) -> WindowNormal<4> {
+    fn linearise(&self, place: &mut Tried) -> Quadratic {
         match std::mem::replace(&mut place.known, Known::Nothing) {
             Known::Linearised(normal) => normal,
             _ => self.linearised(place.start),
         }
     }
 
-    fn again(&self, place: &mut Tried, before: WindowNormal<4>) -> Option<WindowNormal<4>> {
+    fn again(&self, place: &mut Tried, before: Quadratic) -> Option<Quadratic> {
         let Known::Along(gradient) = place.known else {
             return None;
         };
-        Some(WindowNormal {
+        Some(Quadratic {
             cost: place.cost,
             gradient,
             ..before
         })
     }
 
-    fn step(&self, _: &Tried, n: &WindowNormal<4>, damping: f64) -> Option<(Vector4<f64>, f64)> {
-        let mut m = Matrix4::from_fn(|a, b| n.matrix[a][b]);
+    fn step(&self, _: &Tried, n: &Quadratic, damping: f64) -> Option<(Vector4<f64>, f64)> {
+        let mut m = n.matrix;
         for i in 0..4 {
             m[(i, i)] += damping * m[(i, i)] + 1e-9;
         }
@@ -108,16 +129,15 @@ impl LeastSquares<Tried> for Initial<'_> {
         Some((step, step.dot(&gradient)))
     }
 
-    fn trial(&self, place: &Tried, n: &WindowNormal<4>, step: &Vector4<f64>, last: bool) -> Tried {
+    fn trial(&self, place: &Tried, n: &Quadratic, step: &Vector4<f64>, last: bool) -> Tried {
         let start = place.start.less(step);
         let (plain, data, w) = (&self.windows.plain, self.data, self.w);
-        let (cost, known) = match n.slopes.as_ref().filter(|_| !last) {
-            Some(slopes) => {
-                let along = Along::new(plain, data, w, &start, slopes);
-                let gradient = std::array::from_fn(|i| along.gradient[i]);
-                (along.cost, Known::Along(gradient))
-            }
-            None => (cost(plain, data, w, &start), Known::Nothing),
+        let (cost, known) = if last {
+            (cost(plain, data, w, &start), Known::Nothing)
+        } else {
+            let along = Along::new(plain, data, w, &start, &n.slopes);
+            let gradient = std::array::from_fn(|i| along.gradient[i]);
+            (along.cost, Known::Along(gradient))
         };
         Tried { start, cost, known }
     }
@@ -225,7 +245,7 @@ struct Solved {
     start: Start,
     cost: f64,
     /// How the window looks there, unless the steps ran out.
-    normal: Option<WindowNormal<4>>,
+    normal: Option<Quadratic>,
 }
 
 impl Solved {
@@ -238,7 +258,7 @@ impl Solved {
         let (there, here) = (start.x.to_array(), self.start.x.to_array());
         let by: [f64; 4] = std::array::from_fn(|i| there[i] - here[i]);
         let mut expected = self.cost;
-        for (i, row) in normal.matrix.iter().enumerate() {
+        for (i, row) in normal.matrix.row_iter().enumerate() {
             expected += 2.0 * normal.gradient[i] * by[i];
             expected += row.iter().zip(by).map(|(m, b)| by[i] * m * b).sum::<f64>();
         }
@@ -349,14 +369,10 @@ mod tests {
                 rotor: Rotor::Measured,
             };
             let (plant, data) = (&seen.solver.seen, &seen.data);
-            let n = normal(
-                plant,
-                &mut some(&plant.plant),
-                data,
-                w,
-                &start,
-                Kept::default(),
-            );
+            let mut linear = Linear::room(w, NARROW, false);
+            let s = &mut some(&plant.plant);
+            linear.take(plant, s, data, (w, &start), Pass::FIRST);
+            let n = Quadratic::of(linear);
             for i in 0..4 {
                 let moved = |by: f64| {
                     let mut step = Vector4::zeros();

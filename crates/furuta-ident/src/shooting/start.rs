@@ -3,6 +3,7 @@
 use furuta_model::{Jet, State};
 use nalgebra::Vector4;
 
+use super::model::Pass;
 use super::predict::Before;
 
 /// A step of a start that is predicted to gain less than this plus this share of the cost is not simulated.
@@ -32,11 +33,15 @@ pub(crate) enum Rotor {
 }
 
 impl Start {
-    /// Its state as the first four independent variables.
-    pub(super) fn variables<const N: usize>(&self) -> Start<Jet<f64, N>> {
+    /// With its state as the first four variables of a pass that begins with them; held in the others.
+    pub(super) fn variables<const N: usize>(&self, pass: Pass) -> Start<Jet<f64, N>> {
         let values = self.x.to_array();
+        let variable = |i: usize| match pass {
+            Pass::FIRST => Jet::variable(values[i], i),
+            _ => Jet::constant(values[i]),
+        };
         Start {
-            x: State::from(std::array::from_fn(|i| Jet::variable(values[i], i))),
+            x: State::from(std::array::from_fn(variable)),
             rotor: self.rotor,
         }
     }

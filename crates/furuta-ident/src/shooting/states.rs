@@ -30,7 +30,7 @@ impl Problem<'_> {
         z: &[f64],
         known: Option<&[Start]>,
     ) -> Fit<M> {
-        let windows = Windows::<4>::new(model, z);
+        let windows = Windows::new(model, z);
         let (states, costs): (Vec<_>, Vec<_>) = self
             .windows
             .par_iter()
@@ -60,8 +60,8 @@ impl Problem<'_> {
     /// The windows' starts for a fit of another model from where this one ended, each such that the encoders read the
     /// same there: an offset of a reading beside zeros that follow it moves the angles that states are counted in.
     pub(crate) fn read_alike<M: Model>(&self, here: &Fit<M>, to: &M, z: &[f64]) -> Vec<Start> {
-        let before = Windows::<4>::new(&here.model, &here.z);
-        let after = Windows::<4>::new(to, z);
+        let before = Windows::new(&here.model, &here.z);
+        let after = Windows::new(to, z);
         (self.windows.iter().zip(&here.states))
             .map(|(w, start)| {
                 let read = before.reading(self.data, w, &start.x);
@@ -94,7 +94,7 @@ impl Problem<'_> {
     /// Sets every window to where a fit enters it, for [`Self::refine`]; nothing, and an infinite cost, where a
     /// coupling is stiffer than samples follow.
     pub(super) fn entered<M: Model>(&self, f: &mut Fit<M>) -> Option<Windows> {
-        let windows = Windows::<4>::new(&f.model, &f.z);
+        let windows = Windows::new(&f.model, &f.z);
         let plant = &windows.plain().plant;
         let period = self.data.runs.first().map_or(0.0, |r| r.h);
         if plant.has_drive() && plant.substeps(period) > MOST_STEPS {

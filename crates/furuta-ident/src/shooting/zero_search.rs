@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::data::{Data, Window};
 use super::fit::{Effort, FOLLOWING, Fit, Problem};
-use super::model::{Layout, Model, Observed, Prior};
+use super::model::{Layout, Model, Observed, Pass, Prior};
 use super::window::Windows;
 use super::zeros::UNIT;
 
@@ -39,7 +39,7 @@ impl OnlyZeros {
     fn of<M: Model>(model: &M, z: &[f64]) -> Self {
         let layout = model.layout();
         Self {
-            seen: model.observed::<4>(z).plain(),
+            seen: model.observed::<4>(z, Pass::FIRST).plain(),
             layout: Layout {
                 shared: 0,
                 lead: 0,
@@ -70,9 +70,9 @@ impl Model for OnlyZeros {
         self.layout
     }
 
-    fn observed<const N: usize>(&self, z: &[f64]) -> Observed<Jet<f64, N>> {
+    fn observed<const N: usize>(&self, z: &[f64], pass: Pass) -> Observed<Jet<f64, N>> {
         let mut seen = self.seen.cast();
-        seen.free_zeros(&self.layout, z);
+        seen.free_zeros(&self.layout, z, pass);
         seen
     }
 
@@ -157,7 +157,7 @@ impl Problem<'_> {
 
     /// What each recording costs with other numbers, the initial states following from those of a fit.
     fn solved_again<M: Model>(&self, model: &M, z: &[f64], from: &Fit<M>) -> Vec<f64> {
-        let windows = Windows::<4>::new(model, z);
+        let windows = Windows::new(model, z);
         let starts = self.windows.iter().zip(&from.states);
         let costs = starts.map(|(w, x)| windows.solve(self.data, w, x, FOLLOWING).1);
         self.by_recording(costs)

@@ -3,7 +3,7 @@
 
 use furuta_model::{Jet, Sensors};
 
-use super::model::{Layout, Observed, Prior};
+use super::model::{Layout, Observed, Pass, Prior};
 
 /// Zeros of a recording: theta's, alpha's.
 pub(crate) const ZEROS: usize = 2;
@@ -68,15 +68,14 @@ pub(crate) fn zero_units(layout: &Layout) -> Vec<f64> {
 
 impl<const N: usize> Observed<Jet<f64, N>> {
     /// Reads the zeros of each recording from a vector; they are the last numbers that a window depends on.
-    pub(crate) fn free_zeros(&mut self, layout: &Layout, z: &[f64]) {
+    pub(crate) fn free_zeros(&mut self, layout: &Layout, z: &[f64], pass: Pass) {
         if layout.zeros == 0 {
             return;
         }
         let zero = |r: usize, k: usize| {
             let mut x = Jet::constant(z[layout.zero(r, k)] * UNIT[k]);
-            let local = 4 + layout.lead + k;
-            if local < N {
-                x.d[local] = UNIT[k];
+            if let Some(d) = pass.derivative::<N>(layout.lead + k) {
+                x.d[d] = UNIT[k];
             }
             x
         };

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::super::Fit;
 use super::super::hypothesis::{Hypothesis, TIMING};
 use super::library::{Column, instant};
-use crate::shooting::{Layout, MAX_FREE, Model, Problem, Traced, Window, Windows, is_late};
+use crate::shooting::{Layout, Linear, Model, Passes, Problem, Window, Windows, is_late};
 
 /// Normal equations over the fitted parameters and, behind them, the columns of the library; initial states eliminated.
 #[derive(Clone)]
@@ -80,12 +80,12 @@ pub(super) fn normals<'a>(
     fit: &Fit,
     library: &[Column],
 ) -> Vec<(&'a Window, LibraryNormal)> {
-    const N: usize = 4 + MAX_FREE;
-    let windows = Windows::<N>::new(&fit.model, &fit.z);
+    let windows = Windows::new(&fit.model, &fit.z);
     let coefficients = windows.plain().plant.coefficients;
     let bounds = fit.model.bounds(&fit.z);
     let free: Vec<bool> = bounds.iter().map(|(low, high)| low < high).collect();
     let layout = fit.model.layout();
+    let passes = Passes::new(&fit.model, &fit.z, layout.local());
     // What is late is no torque: it moves the whole prediction.
     let late: Vec<f64> = lateness(&fit.model);
     problem
@@ -93,19 +93,17 @@ pub(super) fn normals<'a>(
         .par_iter()
         .zip(&fit.states)
         .filter_map(|(w, start)| {
-            let mut steps = windows.trace(problem.data, w, start).steps;
+            let mut linear = passes.course(problem.data, w, start);
             let run = &problem.data.runs[w.run];
             let predictions = windows.predictions(problem.data, w, start);
             let mut before = [start.x.theta, start.x.alpha];
-            for ((step, y), measured) in steps
-                .iter_mut()
-                .zip(&predictions)
-                .zip(&run.y[w.start + 1..])
-            {
-                for c in 0..2 {
+            let steps = linear.course.iter_mut().zip(&predictions);
+            for (k, (step, y)) in steps.enumerate() {
+                let measured = run.y[w.start + 1 + k];
+                for (c, row) in linear.slopes.of_mut(k).into_iter().enumerate() {
                     let speed = (y[c] - before[c]) / step.h;
                     for (i, late) in late.iter().enumerate().take(layout.shared) {
-                        step.y[c].d[4 + layout.local_of(i)] -= late * speed;
+                        row[4 + layout.local_of(i)] -= late * speed * step.weight[c];
                     }
                     step.left[c] = measured[c] - y[c];
                 }
@@ -114,7 +112,7 @@ pub(super) fn normals<'a>(
             Some((
                 w,
                 normal(
-                    &steps,
+                    &linear,
                     (&free, &layout, run.recording),
                     library,
                     &coefficients,
@@ -135,13 +133,13 @@ fn lateness(h: &Hypothesis) -> Vec<f64> {
     late
 }
 
-fn normal<const N: usize>(
-    steps: &[Traced<N>],
+fn normal(
+    linear: &Linear,
     (free, layout, recording): (&[bool], &Layout, usize),
     library: &[Column],
     coefficients: &Coefficients<f64>,
 ) -> Option<LibraryNormal> {
-    let (p, m) = (free.len(), library.len());
+    let (p, m, steps) = (free.len(), library.len(), &linear.course);
     let mut rows = DMatrix::zeros(2 * steps.len(), 4 + p + m);
     let mut left = DVector::zeros(2 * steps.len());
     let mut moved = vec![Vector4::zeros(); m];
@@ -166,17 +164,17 @@ fn normal<const N: usize>(
         for (j, column) in library.iter().enumerate() {
             moved[j] += impulse[column.axis] * TERMS[column.term].value(&at);
         }
-        for c in 0..2 {
-            let (i, weight) = (2 * k + c, step.weight[c]);
-            let slope = Vector4::from_fn(|a, _| step.y[c].d[a] * weight);
-            left[i] = step.left[c] * weight;
+        for (c, slopes) in linear.slopes.of(k).into_iter().enumerate() {
+            let i = 2 * k + c;
+            let slope = Vector4::from_fn(|a, _| slopes[a]);
+            left[i] = step.left[c] * step.weight[c];
             for a in 0..4 {
                 rows[(i, a)] = slope[a];
             }
             for a in 0..layout.local() {
                 let place = layout.place(recording, a);
                 if free[place] {
-                    rows[(i, 4 + place)] = step.y[c].d[4 + a] * weight;
+                    rows[(i, 4 + place)] = slopes[4 + a];
                 }
             }
             for j in 0..m {

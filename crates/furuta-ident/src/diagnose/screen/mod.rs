@@ -49,7 +49,7 @@ pub(super) fn responses(problem: &Problem<'_>, fit: &Fit) -> (Coefficients<f64>,
         };
         held[FIRST_EFFECT + k] = layout.zeros == 0 || (0..layout.recordings).all(is_held);
     }
-    impulse_responses::<{ 4 + FOLLOW }, FOLLOW, _>(problem, fit, held)
+    impulse_responses::<FOLLOW, _>(problem, fit, held)
 }
 
 /// A score statistic from one simulation, in units of the noise; what initial states and base parameters can follow
@@ -216,7 +216,7 @@ impl Screen {
         z: &[f64],
     ) -> Option<Score> {
         let base = self.normal.as_ref()?;
-        let windows = Windows::<4>::new(h, z);
+        let windows = Windows::new(h, z);
         let (mut square, mut product) = (0.0, 0.0);
         let mut cross = DVector::<f64>::zeros(self.gradient.len());
         for response in &self.responses {
