@@ -21,5 +21,6 @@ mod real_rigs;
 mod report;
 mod rough;
 mod thorough;
+mod transients;
 mod unexplained;
 mod validate;

@@ -5,8 +5,8 @@ use super::bounds::is_at_bound;
 use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use crate::shooting::{Problem, Window};
-use furuta_model::Spec;
 use furuta_model::effects::Law;
+use furuta_model::{Effect, Spec};
 
 /// A fit is far from the data where half of the windows leave more than this many times the noise.
 pub(super) const FAR: f64 = 3.0;
@@ -80,7 +80,7 @@ impl Problem<'_> {
     /// What speaks for `larger` over `smaller`.
     pub(super) fn evidence(&self, smaller: &Fit, larger: &Fit) -> Evidence {
         let floor = self.floor();
-        let per_sample = (larger.cost / floor).max(1.0);
+        let per_sample = self.per_sample(larger);
         // What is known beforehand is gained or lost in all windows that depend on it.
         let (before, after) = (smaller.prior_by_recording(), larger.prior_by_recording());
         let mut windows_of = vec![0.0; self.data.recordings];
@@ -113,42 +113,6 @@ impl Problem<'_> {
         } else {
             f64::INFINITY
         };
-        if larger.model.is_transient() && !smaller.model.is_transient() {
-            // Judged where it acts: what the other windows gain is another minimum's.
-            let kicked = gains.iter().zip(&self.windows);
-            let kicked: Vec<f64> = kicked
-                .filter(|(_, w)| self.is_kicked(larger, w))
-                .map(|(g, _)| *g)
-                .collect();
-            let gain: f64 = kicked.iter().sum();
-            let mut usual = larger.costs.clone();
-            usual.sort_by(f64::total_cmp);
-            let usual = usual
-                .get(usual.len() * 9 / 10)
-                .map_or(0.0, |c| c / per_sample);
-            // The part of it that is not the encoders' noise.
-            let usual = usual * (1.0 - 1.0 / per_sample) * kicked.len() as f64;
-            let local = CRITERIA.effect + CRITERIA.moment;
-            // A blow that comes a little later, or bristles bent a little otherwise, look like a kick.
-            let least = match larger.model.infers() {
-                true if self.explains(smaller) => f64::INFINITY,
-                true => CRITERIA.inferred * local,
-                false => local,
-            };
-            return Evidence {
-                gain,
-                robust: f64::INFINITY,
-                known,
-                elsewhere: gain,
-                windows: 1.0,
-                windows_needed: 0.0,
-                zeros,
-                least: least.max(CRITERIA.stands_out * usual),
-                factor: f64::INFINITY,
-                delta_bic: gain - parameters * self.samples().ln(),
-                possible: true,
-            };
-        }
         let added = larger
             .model
             .effects
@@ -158,7 +122,7 @@ impl Problem<'_> {
             .map(|e| self.least(&larger.model, e))
             .reduce(f64::max)
             .unwrap_or(CRITERIA.effect);
-        Evidence {
+        let general = Evidence {
             least,
             gain,
             known,
@@ -179,7 +143,52 @@ impl Problem<'_> {
             },
             delta_bic: gain - parameters * self.samples().ln(),
             possible: possible(&smaller.model, larger),
+        };
+        let once: Vec<Effect<f64>> = (larger.model.local(&larger.z))
+            .filter(|e| !smaller.model.has(e.spec().id))
+            .collect();
+        if once.is_empty() {
+            return general;
         }
+        // Judged where it acts: what the other windows gain is another minimum's.
+        let acts = gains.iter().zip(&self.windows);
+        let there: Vec<f64> = acts
+            .filter(|(_, w)| self.is_kicked(&once, w))
+            .map(|(g, _)| *g)
+            .collect();
+        let gain: f64 = there.iter().sum();
+        Evidence {
+            gain,
+            robust: f64::INFINITY,
+            elsewhere: gain,
+            windows: 1.0,
+            windows_needed: 0.0,
+            least: self.least_once(smaller, larger, there.len()),
+            factor: f64::INFINITY,
+            delta_bic: gain - parameters * self.samples().ln(),
+            possible: true,
+            ..general
+        }
+    }
+
+    /// The least gain that names what acts once, in the `windows` in which it does.
+    fn least_once(&self, smaller: &Fit, larger: &Fit, windows: usize) -> f64 {
+        let per_sample = self.per_sample(larger);
+        let mut usual = larger.costs.clone();
+        usual.sort_by(f64::total_cmp);
+        let usual = usual
+            .get(usual.len() * 9 / 10)
+            .map_or(0.0, |c| c / per_sample);
+        // The part of it that is not the encoders' noise.
+        let usual = usual * (1.0 - 1.0 / per_sample) * windows as f64;
+        let local = CRITERIA.effect + CRITERIA.moment;
+        // A blow that comes a little later, or bristles bent a little otherwise, look like a kick.
+        let least = match larger.model.infers() {
+            true if self.explains(smaller) => f64::INFINITY,
+            true => CRITERIA.inferred * local,
+            false => local,
+        };
+        least.max(CRITERIA.stands_out * usual)
     }
 
     /// The cost with what each effect must earn, in units of `per_sample`: the lower, the better.
@@ -208,12 +217,12 @@ impl Problem<'_> {
             + 2.0 * CRITERIA.effect * self.per_sample(here)
     }
 
-    /// Whether an effect that is local in time acts within the window.
-    fn is_kicked(&self, fit: &Fit, w: &Window) -> bool {
+    /// Whether one of these effects, which are local in time, acts within the window.
+    fn is_kicked(&self, effects: &[Effect<f64>], w: &Window) -> bool {
         let run = &self.data.runs[w.run];
         let [begin, end] = [w.start, w.start + w.len].map(|k| run.time(k));
-        fit.model
-            .local(&fit.z)
+        effects
+            .iter()
             .any(|e| match e.jump_after(run.recording, f64::NEG_INFINITY) {
                 Some(edge) => {
                     let over = e.jump_after(run.recording, edge).unwrap_or(edge);

@@ -10,7 +10,7 @@ use furuta_model::{Plant, PlantState, Scalar, State, Twist};
 
 use super::data::{Run, Window};
 use super::model::Observed;
-use super::start::{Rotor, Start};
+use super::start::{Before, Rotor, Start};
 
 /// How many past commands a lag remembers: half a second at 500 Hz and more.
 const PAST: usize = 256;
@@ -20,14 +20,6 @@ const LEAD: f64 = 0.15;
 
 /// After this many time constants nothing is left of what an inner state remembered.
 const FORGOTTEN: f64 = 8.0;
-
-/// How a rig with a drive stood some time before a window's start, as the window before says.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Before {
-    sample: usize,
-    x: State<f64>,
-    twist: Twist,
-}
 
 /// One predicted sample.
 pub(super) struct Predicted<S> {

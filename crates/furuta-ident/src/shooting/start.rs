@@ -1,10 +1,9 @@
 //! Where a window starts: its state, which is free, and how the rotor stands against the arm, which is not.
 
-use furuta_model::{Jet, State};
+use furuta_model::{Jet, State, Twist};
 use nalgebra::Vector4;
 
 use super::model::Pass;
-use super::predict::Before;
 
 /// A step of a start that is predicted to gain less than this plus this share of the cost is not simulated.
 const LEAST_STEP: (f64, f64) = (0.01, 1e-3);
@@ -30,6 +29,17 @@ pub(crate) enum Rotor {
     Measured,
     /// As the motion turns it from how it stood some time before: as the window before says, or as was found.
     Follows(Before),
+}
+
+/// How a rig with a drive stood some time before a window's start, as the window before says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Before {
+    /// The sample at which it stood so.
+    pub(super) sample: usize,
+    /// State, as the recording's encoders count it.
+    pub(super) x: State<f64>,
+    /// The rotor against the arm.
+    pub(super) twist: Twist,
 }
 
 impl Start {
