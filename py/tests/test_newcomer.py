@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 
+import control
 import furuta
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ def test_documented_keywords_are_the_arguments_names():
     assert furuta.lqi(A=A, B=B, C=[[1, 0, 0, 0]], Q=np.eye(5), R=R)[0].shape == (1, 5)
     assert furuta.lqe(A=A, G=B, C=C, **NOISE)[0].shape == (4, 2)
     assert furuta.dlqe(A=ad, G=bd, C=C, **NOISE)[0].shape == (4, 2)
-    assert furuta.place(A=A, B=B, poles=[-1, -2, -3, -4]).shape == (1, 4)
+    assert furuta.place(A=A, B=B, p=[-1, -2, -3, -4]).shape == (1, 4)
     assert furuta.controllability(A=A, B=B)[1] == 4
 
 
@@ -87,8 +88,9 @@ def test_systems_for_estimators_and_sampled_ones():
         ),
         (lambda: furuta.lqr(A, B, Q, np.eye(2)), r"R has shape \(2, 2\); it must be \(1, 1\)"),
         (lambda: furuta.lqr(A, B, Q), "lqr needs R, which was not given"),
+        (lambda: furuta.lqr(control.tf(1, [1, 0, -2]), np.eye(2), 1), r"a state-space system, as control.ss\(system\)"),
         (lambda: furuta.lqr(A, B, Q, "one"), "R must be an array of numbers; a str was given"),
-        (lambda: furuta.place(A, B, 3.0), r"poles is a single number; it must be an array of shape \(n,\)"),
+        (lambda: furuta.place(A, B, 3.0), r"p is a single number; it must be an array of shape \(n,\)"),
         (lambda: furuta.simulate(RIG, [0, 1, 2], [0.0], 0.002), r"x0 has shape \(3,\); it must be \(4,\), a state"),
         (lambda: furuta.simulate(RIG, [0, 0, 0, 0], 0.5, 0.002), "u is a single number; it must be an array"),
         (

@@ -8,15 +8,15 @@ use pyo3::prelude::*;
 
 /// The gain that gives A - B K these poles, for one input: u = -K x.
 ///
-/// The same for sampled and for continuous systems. The gain of an estimator is place(A.T, C.T, poles).T.
+/// The same for sampled and for continuous systems. The gain of an estimator is place(A.T, C.T, p).T.
 ///
 /// Parameters
 /// ----------
 /// A : array_like, shape (n, n)
 ///     n from 1 to 8.
 /// B : array_like, shape (n, 1)
-/// poles : array_like of complex, shape (n,)
-///     Complex ones with their conjugates; all with a real part below 0, or all with a modulus below 1.
+/// p : array_like of complex, shape (n,)
+///     The poles. Complex ones with their conjugates; all with a real part below 0, or all with a modulus below 1.
 ///
 /// Returns
 /// -------
@@ -34,19 +34,19 @@ use pyo3::prelude::*;
 /// >>> furuta.place([[0, 1], [0, 0]], [[0], [1]], [-1 + 1j, -1 - 1j]).tolist()
 /// [[2.0, 2.0]]
 #[pyfunction]
-#[pyo3(signature = (A, B, poles), text_signature = "(A, B, poles)")]
+#[pyo3(signature = (A, B, p), text_signature = "(A, B, p)")]
 #[allow(non_snake_case)] // keywords in Python
 pub(crate) fn place<'py>(
     py: Python<'py>,
     A: Matrix<'py>,
     B: Matrix<'py>,
-    poles: Vector<'py>,
+    p: Vector<'py>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let (a, b) = (
         Small::read("A", &A, Lies::Square)?,
         Small::read("B", &B, Lies::Column)?,
     );
-    let poles: Vec<Complex64> = vector("poles", &poles, error::design)?;
+    let poles: Vec<Complex64> = vector("p", &p, error::design)?;
     stable(&poles)?;
     let n = a.rows();
     a.expect("A", (n, n))?;
@@ -76,7 +76,7 @@ fn stable(poles: &[Complex64]) -> PyResult<()> {
         return Ok(());
     };
     Err(error::design(format!(
-        "poles[{i}] = {p} is not stable in continuous time (real part below 0), nor poles[{k}] = {z} in discrete time \
+        "p[{i}] = {p} is not stable in continuous time (real part below 0), nor p[{k}] = {z} in discrete time \
          (modulus below 1): the loop would grow; give poles that are all stable in one of the two"
     )))
 }
