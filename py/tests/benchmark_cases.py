@@ -5,11 +5,12 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import pathlib
+import tempfile
 
 import numpy as np
 from mujoco_case import write_case
 from mujoco_effects import EFFECTS, FOREIGN, IMPOSSIBLE, SECONDS, hide
-from mujoco_rig import FAMILIES, draw_rig
+from mujoco_rig import FAMILIES, TrueRig, draw_rig
 
 # Pairs whose order in the motor matters or which recordings cannot tell from one effect are not asked for.
 UNASKED = (
@@ -38,6 +39,7 @@ class Case:
     length_error: float = 0.0  # of the data sheet's arm length
     own_zeros: bool = False  # of each recording
     encoder: str | None = None  # side of the drive on which theta is read: arm or motor; None: drawn
+    limit: float | None = None  # of the voltage, as a share of the largest command that is given without it
 
     def write(self, folder: pathlib.Path) -> str:
         rng = np.random.default_rng(self.seed)
@@ -48,12 +50,21 @@ class Case:
         if self.encoder:
             for drive in effects.keys() & DRIVES:
                 effects[drive]["encoder"] = self.encoder
+        if self.limit:
+            with tempfile.TemporaryDirectory() as free:
+                unlimited = {key: value for key, value in effects.items() if key != "motor.saturation"}
+                self.record(pathlib.Path(free), rig, unlimited)
+                runs = [np.genfromtxt(run, delimiter=",", names=True) for run in pathlib.Path(free).glob("run-*.csv")]
+            effects["motor.saturation"] = {"limit": self.limit * max(np.abs(run["u"]).max() for run in runs)}
+        self.record(folder / self.name, rig, effects)
+        return self.name
+
+    def record(self, folder: pathlib.Path, rig: TrueRig, effects: dict[str, dict[str, object]]) -> None:
         write_case(
-            folder / self.name, rig, effects, seed=self.seed, spread=self.spread, noise=self.noise,
+            folder, rig, effects, seed=self.seed, spread=self.spread, noise=self.noise,
             seconds=self.seconds, runs=self.runs,
             length_error=self.length_error, own_zeros=self.own_zeros,
         )  # fmt: skip
-        return self.name
 
 
 def plan(seed: int) -> list[Case]:
@@ -137,18 +148,18 @@ def askable(ids: tuple[str, ...]) -> bool:
 
 
 def laboratory(seed: int, first: int) -> list[Case]:
-    """The groups recorded as laboratories record, numbered from ``first``: `rough`, 45 of `foreign`, `lookalike`.
+    """The groups recorded as laboratories record: `rough`, 45 of `foreign`, `lookalike`, `seldom`; from ``first`` on.
 
     Each group has a stream of its own.
     """
     families, cases = sorted(FAMILIES), []
 
-    def add(rng: np.random.Generator, group: str, effects: tuple[str, ...], encoder: str | None = None) -> None:
+    def add(rng: np.random.Generator, group: str, effects: tuple[str, ...], **more: object) -> None:
         number = first + len(cases)
         family = families[int(rng.integers(len(families)))]
         family = "srv02-like" if GEARED & set(effects) else family
         cases.append(
-            Case(f"{number:03d}-{group}", family, effects, 1000 * seed + number, encoder=encoder, **conditions(rng))
+            Case(f"{number:03d}-{group}", family, effects, 1000 * seed + number, **conditions(rng), **more)
         )
 
     def beside(rng: np.random.Generator, effect: str, taken: tuple[str, ...] = ()) -> str:
@@ -190,7 +201,17 @@ def laboratory(seed: int, first: int) -> list[Case]:
             )[i % 5],
         )
     for i in range(10):
-        add(rng, "lookalike", (("drive.backlash", "drive.compliance")[i % 2],), ("arm", "motor")[i // 2 % 2])
+        add(rng, "lookalike", (("drive.backlash", "drive.compliance")[i % 2],), encoder=("arm", "motor")[i // 2 % 2])
     for i in range(10):
-        add(rng, "lookalike", ("arm.coulomb", "drive.compliance"), ("arm", "motor")[i % 2])
+        add(rng, "lookalike", ("arm.coulomb", "drive.compliance"), encoder=("arm", "motor")[i % 2])
+
+    # what acts once beside what acts once, and a limit of the voltage that only the highest peaks reach
+    rng = np.random.default_rng([seed, 4])
+    once = ("disturbance.kick", "disturbance.arm_kick", "sensor.theta.lost_counts", "sensor.alpha.lost_counts")
+    for i, pair in enumerate(rng.permutation(list(itertools.combinations(once, 2)) * 2)[:10]):
+        pair = tuple(str(effect) for effect in pair)
+        add(rng, "seldom", pair if i % 2 else (*pair, beside(rng, pair[0], once)))
+    for i in range(10):
+        others = () if i % 2 else (beside(rng, "motor.saturation", ("motor.saturation", *once)),)
+        add(rng, "seldom", ("motor.saturation", *others), limit=float(rng.uniform(0.85, 0.95)))
     return cases

@@ -44,6 +44,25 @@ fn a_limit_of_the_current_is_called_so() {
     assert_eq!(found.verdict, Verdict::MissingEffects);
 }
 
+/// A limit of the voltage that only the highest peaks reach was called a push of the arm.
+#[test]
+fn a_limit_that_is_seldom_reached_is_called_so() {
+    let given = swept("a.csv", &qube(), 4.0, 0.0);
+    let limit = 0.95 * given.u.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+    let mut rig = qube();
+    rig.effects = vec![Effect::new("motor.saturation", &[limit]).expect("valid")];
+    let recordings = [
+        swept("a.csv", &rig, 4.0, 0.0),
+        swept("b.csv", &rig, 3.0, 2.0),
+    ];
+    let found = diagnosis(&recordings, &qube());
+    assert_eq!(names(&found), ["motor.saturation"]);
+    assert_eq!(found.verdict, Verdict::MissingEffects);
+    let told = &found.effects[0].parameters["limit"];
+    // Half of what is cut off.
+    assert!((told.value - limit).abs() < 0.025 * limit, "{told:?}");
+}
+
 /// Knocks at the table in every recording were called one push of the arm.
 #[test]
 fn what_comes_again_is_no_kick() {

@@ -37,10 +37,14 @@ pub(super) struct Work<'a> {
     pub(super) teller: Teller<'a>,
 }
 
+/// Stages that a person is told of.
+const SEARCHING: &str = "searching";
+const SEARCHING_RARE: &str = "searching among rare effects";
+
 /// What a search among the effects that few rigs have came to.
-enum Rare {
-    /// Names that explain the data, and their rivals.
-    Explain(Fit, Vec<Rival>),
+enum Rare<'s> {
+    /// It explains the data: the search, over all windows, with the names.
+    Explain(Box<Search<'s>>, Fit),
     /// Something is left beside the nearest set with such an effect; a fit to the windows where the search ended.
     Left(Fit),
     /// No such effect came near.
@@ -117,15 +121,15 @@ impl Work<'_> {
             unfinished.push(Part::Parameters);
         }
 
-        const SEARCHING: &str = "searching";
         self.teller.stage(SEARCHING);
         let told = self.teller.candidates(SEARCHING);
+        let told_rare = self.teller.candidates(SEARCHING_RARE);
         let subset = short.subset(&refitted, savers::of(&self.options).windows);
         let few = |search: &Search<'_>| {
             search.explains() || search.closest().model.effects.len() <= USUAL
         };
         let begun = self.begun(subset.as_ref(), &refitted, &told);
-        let search = self.go_on(begun, subset.as_ref(), &refitted, &few);
+        let mut search = self.go_on(begun, subset.as_ref(), &refitted, &few);
         // What the usual effects leave may be one that few rigs have; what several of them explain may be one such.
         let several = search.explains().then(|| search.closest());
         let rare = match &several {
@@ -133,26 +137,29 @@ impl Work<'_> {
             Some(several) if several.model.effects.len() < 2 => Rare::None,
             _ => {
                 let known = (subset.as_ref(), search.at_first());
-                self.among_all(&refitted, several.as_ref(), known)
+                self.among_all(&refitted, several.as_ref(), known, &told_rare)
             }
         };
-        let mut search = match &rare {
-            Rare::Explain(..) => search,
-            Rare::Left(_) | Rare::None => self.go_on(search, subset.as_ref(), &refitted, &|_| true),
-        };
-        let cut = !matches!(rare, Rare::Explain(..)) && !search.is_through();
-        let usual = || {
-            let named = search.best();
-            let rivals = search.rivals(&named);
-            (named, rivals)
-        };
-        let ((mut named, mut rivals), left) = match rare {
-            Rare::Explain(named, rivals) => ((named, rivals), None),
-            Rare::Left(fit) => (usual(), Some(fit)),
-            Rare::None => (usual(), None),
-        };
-        let explains = |f: &Fit| short.explains(f);
+        let (mut by_rare, mut left) = (None, None);
+        match rare {
+            Rare::Explain(search, named) => by_rare = Some((*search, named)),
+            Rare::Left(fit) => left = Some(fit),
+            Rare::None => (),
+        }
+        if by_rare.is_none() {
+            search = self.go_on(search, subset.as_ref(), &refitted, &|_| true);
+        }
         let first = std::mem::take(&mut search.first);
+        let cut = by_rare.is_none() && !search.is_through();
+        // What comes of the names is asked of the search that found them.
+        let (mut search, mut named) = by_rare.unwrap_or_else(|| {
+            let named = search.best();
+            (search, named)
+        });
+        let mut rivals = search.rivals(&named);
+        // Limits are for what is always looked for, and for what was asked for.
+        named.model.sheet = Arc::clone(&refitted.model.sheet);
+        let explains = |f: &Fit| short.explains(f);
         // Where even short windows are far from what was measured, long ones say no more.
         if !explains(&named) && !short.is_far(&named) && !hurry.wanted() {
             let further = self.over_long_windows(&named);
@@ -297,8 +304,8 @@ impl Work<'_> {
         search
     }
 
-    /// The names that explain the data, and their rivals, where what few rigs have is looked for as well, or what came
-    /// nearest. All windows are looked at only where nothing is left in a subset of them. One such effect
+    /// The names that explain the data, and the search that found them, where what few rigs have is looked for as well;
+    /// or what came nearest. All windows are looked at only where nothing is left in a subset of them. One such effect
     /// beside the usual ones must do: larger sets imitate. Where `several` effects explain the data, fewer must do it
     /// better. What the search for the usual ones has found in the `subset` where it began need not be found again.
     fn among_all<'s>(
@@ -306,10 +313,9 @@ impl Work<'_> {
         refitted: &Fit,
         several: Option<&Fit>,
         (subset, known): (Option<&'s Subset<'s>>, Searched),
-    ) -> Rare {
-        const STAGE: &str = "searching among rare effects";
-        self.teller.stage(STAGE);
-        let told = self.teller.candidates(STAGE);
+        told: &'s (dyn Fn(&str) + Sync),
+    ) -> Rare<'s> {
+        self.teller.stage(SEARCHING_RARE);
         let mut start = refitted.clone();
         let usual = &refitted.model.sheet.looked_for;
         start.model = start
@@ -321,7 +327,7 @@ impl Work<'_> {
             narrow.model = (narrow.model)
                 .looking_for(effects::on_request().chain(several.model.effects.iter().copied()));
         }
-        let mut search = self.begun(subset, &narrow, &told).knowing(known);
+        let mut search = self.begun(subset, &narrow, told).knowing(known);
         let most = several.map_or(USUAL + 1, |f| f.model.effects.len() - 1);
         let may_grow = |search: &Search<'_>| {
             let explains = search.explains();
@@ -345,7 +351,7 @@ impl Work<'_> {
         if !search.is_over(&self.short) {
             search = search.onto(&self.short, start);
         }
-        let mut named = search.run();
+        let named = search.run();
         let is_worse = |several: &Fit| {
             let unit = (self.short.per_sample(several)).min(self.short.per_sample(&named));
             self.short.score(several, unit) <= self.short.score(&named, unit)
@@ -354,10 +360,7 @@ impl Work<'_> {
         if !self.short.explains(&named) || !search.is_through() || several.is_some_and(is_worse) {
             return Rare::None;
         }
-        let rivals = search.rivals(&named);
-        // Limits are for what is always looked for, and for what was asked for.
-        named.model.sheet = Arc::clone(&refitted.model.sheet);
-        Rare::Explain(named, rivals)
+        Rare::Explain(Box::new(search), named)
     }
 
     /// What long windows add to the names of short ones.

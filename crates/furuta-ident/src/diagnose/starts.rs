@@ -143,9 +143,9 @@ impl Problem<'_> {
         if self.chi(from) >= SMALL || statistic <= 0.0 {
             return statistic;
         }
-        // What the grid screen places has its strength.
+        // What the grid screen places has its strength, and so has a limit: of half of what it cuts off there is none.
         let mut share = 1.0;
-        if screen::looks(spec).is_none() {
+        if screen::looks(spec).is_none() && !spec.acts.includes(Acts::LIMIT) {
             let backwards = spec.acts.includes(Acts::BACKWARDS);
             let size = |s: &f64| if backwards { 1.0 / s } else { s.abs() };
             let most = STRONGEST / here[strengths.clone()].iter().map(size).fold(0.0, f64::max);

@@ -44,7 +44,8 @@ pub(super) const SPEC: Spec = Spec {
     acts: Acts::TORQUE
         .and(Acts::SHAFT)
         .and(Acts::CURRENT)
-        .and(Acts::BACKWARDS),
+        .and(Acts::BACKWARDS)
+        .and(Acts::LIMIT),
     at_rest: AtRest::LeftOut("the current is taken not to reach its limit"),
     own: None,
     offered: Offered::OnRequest("where the back-EMF takes little of the voltage it is motor.saturation"),

@@ -29,13 +29,14 @@ pub(super) const SPEC: Spec = Spec {
             max: 1e3,
             off: 0.0,
             typical: Typical::Of(|p| 0.5 * p.motor.command_limit),
-            // A limit above what was commanded does nothing: halves, down to a sixteenth of the largest command.
-            starts: &[0.5, 0.9, 1.4, 0.25, 0.125],
+            // A limit above what was commanded does nothing: from next to the largest command down, each a quarter
+            // below the one before, and halves from there to a sixteenth.
+            starts: &[0.5, 1.9, 1.5, 1.2, 0.95, 0.75, 0.35, 0.25, 0.125],
         },
     ],
     strengths: 1,
     footprint: Footprint::GAIN_BY_LEVEL,
-    acts: Acts::VOLTAGE.and(Acts::BACKWARDS),
+    acts: Acts::VOLTAGE.and(Acts::BACKWARDS).and(Acts::LIMIT),
     at_rest: AtRest::KINKED,
     own: None,
     offered: Offered::Always,

@@ -36,7 +36,7 @@ pub(super) const SPEC: Spec = Spec {
     ],
     strengths: 1,
     footprint: Footprint::Nothing("small motions do not reach it"),
-    acts: Acts::SPEED_LIMIT.and(Acts::BACKWARDS),
+    acts: Acts::SPEED_LIMIT.and(Acts::BACKWARDS).and(Acts::LIMIT),
     at_rest: AtRest::LeftOut("a rig at rest is far from it"),
     offered: Offered::Always,
     own: None,

@@ -202,6 +202,7 @@ impl<'a> Search<'a> {
 
     /// Goes on with the same windows in a problem whose fits have more time.
     pub(super) fn calmly(&mut self, problem: &'a Problem<'a>) {
+        debug_assert_eq!(self.problem.windows.len(), problem.windows.len());
         self.problem = problem;
     }
 
