@@ -119,7 +119,7 @@ fn stick_and_slip_converge_as_the_step_shrinks() {
 /// parameter.
 #[test]
 fn derivatives_are_exact_through_events() {
-    type Number = Jet<f64, 1>;
+    type Number = Jet<f64, { crate::FEW }>;
     let p = bare_arm();
     let number = |v: f64| Number::from_f64(v);
     let cases: [(&str, &[f64]); 4] = [
@@ -220,7 +220,7 @@ fn a_flexible_coupling_rings_at_its_frequency() {
 /// never comes has the same plant look for events in each: both come to the same digits, derivatives included.
 #[test]
 fn a_step_behind_a_spring_has_the_digits_of_one_that_looks_for_events() {
-    type Dual = Jet<f64, 4>;
+    type Dual = Jet<f64, { crate::FEW }>;
     let never: (&str, &[f64]) = ("disturbance.kick", &[1e-3, 1e6, 0.1, 0.0]);
     let spring: (&str, &[f64]) = ("drive.compliance", &[0.05, 1e-4, 0.3, 0.0]);
     let beside: [&[(&str, &[f64])]; 5] = [

@@ -226,9 +226,10 @@ fn a_law_with_a_state_follows_its_differential_equation() {
 /// How a trajectory changes with the law's parameters, by dual numbers and by differences.
 #[test]
 fn derivatives_pass_through_the_state() {
-    let end = |values: [Jet<f64, 2>; 2]| {
+    type Number = Jet<f64, { crate::FEW }>;
+    let end = |values: [Number; 2]| {
         let own = Effect::checked(maxwell().compile().expect("valid"), &values).expect("in range");
-        let plant: Plant<Jet<f64, 2>> = Plant::new(&qube().params.cast(), &[own]).expect("valid");
+        let plant: Plant<Number> = Plant::new(&qube().params.cast(), &[own]).expect("valid");
         let mut s = plant.rest(State::new(0.2, 3.0, 0.5, -0.4).map(Jet::from_f64));
         // Remembered, then simulated.
         let past = (0..100).map(|n| {

@@ -1,9 +1,7 @@
 //! The four stages of the integrator: a loop for numbers with many derivatives, one after the other for the rest.
 
+use crate::{FEW, MANY};
 use furuta_model::{Effect, Jet, Plant, Rig, Scalar, State};
-
-const MANY: usize = 12;
-const FEW: usize = 4;
 
 type Effects = &'static [(&'static str, &'static [f64])];
 

@@ -62,12 +62,18 @@ impl Evidence {
 impl Problem<'_> {
     /// Whether a fit leaves no more than the noise.
     pub(super) fn explains(&self, fit: &Fit) -> bool {
-        let most = if fit.model.has_blows() {
-            CRITERIA.explained_with_blows
-        } else {
-            CRITERIA.explained
-        };
-        self.chi(fit).powi(2) <= most
+        self.chi(fit).powi(2) <= most_explained(fit)
+    }
+
+    /// The same of the windows in which none of its effects acts that acts once.
+    fn explains_elsewhere(&self, fit: &Fit) -> bool {
+        let once: Vec<Effect<f64>> = fit.model.local(&fit.z).collect();
+        let elsewhere =
+            (self.windows.iter().zip(&fit.costs)).filter(|(w, _)| !self.is_kicked(&once, w));
+        let (cost, floor) = elsewhere.fold((0.0, 0.0), |(cost, floor), (w, c)| {
+            (cost + c, floor + self.data.floor(w))
+        });
+        cost <= most_explained(fit) * floor
     }
 
     /// Whether a fit is far from the data in more than half of the windows. A kick is not: the others are near.
@@ -173,6 +179,10 @@ impl Problem<'_> {
 
     /// The least gain that names what acts once, in the `windows` in which it does.
     fn least_once(&self, smaller: &Fit, larger: &Fit, windows: usize) -> f64 {
+        // What is wrong everywhere looks like several of them.
+        if smaller.model.is_transient() && !self.explains_elsewhere(larger) {
+            return f64::INFINITY;
+        }
         let per_sample = self.per_sample(larger);
         let mut usual = larger.costs.clone();
         usual.sort_by(f64::total_cmp);
@@ -230,6 +240,15 @@ impl Problem<'_> {
                 }
                 None => false,
             })
+    }
+}
+
+/// The mean squared residual, in units of the noise's, up to which a fit explains the data.
+fn most_explained(fit: &Fit) -> f64 {
+    if fit.model.has_blows() {
+        CRITERIA.explained_with_blows
+    } else {
+        CRITERIA.explained
     }
 }
 

@@ -90,7 +90,7 @@ impl Linear {
         self.slopes.times(0, &self.left)
     }
 
-    /// The parts of the gradient from blocks of so many samples.
+    /// The parts of the gradient from blocks of this many samples.
     pub(super) fn gradients(&self, samples: usize) -> Vec<Vec<f64>> {
         (self.left.chunks(2 * samples).enumerate())
             .map(|(k, left)| self.slopes.times(2 * samples * k, left))

@@ -9,9 +9,9 @@ use super::model::{Model, Observed, Pass};
 use super::predict::some;
 use super::start::Start;
 
-/// Derivatives of a wide pass, and of a narrow one. A pass takes 0.1 µs a sample and 0.055 µs for each derivative, up
-/// to 20; with 28 the processor's registers and the compiler's patience end, and it takes 2.6 µs, where a wide and
-/// three narrow ones take 1.9 µs. Each width is the whole model compiled anew.
+/// Derivatives of a wide pass, and of a narrow one. What a pass takes grows with them, next to nothing added: up to 20
+/// of them, that is. With 28 the compiler no longer inlines all of it, and a wide pass with narrow ones takes less
+/// (`rk4 step` in benches/benches/model.rs). Each width is the whole model compiled anew.
 const WIDE: usize = 16;
 pub(super) const NARROW: usize = 4;
 
@@ -28,7 +28,7 @@ pub(super) struct States {
 }
 
 impl Passes {
-    /// About `z`. Variables are the state at a window's start and the first so many `numbers` that it depends on.
+    /// About `z`. Variables are the state at a window's start and the first of the `numbers` that it depends on.
     pub(crate) fn new(model: &impl Model, z: &[f64], numbers: usize) -> Self {
         let (mut wide, mut narrow) = (Vec::new(), Vec::new());
         let (mut first, variables) = (0, 4 + numbers);

@@ -58,7 +58,7 @@ marks! {
     INNER,
     /// Its strength counts backwards: the larger the number, the less it does (a limit, the stiffness of a coupling).
     BACKWARDS,
-    /// Its strength is a limit: where it is not reached nothing happens, so that what it does is in no proportion to it.
+    /// Its strength is a limit: where it is not reached nothing happens. What it does is in proportion to no number.
     LIMIT,
     /// Keeps the arm's speed within bounds ([`Law::speed_limit`](super::Law::speed_limit)).
     SPEED_LIMIT,

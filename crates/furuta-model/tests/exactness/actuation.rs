@@ -122,7 +122,7 @@ fn every_scalar_follows_the_command() {
 /// that falls within a sample.
 #[test]
 fn the_arm_keeps_to_its_largest_speed() {
-    type Number = Jet<f64, 2>;
+    type Number = Jet<f64, { crate::FEW }>;
     let rig = rig("stepper-kit");
     let (limit, delay) = (Number::variable(2.0, 0), Number::variable(0.013, 1));
     let plant = plant(
@@ -176,7 +176,7 @@ fn the_limit_counts_behind_a_lag() {
 /// sample, it goes on as if it had been followed from the start.
 #[test]
 fn an_arm_rings_about_a_held_command() {
-    type Number = Jet<f64, 1>;
+    type Number = Jet<f64, { crate::FEW }>;
     let rig = rig("stepper-kit");
     let (period, damping, h) = (0.05, 0.2, 0.004);
     let values = [Number::variable(period, 0), Number::constant(damping)];

@@ -272,7 +272,7 @@ fn lost_counts_stay_lost() {
 /// differences.
 #[test]
 fn a_stop_has_exact_derivatives() {
-    type Number = Jet<f64, 3>;
+    type Number = Jet<f64, { crate::FEW }>;
     let p = bare_arm(true);
     let inertia = p.coefficients().arm;
     let values = [inertia * 900.0, 0.3, 0.4 * inertia * 30.0, 0.0];

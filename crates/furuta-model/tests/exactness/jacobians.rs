@@ -167,7 +167,7 @@ proptest! {
 /// to the effect's parameters.
 #[test]
 fn sensitivities_of_trajectories_are_exact() {
-    const N: usize = 9;
+    const N: usize = crate::MANY;
     type Number = Jet<f64, N>;
     let rig = Rig::builtin("qube-servo-2").expect("built in");
     let start = [0.1, 2.4, 0.3, -0.2];
