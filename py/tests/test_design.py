@@ -192,7 +192,7 @@ def test_what_cannot_be_placed():
         furuta.place(a, np.eye(2), [-1, -2])
     b = np.ones((2, 1))
     for unstable in ([3, -1], [1, 0.5], [-1, 0.5], [-1.5, 0]):
-        with pytest.raises(furuta.DesignError, match=r"poles\[0\] = .*|poles\[1\] = .* is not stable"):
+        with pytest.raises(furuta.DesignError, match=r"p\[0\] = .*|p\[1\] = .* is not stable"):
             furuta.place(a, b, unstable)
     for stable in ([-3, -1], [0.9, -0.5], [0, 0.2]):
         assert furuta.place(a, b, stable).shape == (1, 2)
