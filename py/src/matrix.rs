@@ -46,13 +46,8 @@ where
     as_it_is(name, given, refuse, T::get_dtype(given.py()).kind())?;
     given.extract().map_err(|_| {
         let kind = kind(given);
-        let instead = if kind == "TransferFunction" {
-            ": give it as a state-space system, as control.ss(system) does"
-        } else {
-            ""
-        };
         refuse(format!(
-            "{name} must be an array of numbers; a {kind} was given that is none{instead}"
+            "{name} must be an array of numbers; a {kind} was given that is none"
         ))
     })
 }

@@ -88,7 +88,7 @@ def test_systems_for_estimators_and_sampled_ones():
         ),
         (lambda: furuta.lqr(A, B, Q, np.eye(2)), r"R has shape \(2, 2\); it must be \(1, 1\)"),
         (lambda: furuta.lqr(A, B, Q), "lqr needs R, which was not given"),
-        (lambda: furuta.lqr(control.tf(1, [1, 0, -2]), np.eye(2), 1), r"a state-space system, as control.ss\(system\)"),
+        (lambda: furuta.lqr(control.tf(1, [1, 0, -2]), np.eye(2), 1), r"lqr needs the states .* give control.ss\(system\)"),
         (lambda: furuta.lqr(A, B, Q, "one"), "R must be an array of numbers; a str was given"),
         (lambda: furuta.place(A, B, 3.0), r"p is a single number; it must be an array of shape \(n,\)"),
         (lambda: furuta.simulate(RIG, [0, 1, 2], [0.0], 0.002), r"x0 has shape \(3,\); it must be \(4,\), a state"),

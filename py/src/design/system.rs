@@ -131,6 +131,11 @@ fn whole(function: &str, time: Time, given: &Bound<'_, PyAny>) -> PyResult<Optio
         ]));
     }
     let (Ok(a), Ok(b), Ok(c)) = (given.getattr("A"), given.getattr("B"), given.getattr("C")) else {
+        if given.hasattr("num")? && given.hasattr("den")? {
+            return Err(error::design(format!(
+                "{function} needs the states of a system, and a transfer function has none: give control.ss(system)"
+            )));
+        }
         return Ok(None);
     };
     // None: not said. True: sampled, at a period that is not said.

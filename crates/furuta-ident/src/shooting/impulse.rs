@@ -10,7 +10,7 @@ use nalgebra::{Cholesky, Const, Matrix4, SMatrix, SVector, Vector4};
 use rayon::prelude::*;
 
 use super::fit::{Fit, Problem};
-use super::linear::Linear;
+use super::linear::Course;
 use super::model::Model;
 use super::passes::Passes;
 use super::window::Windows;
@@ -97,10 +97,10 @@ fn response<const B: usize>(
     plant: &Plant<f64>,
     (window, recording): (usize, usize),
     together: usize,
-    linear: &Linear,
+    course: &Course,
     held: [bool; B],
 ) -> Option<ImpulseResponse<B>> {
-    let count = linear.course.len();
+    let count = course.steps.len();
     let mut out = ImpulseResponse {
         window,
         recording,
@@ -119,7 +119,7 @@ fn response<const B: usize>(
         blocks: Vec::new(),
     };
     let mut normal = Matrix4::zeros();
-    for (k, step) in linear.course.iter().enumerate() {
+    for (k, step) in course.steps.iter().enumerate() {
         let h = step.h;
         // An axis that sticks forgets its speed: nothing that happens to it later is like a change of the initial
         // state.
@@ -134,7 +134,7 @@ fn response<const B: usize>(
             Vector4::new(0.0, 0.0, inverse.coupling, inverse.pendulum) * h,
         ];
         let left: [f64; 2] = std::array::from_fn(|c| step.left[c] * step.weight[c]);
-        let rows = linear.slopes.of(k);
+        let rows = course.slopes.of(k);
         let slopes = rows.map(|row| Vector4::from_fn(|i, _| row[i]));
         let base: [SVector<f64, B>; 2] =
             rows.map(|row| SVector::from_fn(|i, _| if held[i] { 0.0 } else { row[4 + i] }));

@@ -19,8 +19,14 @@ pub(crate) struct Linear {
     pub(super) left: Vec<f64>,
     /// How they follow.
     pub(crate) slopes: Slopes,
-    /// The course of the prediction, where it was asked for.
-    pub(crate) course: Vec<Step>,
+}
+
+/// A window linearised, step by step.
+#[derive(Clone, Debug)]
+pub(crate) struct Course {
+    pub(crate) steps: Vec<Step>,
+    /// How the angles after each step follow.
+    pub(crate) slopes: Slopes,
 }
 
 /// One step of a window's course.
@@ -46,18 +52,17 @@ pub(crate) struct Step {
 }
 
 impl Linear {
-    /// Room for a window with `width` variables, and for its course where that is `wanted`.
-    pub(super) fn room(w: &Window, width: usize, wanted: bool) -> Self {
+    /// Room for a window with `width` variables.
+    pub(super) fn room(w: &Window, width: usize) -> Self {
         Self {
             cost: 0.0,
             left: vec![0.0; 2 * w.len],
             slopes: Slopes::new(width, w.len),
-            course: Vec::with_capacity(if wanted { w.len } else { 0 }),
         }
     }
 
-    /// Takes up what a pass finds. Those of a window come one after the other, the first one first; `s` may be any
-    /// state of the plant.
+    /// Takes up what a pass finds, and where they are asked for its steps. Those of a window come one after the other,
+    /// the first one first; `s` may be any state of the plant.
     pub(super) fn take<const N: usize>(
         &mut self,
         seen: &Observed<Jet<f64, N>>,
@@ -65,6 +70,7 @@ impl Linear {
         data: &Data,
         (w, start): (&Window, &Start),
         pass: Pass,
+        steps: Option<&mut Vec<Step>>,
     ) {
         let run = &data.runs[w.run];
         in_vectors::<Jet<f64, N>, _>(OnePass {
@@ -78,6 +84,7 @@ impl Linear {
                 first: pass.first,
                 rows: 0,
                 out: self,
+                steps,
             },
         });
         if !self.cost.is_finite() {
@@ -138,6 +145,7 @@ struct Recorder<'a> {
     /// How many angles have been seen.
     rows: usize,
     out: &'a mut Linear,
+    steps: Option<&'a mut Vec<Step>>,
 }
 
 impl<const N: usize> Each<Jet<f64, N>> for Recorder<'_> {
@@ -156,20 +164,20 @@ impl<const N: usize> Each<Jet<f64, N>> for Recorder<'_> {
                 out.cost += r * r;
                 out.left[self.rows + c] = r;
             }
-            if out.course.capacity() > 0 {
-                let x = p.before.to_array();
-                out.course.push(Step {
-                    t: p.t,
-                    read: self.run.time(p.sample),
-                    h: self.run.interval(p.sample - 1),
-                    x: p.before.map(|v| v.v),
-                    transition: Matrix4::from_fn(|r, c| x[r].d[c]),
-                    y: [p.y[0].v, p.y[1].v],
-                    weight,
-                    left: [measured[0] - p.y[0].v, measured[1] - p.y[1].v],
-                    volts: p.volts,
-                });
-            }
+        }
+        if let Some(steps) = &mut self.steps {
+            let (x, measured) = (p.before.to_array(), self.run.y[p.sample]);
+            steps.push(Step {
+                t: p.t,
+                read: self.run.time(p.sample),
+                h: self.run.interval(p.sample - 1),
+                x: p.before.map(|v| v.v),
+                transition: Matrix4::from_fn(|r, c| x[r].d[c]),
+                y: [p.y[0].v, p.y[1].v],
+                weight,
+                left: [measured[0] - p.y[0].v, measured[1] - p.y[1].v],
+                volts: p.volts,
+            });
         }
         self.rows += 2;
     }

@@ -32,7 +32,7 @@ pub(crate) use eliminate::{About, Keep, MAX_FREE, Reduced};
 pub(crate) use fit::{Effort, Fit, Problem, WHITE};
 pub(crate) use impulse::{Block, ImpulseResponse, impulse_responses};
 pub(crate) use late::{Late, is_late};
-pub(crate) use linear::Linear;
+pub(crate) use linear::Course;
 pub(crate) use model::{Layout, Model, Observed, Pass, Prior};
 pub(crate) use passes::Passes;
 pub(crate) use rig::AsGiven;

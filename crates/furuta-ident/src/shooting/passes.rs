@@ -4,7 +4,7 @@
 use furuta_model::{Jet, PlantState};
 
 use super::data::{Data, Window};
-use super::linear::Linear;
+use super::linear::{Course, Linear, Step};
 use super::model::{Model, Observed, Pass};
 use super::predict::some;
 use super::start::Start;
@@ -54,27 +54,39 @@ impl Passes {
 
     /// A window linearised about its start.
     pub(super) fn linear(&self, s: &mut States, data: &Data, w: &Window, start: &Start) -> Linear {
-        self.through(s, data, (w, start), false)
+        self.through(s, data, (w, start), None)
     }
 
-    /// The same with its course.
-    pub(crate) fn course(&self, data: &Data, w: &Window, start: &Start) -> Linear {
-        self.through(&mut self.states(), data, (w, start), true)
+    /// The same, step by step.
+    pub(crate) fn course(&self, data: &Data, w: &Window, start: &Start) -> Course {
+        let mut steps = Vec::with_capacity(w.len);
+        let linear = self.through(&mut self.states(), data, (w, start), Some(&mut steps));
+        Course {
+            steps,
+            slopes: linear.slopes,
+        }
     }
 
-    fn through(&self, s: &mut States, data: &Data, at: (&Window, &Start), course: bool) -> Linear {
+    fn through(
+        &self,
+        s: &mut States,
+        data: &Data,
+        at: (&Window, &Start),
+        mut steps: Option<&mut Vec<Step>>,
+    ) -> Linear {
         let width = WIDE * self.wide.len() + NARROW * self.narrow.len();
-        let mut out = Linear::room(at.0, width, course);
+        let mut out = Linear::room(at.0, width);
+        // The first pass has the steps.
         let mut first = 0;
         if let Some(s) = &mut s.wide {
             for seen in &self.wide {
-                out.take(seen, s, data, at, Pass { first });
+                out.take(seen, s, data, at, Pass { first }, steps.take());
                 first += WIDE;
             }
         }
         if let Some(s) = &mut s.narrow {
             for seen in &self.narrow {
-                out.take(seen, s, data, at, Pass { first });
+                out.take(seen, s, data, at, Pass { first }, steps.take());
                 first += NARROW;
             }
         }

@@ -78,8 +78,8 @@ impl Quadratic {
 impl Initial<'_> {
     fn linearised(&self, start: Start) -> Quadratic {
         let (s, at) = (&mut self.s.borrow_mut(), (self.w, &start));
-        let mut linear = Linear::room(self.w, NARROW, false);
-        linear.take(&self.windows.seen, s, self.data, at, Pass::FIRST);
+        let mut linear = Linear::room(self.w, NARROW);
+        linear.take(&self.windows.seen, s, self.data, at, Pass::FIRST, None);
         Quadratic::of(linear)
     }
 
@@ -369,9 +369,9 @@ mod tests {
                 rotor: Rotor::Measured,
             };
             let (plant, data) = (&seen.solver.seen, &seen.data);
-            let mut linear = Linear::room(w, NARROW, false);
+            let mut linear = Linear::room(w, NARROW);
             let s = &mut some(&plant.plant);
-            linear.take(plant, s, data, (w, &start), Pass::FIRST);
+            linear.take(plant, s, data, (w, &start), Pass::FIRST, None);
             let n = Quadratic::of(linear);
             for i in 0..4 {
                 let moved = |by: f64| {

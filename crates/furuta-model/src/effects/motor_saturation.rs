@@ -29,8 +29,8 @@ pub(super) const SPEC: Spec = Spec {
             max: 1e3,
             off: 0.0,
             typical: Typical::Of(|p| 0.5 * p.motor.command_limit),
-            // A limit above what was commanded does nothing: from next to the largest command down, each a quarter
-            // below the one before, and halves from there to a sixteenth.
+            // A limit above what was commanded does nothing: from 0.95 of the largest command down to a sixteenth of
+            // it. The first one is taken where no start is searched for.
             starts: &[0.5, 1.9, 1.5, 1.2, 0.95, 0.75, 0.35, 0.25, 0.125],
         },
     ],

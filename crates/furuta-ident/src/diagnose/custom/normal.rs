@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::super::Fit;
 use super::super::hypothesis::{Hypothesis, TIMING};
 use super::library::{Column, instant};
-use crate::shooting::{Layout, Linear, Model, Passes, Problem, Window, Windows, is_late};
+use crate::shooting::{Course, Layout, Model, Passes, Problem, Window, Windows, is_late};
 
 /// Normal equations over the fitted parameters and, behind them, the columns of the library; initial states eliminated.
 #[derive(Clone)]
@@ -93,14 +93,14 @@ pub(super) fn normals<'a>(
         .par_iter()
         .zip(&fit.states)
         .filter_map(|(w, start)| {
-            let mut linear = passes.course(problem.data, w, start);
+            let mut course = passes.course(problem.data, w, start);
             let run = &problem.data.runs[w.run];
             let predictions = windows.predictions(problem.data, w, start);
             let mut before = [start.x.theta, start.x.alpha];
-            let steps = linear.course.iter_mut().zip(&predictions);
+            let steps = course.steps.iter_mut().zip(&predictions);
             for (k, (step, y)) in steps.enumerate() {
                 let measured = run.y[w.start + 1 + k];
-                for (c, row) in linear.slopes.of_mut(k).into_iter().enumerate() {
+                for (c, row) in course.slopes.of_mut(k).into_iter().enumerate() {
                     let speed = (y[c] - before[c]) / step.h;
                     for (i, late) in late.iter().enumerate().take(layout.shared) {
                         row[4 + layout.local_of(i)] -= late * speed * step.weight[c];
@@ -112,7 +112,7 @@ pub(super) fn normals<'a>(
             Some((
                 w,
                 normal(
-                    &linear,
+                    &course,
                     (&free, &layout, run.recording),
                     library,
                     &coefficients,
@@ -134,12 +134,12 @@ fn lateness(h: &Hypothesis) -> Vec<f64> {
 }
 
 fn normal(
-    linear: &Linear,
+    course: &Course,
     (free, layout, recording): (&[bool], &Layout, usize),
     library: &[Column],
     coefficients: &Coefficients<f64>,
 ) -> Option<LibraryNormal> {
-    let (p, m, steps) = (free.len(), library.len(), &linear.course);
+    let (p, m, steps) = (free.len(), library.len(), &course.steps);
     let mut rows = DMatrix::zeros(2 * steps.len(), 4 + p + m);
     let mut left = DVector::zeros(2 * steps.len());
     let mut moved = vec![Vector4::zeros(); m];
@@ -164,7 +164,7 @@ fn normal(
         for (j, column) in library.iter().enumerate() {
             moved[j] += impulse[column.axis] * TERMS[column.term].value(&at);
         }
-        for (c, slopes) in linear.slopes.of(k).into_iter().enumerate() {
+        for (c, slopes) in course.slopes.of(k).into_iter().enumerate() {
             let i = 2 * k + c;
             let slope = Vector4::from_fn(|a, _| slopes[a]);
             left[i] = step.left[c] * step.weight[c];
