@@ -5,7 +5,7 @@ use super::bounds::is_at_bound;
 use super::criteria::CRITERIA;
 use super::hypothesis::Hypothesis;
 use crate::shooting::{Problem, Window};
-use furuta_model::effects::Law;
+use furuta_model::effects::{Acts, Law};
 use furuta_model::{Effect, Spec};
 
 /// A fit is far from the data where half of the windows leave more than this many times the noise.
@@ -153,15 +153,18 @@ impl Problem<'_> {
         let once: Vec<Effect<f64>> = (larger.model.local(&larger.z))
             .filter(|e| !smaller.model.has(e.spec().id))
             .collect();
-        if once.is_empty() {
+        let there: Vec<f64> = if !once.is_empty() {
+            // Judged where it acts: what the other windows gain is another minimum's.
+            let acts = gains.iter().zip(&self.windows);
+            acts.filter(|(_, w)| self.is_kicked(&once, w))
+                .map(|(g, _)| *g)
+                .collect()
+        } else if !general.helps() && limits_alone(smaller, larger) {
+            // A limit that one peak alone reaches acts once, too.
+            vec![gains.iter().fold(0.0, |a: f64, b| a.max(*b))]
+        } else {
             return general;
-        }
-        // Judged where it acts: what the other windows gain is another minimum's.
-        let acts = gains.iter().zip(&self.windows);
-        let there: Vec<f64> = acts
-            .filter(|(_, w)| self.is_kicked(&once, w))
-            .map(|(g, _)| *g)
-            .collect();
+        };
         let gain: f64 = there.iter().sum();
         Evidence {
             gain,
@@ -172,7 +175,7 @@ impl Problem<'_> {
             least: self.least_once(smaller, larger, there.len()),
             factor: f64::INFINITY,
             delta_bic: gain - parameters * self.samples().ln(),
-            possible: true,
+            possible: general.possible || !once.is_empty(),
             ..general
         }
     }
@@ -271,6 +274,12 @@ pub(super) fn possible(smaller: &Hypothesis, larger: &Fit) -> bool {
         .filter(|(_, e)| !smaller.has(e.id))
         .flat_map(|(i, e)| e.parameters.iter().zip(&values[h.offset(i)..]))
         .all(|(p, value)| !is_at_bound(p, *value, h))
+}
+
+/// Whether a limit is all that `larger` has and `smaller` has not.
+fn limits_alone(smaller: &Fit, larger: &Fit) -> bool {
+    let mut added = (larger.model.effects.iter()).filter(|e| !smaller.model.has(e.id));
+    added.next().is_some_and(|e| e.acts.includes(Acts::LIMIT)) && added.next().is_none()
 }
 
 /// How far the strongest of what `larger` has and `smaller` has not is from none: [`known`].
