@@ -69,6 +69,9 @@ fn seconds(limit: f64) -> PyResult<Duration> {
 ///     next one used: right where `every` sample periods are short against the motion.
 /// span : tuple of two floats, optional
 ///     Use this span of each recording, s from its first sample.
+/// command : {"held", "smooth"}, optional
+///     What the command does between two rows: smooth where the recording keeps every N-th row of a faster controller.
+///     Where it jumps then, predictions stop and start anew.
 /// accept_suspicious : bool, optional
 ///     Diagnose recordings even if they look as if a convention were broken (degrees, alpha from hanging, a flipped
 ///     sign, another rig).
@@ -107,10 +110,10 @@ fn seconds(limit: f64) -> PyResult<Duration> {
 #[pyo3(
     signature = (
         recordings, rig, *, verify=None, compare=None, plan=false, same_zero=false, time_limit=60.0, thorough=false,
-        candidates=None, pendulum="swings", every=1, span=None, accept_suspicious=false, progress=None
+        candidates=None, pendulum="swings", every=1, span=None, command="held", accept_suspicious=false, progress=None
     ),
     text_signature = "(recordings, rig, *, verify=None, compare=None, plan=False, same_zero=False, \
-        time_limit=60.0, thorough=False, candidates=None, pendulum='swings', every=1, span=None, \
+        time_limit=60.0, thorough=False, candidates=None, pendulum='swings', every=1, span=None, command='held', \
         accept_suspicious=False, progress=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords in Python
@@ -128,10 +131,11 @@ pub(crate) fn diagnose(
     pendulum: &str,
     every: usize,
     span: Option<(f64, f64)>,
+    command: &str,
     accept_suspicious: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyDiagnosis> {
-    let selection = selection(every, span);
+    let selection = selection(every, span, command)?;
     let time_limit = time_limit.map(seconds).transpose()?;
     let pendulum = state(pendulum)?;
     if plan && !pendulum.is_whole() {

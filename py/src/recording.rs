@@ -5,7 +5,9 @@ use crate::error;
 use crate::forked::here;
 use crate::matrix::vector;
 use furuta_ident::Pendulum;
-use furuta_ident::recording::{Excerpt, Notice, NoticeKind, Recording, RecordingError, Values};
+use furuta_ident::recording::{
+    Command, Excerpt, Notice, NoticeKind, Recording, RecordingError, Values,
+};
 use furuta_ident::selection::{Read, SelectionError, read_unseen, select};
 use furuta_input::shown;
 use furuta_model::Rig;
@@ -65,11 +67,19 @@ pub(crate) fn choose(
 }
 
 /// What of each recording is used, as Python's keywords say it.
-pub(crate) fn selection(every: usize, span: Option<(f64, f64)>) -> Excerpt {
-    Excerpt {
+pub(crate) fn selection(
+    every: usize,
+    span: Option<(f64, f64)>,
+    command: &str,
+) -> PyResult<Excerpt> {
+    let command: Command = command
+        .parse()
+        .map_err(|e| PyValueError::new_err(format!("command: {e}")))?;
+    Ok(Excerpt {
         every,
         span: span.map(|(from, to)| from..to),
-    }
+        command,
+    })
 }
 
 /// Recordings of a rig that is not known, with notices, one sentence each: none may be suspicious, unless the person

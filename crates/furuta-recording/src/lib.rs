@@ -5,6 +5,7 @@
 //! cannot be mended is a [`RecordingError`] that names file, row, column and value.
 
 mod against_rig;
+mod between;
 mod budget;
 mod checks;
 mod clipped;
@@ -38,6 +39,7 @@ use std::path::Path;
 use furuta_input::{Input, InputError, shown};
 
 pub use against_rig::{against_rig, each_against_rig};
+pub use between::Command;
 pub use checks::{GAP_FACTOR, IRREGULAR_SHARE, JITTER_TOLERATED, MIN_SEGMENT, UNEVEN_GAP};
 pub use error::RecordingError;
 pub use furuta_input::Limits;

@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use super::{MIN_SEGMENT, Recording, RecordingError, Values};
+use super::{Command, MIN_SEGMENT, Recording, RecordingError, Values};
 
 /// The part of a recording that is used, for one that is longer than it needs to be.
 ///
 /// ```
-/// use furuta_recording::Excerpt;
-/// let excerpt = Excerpt { every: 5, span: Some(2.0..60.0) };
+/// use furuta_recording::{Command, Excerpt};
+/// let excerpt = Excerpt { every: 5, span: Some(2.0..60.0), command: Command::Held };
 /// assert_eq!(Excerpt::default().every, 1);
 /// assert_ne!(excerpt, Excerpt::default());
 /// ```
@@ -18,6 +18,8 @@ pub struct Excerpt {
     pub every: usize,
     /// From here to there, s from the first sample; `None` for all.
     pub span: Option<Range<f64>>,
+    /// What the command does between two rows.
+    pub command: Command,
 }
 
 impl Default for Excerpt {
@@ -25,23 +27,28 @@ impl Default for Excerpt {
         Self {
             every: 1,
             span: None,
+            command: Command::Held,
         }
     }
 }
 
 impl Recording {
-    /// The part of the recording that is selected.
+    /// The part of the recording that is selected, its command read as it is to be.
     ///
     /// # Errors
-    /// As [`Self::span`] and [`Self::every`].
+    /// As [`Self::span`], [`Self::smooth_command`] and [`Self::every`].
     pub fn select(self, excerpt: &Excerpt) -> Result<Self, RecordingError> {
         let cut = match &excerpt.span {
             Some(span) => self.span(span.start, span.end)?,
             None => self,
         };
+        let read = match excerpt.command {
+            Command::Held => cut,
+            Command::Smooth => cut.smooth_command()?,
+        };
         match excerpt.every {
-            1 => Ok(cut),
-            n => cut.every(n),
+            1 => Ok(read),
+            n => read.every(n),
         }
     }
 
@@ -82,10 +89,8 @@ impl Recording {
     }
 
     /// Every `n`-th sample. A command is held from its sample to the next: that of a sample kept becomes the mean of
-    /// the `n` commands up to the
-    /// next one kept, which turns the motor by as much. Angles, speeds and further columns are those of the samples
-    /// kept. A gap is where it
-    /// was: each stretch between gaps is thinned out by itself.
+    /// the `n` commands up to the next one kept, which turns the motor by as much. Angles, speeds and further columns
+    /// are those of the samples kept. A gap is where it was: each stretch between gaps is thinned out by itself.
     ///
     /// # Errors
     /// [`RecordingError::Selection`]: `n` is zero, or leaves too few samples.

@@ -849,6 +849,7 @@ def diagnose(
     pendulum: Literal["swings", "removed", "locked", "alone", "driven"] = "swings",
     every: int = 1,
     span: tuple[float, float] | None = None,
+    command: Literal["held", "smooth"] = "held",
     accept_suspicious: bool = False,
     progress: Callable[[str, str | None, float], object] | None = None,
 ) -> Diagnosis: ...
@@ -1095,6 +1096,7 @@ def calibrate(
     driven: _Recordings | None = None,
     every: int = 1,
     span: tuple[float, float] | None = None,
+    command: Literal["held", "smooth"] = "held",
     accept_suspicious: bool = False,
     progress: Callable[[str, float], object] | None = None,
     hold: _Names | None = None,
@@ -1107,6 +1109,7 @@ def validate(
     same_zero: bool = False,
     every: int = 1,
     span: tuple[float, float] | None = None,
+    command: Literal["held", "smooth"] = "held",
     accept_suspicious: bool = False,
 ) -> Validation: ...
 def plan_experiment(

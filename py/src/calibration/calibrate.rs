@@ -288,6 +288,9 @@ impl Kept for PyCalibration {
 ///     next one used: right where `every` sample periods are short against the motion.
 /// span : tuple of two floats, optional
 ///     Use this span of each recording, s from its first sample.
+/// command : {"held", "smooth"}, optional
+///     What the command does between two rows: smooth where the recording keeps every N-th row of a faster controller.
+///     Where it jumps then, predictions stop and start anew.
 /// accept_suspicious : bool, optional
 ///     Use recordings even if they look as if a convention were broken.
 /// progress : callable, optional
@@ -323,10 +326,10 @@ impl Kept for PyCalibration {
 #[pyo3(
     signature = (recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, body_length=None, verify=None,
         pendulum="swings", same_zero=false, removed=None, locked=None, alone=None, driven=None, every=1, span=None,
-        accept_suspicious=false, progress=None, hold=None),
+        command="held", accept_suspicious=false, progress=None, hold=None),
     text_signature = "(recordings, rig, *, free=None, fix=None, profile=None, horizon=2.0, \
         body_length=None, verify=None, pendulum='swings', same_zero=False, removed=None, locked=None, alone=None, \
-        driven=None, every=1, span=None, accept_suspicious=False, progress=None, hold=None)"
+        driven=None, every=1, span=None, command='held', accept_suspicious=False, progress=None, hold=None)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords, for Python
 pub(crate) fn calibrate(
@@ -347,12 +350,13 @@ pub(crate) fn calibrate(
     driven: Option<Bound<'_, PyAny>>,
     every: usize,
     span: Option<(f64, f64)>,
+    command: &str,
     accept_suspicious: bool,
     progress: Option<&Bound<'_, PyAny>>,
     hold: Option<Names>,
 ) -> PyResult<PyCalibration> {
     let rig = rig.rig.clone();
-    let selection = selection(every, span);
+    let selection = selection(every, span, command)?;
     let pendulum = state(pendulum)?;
     let mut given = choose(
         (recordings, verify.as_ref()),

@@ -130,6 +130,9 @@ impl Kept for PyValidation {
 ///     next one used: right where `every` sample periods are short against the motion.
 /// span : tuple of two floats, optional
 ///     Use this span of each recording, s from its first sample.
+/// command : {"held", "smooth"}, optional
+///     What the command does between two rows: smooth where the recording keeps every N-th row of a faster controller.
+///     Where it jumps then, predictions stop and start anew.
 /// accept_suspicious : bool, optional
 ///     Use recordings even if they look as if a convention were broken.
 ///
@@ -155,8 +158,9 @@ impl Kept for PyValidation {
 ///   recording-0          theta   99.9 % ...
 #[pyfunction]
 #[pyo3(
-    signature = (recordings, rig, *, pendulum="swings", same_zero=false, every=1, span=None, accept_suspicious=false),
-    text_signature = "(recordings, rig, *, pendulum='swings', same_zero=False, every=1, span=None, \
+    signature = (recordings, rig, *, pendulum="swings", same_zero=false, every=1, span=None, command="held",
+        accept_suspicious=false),
+    text_signature = "(recordings, rig, *, pendulum='swings', same_zero=False, every=1, span=None, command='held', \
         accept_suspicious=False)"
 )]
 #[allow(clippy::too_many_arguments)] // keywords, for Python
@@ -168,10 +172,11 @@ pub(crate) fn validate(
     same_zero: bool,
     every: usize,
     span: Option<(f64, f64)>,
+    command: &str,
     accept_suspicious: bool,
 ) -> PyResult<PyValidation> {
     let rig = rig.rig.clone();
-    let selection = selection(every, span);
+    let selection = selection(every, span, command)?;
     let pendulum = state(pendulum)?;
     let given = choose(
         (recordings, None),

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use furuta_ident::recording::{Excerpt, Recording, RecordingError};
+use furuta_ident::recording::{Command, Excerpt, Recording, RecordingError};
 use furuta_ident::selection::{SelectionError, read_unseen, select};
 use furuta_ident::{Pendulum, Task};
 use furuta_input::shown;
@@ -42,6 +42,10 @@ pub(crate) struct RecordedArgs {
     /// Use this span of each recording, seconds from its first sample (2.5..60).
     #[arg(long, value_name = "A..B", value_parser = span, allow_hyphen_values = true)]
     span: Option<Range<f64>>,
+    /// What the command does between two rows of a recording: `held`, or `smooth` where the file keeps every N-th row
+    /// of a faster controller. Where it jumps then, predictions stop and start anew.
+    #[arg(long, value_name = "held|smooth", default_value_t = Command::Held)]
+    command: Command,
 }
 
 /// A span of time, `A..B`.
@@ -100,6 +104,7 @@ impl RecordedArgs {
         let part = Excerpt {
             every: self.every as usize,
             span: self.span.clone(),
+            command: self.command,
         };
         let read = |path: &PathBuf| {
             let (recording, notices) = Recording::load_with_notices(path)?;

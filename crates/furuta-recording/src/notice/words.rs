@@ -31,6 +31,10 @@ fn whole_rows(rows: f64) -> [String; 2] {
     [format!("{whole:.0}"), s.to_owned()]
 }
 
+/// A command that changes on a line between rows and is taken as held looks half a row late, one in the next row a
+/// whole row.
+const BETWEEN_ROWS: f64 = 0.75;
+
 /// The axis of a column of angles, as rig files call it.
 fn axis(column: &str) -> &'static str {
     if column == "theta" { "arm" } else { "pendulum" }
@@ -313,6 +317,13 @@ impl fmt::Display for NoticeKind {
                      move the column {late} up by {whole} row{s}, or read both encoders at once"
                 )
             }
+            Self::LateCommandSuspected { rows } if *rows < BETWEEN_ROWS => write!(
+                f,
+                "the arm answers {rows:.1} rows before u is written: if the file keeps every N-th row of a faster \
+                 controller, its command changes between the rows: record every row, or read it as smooth between \
+                 them (--command smooth, in Python command=\"smooth\"); if u is written a row late and the motor \
+                 lags, move the column u up by 1 row"
+            ),
             Self::LateCommandSuspected { rows } => {
                 let [whole, s] = whole_rows(*rows);
                 write!(

@@ -62,6 +62,7 @@ fn a_span_is_counted_from_the_first_sample() {
     let both = Excerpt {
         every: 2,
         span: Some(0.0..0.5),
+        ..Excerpt::default()
     };
     assert_eq!(recording(false).select(&both).unwrap().len(), 126);
     let error = all.span(10.0, 20.0).unwrap_err().to_string();
@@ -71,4 +72,69 @@ fn a_span_is_counted_from_the_first_sample() {
     );
     assert!(all.span(2.0, 1.0).is_err());
     assert!(all.span(f64::NAN, 1.0).is_err());
+}
+
+/// A controller of 1 kHz of which every twentieth row is kept: read as smooth, the command takes a mass where it did.
+/// Held from row to row it is half a row late, and as a straight line it is wrong by `h² u/6`.
+#[test]
+fn a_smooth_command_between_kept_rows_takes_a_mass_where_it_did() {
+    let (w, h) = (25.0_f64, 0.02);
+    let rows = (0..300).map(|k| [h * f64::from(k), (w * h * f64::from(k)).sin(), 0.0, 3.1]);
+    let (kept, _) = Recording::from_samples("kept", rows).unwrap();
+    let read = kept.smooth_command().unwrap();
+    assert_eq!(read.segments, kept.segments);
+    // By how much second differences of the places are off at most, as a share of those of x'' = sin(w t), in units of
+    // the first terms of the series in w h.
+    let off = |held: &dyn Fn(usize) -> f64| {
+        let off = (2..297).map(|k| {
+            let exact = (w * h * k as f64).sin() * (2.0 - 2.0 * (w * h).cos()) / (w * h).powi(2);
+            ((held(k) + held(k - 1)) / 2.0 - exact).abs()
+        });
+        off.fold(0.0, f64::max)
+    };
+    let near =
+        |found: f64, first: f64| assert!((found / first - 1.0).abs() < 0.1, "{found}, not {first}");
+    near(off(&|k| read.u[k]), (w * h).powi(4) / 26.7);
+    near(
+        off(&|k| (kept.u[k] + kept.u[k + 1]) / 2.0),
+        (w * h).powi(2) / 6.0,
+    );
+    near(off(&|k| kept.u[k]), w * h / 2.0);
+}
+
+#[test]
+fn where_a_command_jumps_between_kept_rows_is_a_gap() {
+    // Levels with a little feedback on them, and a gap of the recording's own.
+    let row = |k: u32| {
+        let t = 0.02 * f64::from(k) + if k < 200 { 0.0 } else { 1.0 };
+        let level = [3.0, -2.0, 5.0, 5.0, 1.0][(k / 60) as usize];
+        [t, level + 0.01 * (3.0 * t).sin(), 0.1 * t, 3.1]
+    };
+    let (kept, _) = Recording::from_samples("levels", (0..300).map(row)).unwrap();
+    assert_eq!(kept.segments, [0..200, 200..300]);
+    let read = kept.smooth_command().unwrap();
+    assert_eq!(
+        read.segments,
+        [0..60, 60..120, 120..200, 200..240, 240..300]
+    );
+    for segment in &read.segments {
+        // The row before a gap says nothing of what comes after it.
+        assert_eq!(read.u[segment.end - 1], kept.u[segment.end - 1]);
+        let [a, b, c] = [0, 1, 2].map(|k| kept.u[segment.start + k]);
+        assert!((read.u[segment.start] - (5.0 * a + 8.0 * b - c) / 12.0).abs() < 1e-12);
+    }
+    let relay = |k: u32| {
+        [
+            0.02 * f64::from(k),
+            if k / 5 % 2 == 0 { 1.0 } else { -1.0 },
+            0.0,
+            3.1,
+        ]
+    };
+    let (relay, _) = Recording::from_samples("relay", (0..300).map(relay)).unwrap();
+    let error = relay.smooth_command().unwrap_err().to_string();
+    assert!(
+        error.starts_with("relay: the command jumps so often"),
+        "{error}"
+    );
 }
