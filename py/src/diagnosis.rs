@@ -231,6 +231,17 @@ impl PyDiagnosis {
         }
     }
 
+    /// A stretch of one recording in which something else happened (a motor cut off, a hand), where what explains all
+    /// else shows one: run, from and to (s of its time stamps), rest (the verdict without it); else None. The verdict is
+    /// `unexplained` then, and all else is said of the rest.
+    #[getter]
+    fn left_out<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self.outcome.diagnosis.left_out {
+            Some(_) => self.field(py, "left_out"),
+            None => Ok(py.None().into_bound(py)),
+        }
+    }
+
     /// How far the samples scatter about their time stamps, where it shows: spread and std (s), deviations; else None.
     #[getter]
     fn jitter<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

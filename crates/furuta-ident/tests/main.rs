@@ -20,6 +20,7 @@ mod rare;
 mod real_rigs;
 mod report;
 mod rough;
+mod stretch;
 mod thorough;
 mod transients;
 mod unexplained;

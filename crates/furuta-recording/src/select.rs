@@ -202,6 +202,30 @@ impl Recording {
         }
     }
 
+    /// The same recording, of which what lies from `from` to `to`, s from the first sample, is not used: it is a gap.
+    ///
+    /// ```
+    /// use furuta_recording::Recording;
+    /// let sway = |k: u32| [0.01 * f64::from(k), 0.0, (0.01 * f64::from(k)).sin(), 3.1];
+    /// let (minute, _) = Recording::from_samples("minute", (0..6000).map(sway))?;
+    /// assert_eq!(minute.without(20.005, 30.005).segments, [0..2001, 3001..6000]);
+    /// assert_eq!(minute.without(50.0, 70.0).segments, [0..5000]);
+    /// # Ok::<(), furuta_recording::RecordingError>(())
+    /// ```
+    #[must_use]
+    pub fn without(&self, from: f64, to: f64) -> Self {
+        let start = self.t.first().copied().unwrap_or(0.0);
+        let first = self.t.partition_point(|t| t - start < from);
+        let end = self.t.partition_point(|t| t - start <= to);
+        let parts = |s: &Range<usize>| [s.start..s.end.min(first), s.start.max(end)..s.end];
+        let mut segments: Vec<Range<usize>> = self.segments.iter().flat_map(parts).collect();
+        segments.retain(|s| s.len() >= MIN_SEGMENT);
+        Self {
+            segments,
+            ..self.clone()
+        }
+    }
+
     /// How many samples lie in its segments.
     #[must_use]
     pub fn samples_used(&self) -> usize {

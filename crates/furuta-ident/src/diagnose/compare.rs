@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Sheet};
 use super::result::{Comparison, Diagnosis, Difference, NamedEffect};
-use super::{Fit, Options, Outcome, Progress, Request, SEARCH, horizons, repair};
+use super::{Fit, Looked, Options, Outcome, Progress, Request, SEARCH, horizons, repair};
 use crate::insufficient::{self, Insufficient};
 use crate::recording::Recording;
 use crate::shooting::{Effort, Problem};
@@ -37,7 +37,7 @@ impl InEither<'_> {
 /// A diagnosis, and what the recordings of the other state say of the effects named in either.
 pub(super) fn with_another_state(
     request: &Request<'_>,
-    mut here: Outcome,
+    here: Looked,
     options: Options<'_>,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Outcome, Insufficient> {
@@ -50,15 +50,22 @@ pub(super) fn with_another_state(
         plan: false,
         ..options
     };
-    let there = super::search(&request_there, options_there, progress)?;
-    if there.diagnosis.interrupted {
-        here.diagnosis.interrupted = true;
-    } else {
-        let found = [&here.diagnosis, &there.diagnosis];
-        let comparison = compare(&[*request, request_there], found, options)?;
-        here.diagnosis.comparison = Some(comparison);
+    let there = super::in_stretches(&request_there, options_there, progress)?;
+    let mut outcome = here.outcome;
+    if there.outcome.diagnosis.interrupted {
+        outcome.diagnosis.interrupted = true;
+        return Ok(outcome);
     }
-    Ok(here)
+    let found = [&outcome.diagnosis, &there.outcome.diagnosis];
+    let requests = [(*request, &here.rest), (request_there, &there.rest)].map(|(request, rest)| {
+        let recordings = rest.as_deref().unwrap_or(request.recordings);
+        Request {
+            recordings,
+            ..request
+        }
+    });
+    outcome.diagnosis.comparison = Some(compare(&requests, found, options)?);
+    Ok(outcome)
 }
 
 /// What two diagnoses of one rig say of the effects named in either.

@@ -15,13 +15,14 @@ use super::progress::Teller;
 use super::request::Options;
 use super::result::{Part, Suspected};
 use super::search::{Rival, Search, Searched};
+use super::stretch::Stretch;
 use super::subset::Subset;
 use super::{Fit, constancy, horizons, savers};
 use crate::shooting::{Data, Effort, Problem};
 
 /// The most usual effects that are looked for together before those that few rigs have, so that these are found before
 /// larger sets that imitate them are searched.
-const USUAL: usize = 2;
+pub(super) const USUAL: usize = 2;
 
 /// What a diagnosis works on.
 pub(super) struct Work<'a> {
@@ -103,8 +104,8 @@ impl Work<'_> {
             .chain(late.map(|spec| Suspected::filtered(spec)))
     }
 
-    /// Refits the sheet, looks for names, and judges them.
-    pub(super) fn find(&self, sheet: &Arc<Sheet>) -> Found {
+    /// Refits the sheet, looks for names, and judges them; or a stretch that is to be left out, where one may be.
+    pub(super) fn find(&self, sheet: &Arc<Sheet>, may_leave_out: bool) -> Result<Found, Stretch> {
         let (short, calm) = (&self.short, &self.calm);
         let Deadlines { stop, hurry, end } = self.deadlines;
         let mut unfinished: Vec<Part> = Vec::new();
@@ -145,6 +146,15 @@ impl Work<'_> {
             Rare::Explain(search, named) => by_rare = Some((*search, named)),
             Rare::Left(fit) => left = Some(fit),
             Rare::None => (),
+        }
+        if may_leave_out && by_rare.is_none() && !search.explains() && !stop.wanted() {
+            let closest = match search.closest() {
+                closest if search.is_over(short) => closest,
+                of_subset => calm.transferred(&refitted, &of_subset, Effort::FULL),
+            };
+            if let Some(stretch) = self.stretch(&refitted, &closest) {
+                return Err(stretch);
+            }
         }
         if by_rare.is_none() {
             search = self.go_on(search, subset.as_ref(), &refitted, &|_| true);
@@ -196,6 +206,7 @@ impl Work<'_> {
             }
         }
 
+        let explained = explains(&named);
         let judge = Judge {
             problem: calm,
             apart: &self.apart,
@@ -205,7 +216,6 @@ impl Work<'_> {
             stop,
         };
         // A model that leaves no more than the noise has nothing that a name could stand in for.
-        let explained = explains(&named);
         let judged = if explained {
             judge.certain(named, rivals)
         } else {
@@ -256,7 +266,7 @@ impl Work<'_> {
             unfinished,
         };
         found.settle_rivals();
-        found
+        Ok(found)
     }
 
     /// A search over short windows, on a subset of them where there is one.

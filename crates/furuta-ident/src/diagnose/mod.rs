@@ -49,6 +49,7 @@ mod savers;
 mod screen;
 mod search;
 mod starts;
+mod stretch;
 mod subset;
 #[cfg(test)]
 mod sweep;
@@ -68,13 +69,14 @@ pub use result::{Channel, Channels, Curves, Diagnosis, Part, Verdict};
 pub use within::samples_looked_at;
 
 use crate::insufficient::{self, Insufficient};
-use crate::recording::each_once;
+use crate::recording::{Recording, each_once};
 use crate::shooting::{self, Problem};
 use apart::Apart;
 use deadlines::Deadlines;
 use find::Work;
 use hypothesis::{Hypothesis, Sheet};
 use progress::Teller;
+use stretch::Stretch;
 
 /// A fitted hypothesis.
 type Fit = shooting::Fit<Hypothesis>;
@@ -154,9 +156,9 @@ pub fn diagnose_with(
         .stack_size(STACK)
         .build();
     let work = || {
-        let here = search(request, options, progress)?;
-        if options.compare.is_empty() || here.diagnosis.interrupted {
-            return Ok(here);
+        let here = in_stretches(request, options, progress)?;
+        if options.compare.is_empty() || here.outcome.diagnosis.interrupted {
+            return Ok(here.outcome);
         }
         compare::with_another_state(request, here, options, progress)
     };
@@ -173,11 +175,66 @@ pub fn diagnose_with(
     Ok(outcome)
 }
 
+/// What a search came to, and what it looked at where a stretch was left out.
+struct Looked {
+    outcome: Outcome,
+    rest: Option<Vec<Recording>>,
+}
+
+/// A search over everything; or, where something else happened in a stretch of one recording, over the rest.
+fn in_stretches(
+    request: &Request<'_>,
+    options: Options<'_>,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Looked, Insufficient> {
+    let begin = Instant::now();
+    let stretch = match search(request, options, progress, true)? {
+        Answer::Outcome(outcome) => {
+            return Ok(Looked {
+                outcome: *outcome,
+                rest: None,
+            });
+        }
+        Answer::Without(stretch) => stretch,
+    };
+    let rest = stretch.left_out(request.recordings);
+    let of_rest = Request {
+        recordings: &rest,
+        ..*request
+    };
+    let left = options
+        .time_limit
+        .map(|limit| limit.saturating_sub(begin.elapsed()));
+    let options = Options {
+        time_limit: left,
+        ..options
+    };
+    let Answer::Outcome(mut outcome) = search(&of_rest, options, progress, false)? else {
+        unreachable!("nothing more is left out")
+    };
+    let diagnosis = &mut outcome.diagnosis;
+    diagnosis.left_out = stretch.said(request.recordings, diagnosis.verdict);
+    diagnosis.verdict = Verdict::Unexplained;
+    diagnosis.seconds = begin.elapsed().as_secs_f64();
+    Ok(Looked {
+        outcome: *outcome,
+        rest: Some(rest),
+    })
+}
+
+/// What a search comes to.
+enum Answer {
+    Outcome(Box<Outcome>),
+    /// To be asked again without a stretch of one recording.
+    Without(Stretch),
+}
+
 fn search(
     request: &Request<'_>,
     options: Options<'_>,
     progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Outcome, Insufficient> {
+    may_leave_out: bool,
+) -> Result<Answer, Insufficient> {
     let begin = Instant::now();
     let deadlines = Deadlines::from(begin, &options);
     let data = options.data(request.recordings, request.rig);
@@ -199,12 +256,15 @@ fn search(
         deadlines,
         teller: Teller::new(progress),
     };
-    let found = work.find(&Arc::new(sheet));
+    let found = match work.find(&Arc::new(sheet), may_leave_out) {
+        Ok(found) => found,
+        Err(stretch) => return Ok(Answer::Without(stretch)),
+    };
     let mut outcome = work.answer(request, found);
     outcome
         .diagnosis
         .notices
         .splice(0..0, notices.into_iter().chain(filtered));
     outcome.diagnosis.seconds = begin.elapsed().as_secs_f64();
-    Ok(outcome)
+    Ok(Answer::Outcome(Box::new(outcome)))
 }

@@ -9,6 +9,7 @@ mod best;
 mod comparison;
 mod curves;
 mod jitter;
+mod left_out;
 mod missing_torque;
 mod moved;
 mod sentence;
@@ -26,6 +27,7 @@ pub use self::best::Best;
 pub use self::comparison::{Comparison, Difference};
 pub use self::curves::{CandidateEvidence, Curves, GapBar, RunCurves, TorqueByState, TorqueInTime};
 pub use self::jitter::Jitter;
+pub use self::left_out::LeftOut;
 pub use self::missing_torque::{MissingTorque, Shape};
 pub use self::suspected::Suspected;
 pub use self::zero::{Against, Zero};
@@ -390,6 +392,10 @@ pub struct Diagnosis {
     /// of the JSON otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub custom: Option<Expression>,
+    /// A stretch of one recording in which something else happened, if what explains all else shows one: the verdict is
+    /// `unexplained` then, and everything else is said of the rest. Left out of the JSON where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left_out: Option<LeftOut>,
     /// The zeros of the recordings' encoders, where each has its own; left out of the JSON where there is one
     /// recording.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -469,6 +475,7 @@ impl Diagnosis {
             effects: Vec::new(),
             suspected: Vec::new(),
             custom: None,
+            left_out: None,
             zeros: Vec::new(),
             parameters: BTreeMap::new(),
             limits: Vec::new(),

@@ -10,7 +10,14 @@ impl Diagnosis {
         if self.unfinished.contains(&Part::Search) {
             return self.so_far();
         }
-        match self.verdict {
+        match &self.left_out {
+            Some(stretch) => format!("{} {}", stretch.sentence(), self.sentence_of(stretch.rest)),
+            None => self.sentence_of(self.verdict),
+        }
+    }
+
+    fn sentence_of(&self, verdict: Verdict) -> String {
+        match verdict {
             Verdict::NoGap => "The model predicts these recordings down to the noise floor: nothing is missing.".into(),
             Verdict::ParametersOnly => format!(
                 "No effect is missing: with the parameters refitted, {}.",
