@@ -452,7 +452,8 @@ fn content(recording: &Recording, notices: &mut Vec<NoticeKind>) {
     }
     if constant(&recording.u) {
         notices.push(NoticeKind::ConstantCommand {
-            value: recording.u.first().copied().unwrap_or(0.0),
+            // A log's minus zero is zero.
+            value: recording.u.first().copied().unwrap_or(0.0) + 0.0,
         });
     }
     for (column, values) in [("theta", &recording.theta), ("alpha", &recording.alpha)] {

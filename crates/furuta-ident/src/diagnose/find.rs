@@ -35,7 +35,7 @@ pub(super) struct Work<'a> {
     pub(super) filtered: bool,
     pub(super) options: Options<'a>,
     pub(super) deadlines: Deadlines<'a>,
-    pub(super) teller: Teller<'a>,
+    pub(super) teller: &'a Teller<'a>,
 }
 
 /// Stages that a person is told of.

@@ -76,6 +76,7 @@ use deadlines::Deadlines;
 use find::Work;
 use hypothesis::{Hypothesis, Sheet};
 use progress::Teller;
+use result::LeftOut;
 use stretch::Stretch;
 
 /// A fitted hypothesis.
@@ -188,38 +189,39 @@ fn in_stretches(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Looked, Insufficient> {
     let begin = Instant::now();
-    let stretch = match search(request, options, progress, true)? {
-        Answer::Outcome(outcome) => {
-            return Ok(Looked {
-                outcome: *outcome,
-                rest: None,
-            });
+    let teller = Teller::new(progress);
+    let (mut rest, mut left_out) = (None, None);
+    let mut outcome = loop {
+        let left = options
+            .time_limit
+            .map(|t| t.saturating_sub(begin.elapsed()));
+        let options = Options {
+            time_limit: left,
+            ..options
+        };
+        let recordings = rest.as_deref().unwrap_or(request.recordings);
+        let request = Request {
+            recordings,
+            ..*request
+        };
+        match search(&request, options, &teller, left_out.is_none())? {
+            Answer::Outcome(outcome) => break *outcome,
+            Answer::Without(stretch) => {
+                left_out = Some(stretch.said(recordings));
+                rest = Some(stretch.left_out(recordings));
+            }
         }
-        Answer::Without(stretch) => stretch,
-    };
-    let rest = stretch.left_out(request.recordings);
-    let of_rest = Request {
-        recordings: &rest,
-        ..*request
-    };
-    let left = options
-        .time_limit
-        .map(|limit| limit.saturating_sub(begin.elapsed()));
-    let options = Options {
-        time_limit: left,
-        ..options
-    };
-    let Answer::Outcome(mut outcome) = search(&of_rest, options, progress, false)? else {
-        unreachable!("nothing more is left out")
     };
     let diagnosis = &mut outcome.diagnosis;
-    diagnosis.left_out = stretch.said(request.recordings, diagnosis.verdict);
-    diagnosis.verdict = Verdict::Unexplained;
+    if let Some(left_out) = left_out {
+        diagnosis.left_out = Some(LeftOut {
+            rest: diagnosis.verdict,
+            ..left_out
+        });
+        diagnosis.verdict = Verdict::Unexplained;
+    }
     diagnosis.seconds = begin.elapsed().as_secs_f64();
-    Ok(Looked {
-        outcome: *outcome,
-        rest: Some(rest),
-    })
+    Ok(Looked { outcome, rest })
 }
 
 /// What a search comes to.
@@ -232,7 +234,7 @@ enum Answer {
 fn search(
     request: &Request<'_>,
     options: Options<'_>,
-    progress: &(dyn Fn(Progress) + Sync),
+    teller: &Teller<'_>,
     may_leave_out: bool,
 ) -> Result<Answer, Insufficient> {
     let begin = Instant::now();
@@ -254,7 +256,7 @@ fn search(
         filtered: filtered.is_some(),
         options,
         deadlines,
-        teller: Teller::new(progress),
+        teller,
     };
     let found = match work.find(&Arc::new(sheet), may_leave_out) {
         Ok(found) => found,
@@ -265,6 +267,5 @@ fn search(
         .diagnosis
         .notices
         .splice(0..0, notices.into_iter().chain(filtered));
-    outcome.diagnosis.seconds = begin.elapsed().as_secs_f64();
     Ok(Answer::Outcome(Box::new(outcome)))
 }

@@ -6,10 +6,14 @@ use crate::stages::Stages;
 
 /// The stages of a diagnosis in their order, with the per cent that a progress bar shows when each begins. Some are
 /// skipped where there is nothing to do.
-const BEGINS: Stages<9> = Stages([
+const BEGINS: Stages<10> = Stages([
     ("recalibrating", 0.0),
     ("searching", 5.0),
     ("searching among rare effects", 40.0),
+    (
+        "looking for a stretch in which something else happened",
+        50.0,
+    ),
     ("searching over long windows", 60.0),
     ("judging", 70.0),
     ("looking for an expression", 80.0),
@@ -19,7 +23,7 @@ const BEGINS: Stages<9> = Stages([
 ]);
 
 /// The names of the stages.
-pub const STAGES: [&str; 9] = BEGINS.names();
+pub const STAGES: [&str; 10] = BEGINS.names();
 
 /// Of a stage's share, each candidate of it is counted as this part of what is left: how many there will be is not
 /// known beforehand.

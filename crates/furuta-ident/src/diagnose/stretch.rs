@@ -127,16 +127,17 @@ impl Stretch {
         rest
     }
 
-    /// What is said of it.
-    pub(super) fn said(&self, recordings: &[Recording], rest: Verdict) -> Option<LeftOut> {
-        let recording = recordings.get(self.recording)?;
-        let start = recording.t.first()?;
-        let end = recording.t.last()?;
-        Some(LeftOut {
-            run: recording.name.clone(),
-            from: (start + self.from).max(*start),
-            to: (start + self.to).min(*end),
-            rest,
-        })
+    /// What is said of it, the rest not known yet.
+    pub(super) fn said(&self, recordings: &[Recording]) -> LeftOut {
+        let recording = recordings.get(self.recording);
+        let times = recording.map_or(&[][..], |r| &r.t);
+        let start = times.first().copied().unwrap_or(0.0);
+        let end = times.last().copied().unwrap_or(0.0);
+        LeftOut {
+            run: recording.map(|r| r.name.clone()).unwrap_or_default(),
+            from: (start + self.from).max(start),
+            to: (start + self.to).min(end),
+            rest: Verdict::Unexplained,
+        }
     }
 }
