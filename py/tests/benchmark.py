@@ -5,7 +5,7 @@ For judging a change without fitting to one set. Makes the cases if they are not
     python py/tests/benchmark.py --seed 1 --out out/bench-1
     python py/tests/benchmark.py --seed 1 --out out/bench-1 --only-generate
     python py/tests/benchmark.py --out out/bench-1 --groups usual,clean --jobs 2
-    python py/tests/benchmark.py --seed 1 --out out/rough-1 --groups rough,foreign,lookalike,seldom   # laboratories
+    python py/tests/benchmark.py --seed 1 --out out/rough-1 --groups rough,foreign,lookalike,seldom,event   # laboratories
     python py/tests/benchmark.py --seed 1 --out out/limit-1 --near-the-limit --jobs 2
 
 `--near-the-limit` hides one effect so small that the data say little of it: 3 to 25 times the standard deviation with
@@ -16,6 +16,9 @@ A foreign case (what no catalogue has, alone or with a catalogue effect beside) 
 `unexplained`, nothing false is named, and the effect beside is; the table counts the three apart, too. Some of what is
 foreign is in the catalogue by now: such a case is exact as well when it is called by that name and the effect beside is
 named.
+
+What happened for a while in one recording (the group `event`) counts as exact when that stretch is left out, within a
+second at either end, and what is named is what is hidden beside.
 
 Another seed is another set of rigs, sizes, pairs and data sheets. The program under test sees a copy without
 truth.json.
@@ -42,8 +45,8 @@ from collections.abc import Iterable
 import furuta
 import numpy as np
 from benchmark_cases import Case, plan
-from mujoco_effects import FOREIGN, draw_effect
-from mujoco_foreign import CALLED
+from mujoco_effects import FOREIGN, SECONDS, draw_effect
+from mujoco_foreign import CALLED, EVENTS
 from mujoco_rig import FAMILIES, draw_rig
 
 # Effects with one strength, for which the tool reports how large they could still be.
@@ -115,6 +118,15 @@ def named(ids: Iterable[str]) -> set[str]:
     return {"motor.delay" if id == "sensor.delay" else id for id in ids}
 
 
+def is_left_out(stretch: dict[str, object] | None, event: dict[str, float]) -> bool:
+    """Whether this stretch is the one in which something else happened, within a second at either end."""
+    if stretch is None:
+        return False
+    begins = abs(stretch["from"] - event["from"]) < 1.0
+    ends = event["to"] >= SECONDS or abs(stretch["to"] - event["to"]) < 1.0  # it lasts to the end of the recording
+    return str(stretch["run"]).startswith(f"run-{event['run']:.0f}-") and begins and ends
+
+
 def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, object]:
     """Runs the program on a copy of the case and compares its answer with the truth."""
     truth = json.loads((case / "truth.json").read_text())
@@ -129,7 +141,7 @@ def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, obj
         except ValueError as none:
             answer, error = None, str(none)
     row = {"case": case.name, "wanted": sorted(wanted), "seconds": time.perf_counter() - begin}
-    known = wanted - set(FOREIGN)  # what can be named
+    known = wanted - set(FOREIGN) - set(EVENTS)  # what can be named
     called = {CALLED[id] for id in wanted if id in CALLED}
     row |= {"foreign": known != wanted, "beside": sorted(known), "called": sorted(called)}
     if answer is None:
@@ -143,7 +155,11 @@ def score(command: list[str], case: pathlib.Path, limit: float) -> dict[str, obj
         }
     got = named(e["id"] for e in answer["effects"])
     rivals = got | named(r for e in answer["effects"] for r in e.get("confusable_with", []))
-    if row["foreign"]:
+    events = [truth["effects"][id] for id in wanted & set(EVENTS)]
+    if events:
+        close = answer["verdict"] == "unexplained"
+        exact = close and got == known and all(is_left_out(answer.get("left_out"), event) for event in events)
+    elif row["foreign"]:
         told = bool(called) and called <= got and answer["verdict"] == "missing_effects"
         close = told or answer["verdict"] == "unexplained"
         exact = close and got - called == known

@@ -10,6 +10,7 @@ import tempfile
 import numpy as np
 from mujoco_case import write_case
 from mujoco_effects import EFFECTS, FOREIGN, IMPOSSIBLE, SECONDS, hide
+from mujoco_foreign import EVENTS
 from mujoco_rig import FAMILIES, TrueRig, draw_rig
 
 # Pairs whose order in the motor matters or which recordings cannot tell from one effect are not asked for.
@@ -148,7 +149,8 @@ def askable(ids: tuple[str, ...]) -> bool:
 
 
 def laboratory(seed: int, first: int) -> list[Case]:
-    """The groups recorded as laboratories record: `rough`, 45 of `foreign`, `lookalike`, `seldom`; from ``first`` on.
+    """The groups recorded as laboratories record: `rough`, 45 of `foreign`, `lookalike`, `seldom`, `event`; from
+    ``first`` on.
 
     Each group has a stream of its own.
     """
@@ -214,4 +216,11 @@ def laboratory(seed: int, first: int) -> list[Case]:
     for i in range(10):
         others = () if i % 2 else (beside(rng, "motor.saturation", ("motor.saturation", *once)),)
         add(rng, "seldom", ("motor.saturation", *others), limit=float(rng.uniform(0.85, 0.95)))
+
+    # what happens for a while in one of the two recordings that the motor drives, alone and beside an effect
+    rng = np.random.default_rng([seed, 5])
+    for i in range(12):
+        event = EVENTS[i % len(EVENTS)]
+        add(rng, "event", (event,) if i < 6 else (event, beside(rng, event, once)))
+        cases[-1] = dataclasses.replace(cases[-1], runs=("multisine", "steps", "balance"))
     return cases

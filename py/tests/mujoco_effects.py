@@ -21,7 +21,7 @@ import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
-from mujoco_foreign import FOREIGN, draw_foreign
+from mujoco_foreign import EVENTS, FOREIGN, draw_foreign
 
 if TYPE_CHECKING:
     from mujoco_rig import TrueRig
@@ -61,7 +61,7 @@ SECONDS = 12.0  # usual length of a recording: kicks fall into its middle half
 
 def check(effects: Effects) -> None:
     """Raises where the plant does not have an effect, or not all of them together."""
-    known = EFFECTS + RARE + FOREIGN
+    known = EFFECTS + RARE + FOREIGN + EVENTS
     unknown = set(effects) - set(known)
     if unknown:
         raise ValueError(f"the MuJoCo plant has no {', '.join(sorted(unknown))}; it has {', '.join(known)}")

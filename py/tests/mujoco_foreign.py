@@ -22,6 +22,11 @@ Sizes are such that recordings show each several times above an encoder's noise 
 - ``x.eccentric_theta``, ``x.eccentric_alpha``: an encoder's disc off its axis.
 - ``x.lost_counts``: theta's zero steps, in every run.
 - ``x.clock_jitter``: samples are taken around the moments that their stamps claim.
+
+What happens once, for a second or more, in one recording (`EVENTS`), is no physics of the rig:
+
+- ``x.cut_off``: the motor gets nothing from a moment on, while the command goes on.
+- ``x.held_pendulum``, ``x.held_arm``: a hand brakes the pendulum, or the arm.
 """
 
 from __future__ import annotations
@@ -41,6 +46,8 @@ FOREIGN = (
     "x.pwm_sag", "x.clock_jitter", "x.end_stops", "x.detent", "x.flexible_rod", "x.fading_friction", "x.sqrt_friction",
     "x.voltage_backlash",
 )  # fmt: skip
+
+EVENTS = ("x.cut_off", "x.held_pendulum", "x.held_arm")
 
 # By what name the catalogue has it. Lost counts there are one recording's alone.
 CALLED = {
@@ -94,6 +101,15 @@ def draw_foreign(
             return {"angle": between(0.12, 0.20), "phase": plain(0, 2 * np.pi)}
         case "x.eccentric_alpha":
             return {"angle": between(0.04, 0.08), "phase": plain(0, 2 * np.pi)}
+        case "x.cut_off":
+            return {"run": float(rng.integers(2)), "from": seconds * plain(0.5, 0.65), "to": seconds}
+        case "x.held_pendulum" | "x.held_arm":  # a speed halves within some 20 ms
+            start = seconds * plain(0.2, 0.6)
+            pendulum = rig.pend_inertia + rig.pend_mass * rig.pend_com**2
+            held = pendulum if effect == "x.held_pendulum" else rig.arm_inertia + rig.pend_mass * rig.arm_length**2
+            return {
+                "run": float(rng.integers(2)), "from": start, "to": start + plain(1.2, 2.2), "damping": 40.0 * held,
+            }  # fmt: skip
         case "x.lost_counts":
             return {"angle": between(0.10, 0.20), "time": seconds * plain(0.25, 0.75)}
         case "x.pwm_sag":

@@ -145,6 +145,7 @@ class Plant:
         self.samples = self.steps = 0
         self.clock = Clock(effects.get("x.clock_jitter"), rig.rate, run, step)
         self.supply = Supply(effects, rig)
+        self.damping = self.model.dof_damping.copy()
         self.lagged = 0.0  # state of motor.lag, V
         self.queue: list[float] = []  # past commands, newest first, for motor.delay
         self.past: list[np.ndarray] = []  # past readings and their rates, newest first, for sensor.delay
@@ -328,6 +329,11 @@ class Plant:
                 volts[i] = target + (start - target) * (1 - keep) * constant / self.step
         return volts
 
+    def _happens(self, event: str) -> bool:
+        """Whether one of `EVENTS` goes on."""
+        when = self.effects.get(event)
+        return bool(when) and round(when["run"]) == self.run and when["from"] <= self.time < when["to"]
+
     def advance(self, u: float) -> None:
         """Holds the command ``u`` for one sample."""
         rig, data, motor = self.rig, self.data, self.motor
@@ -335,6 +341,11 @@ class Plant:
             self.past.insert(0, self._shown())
             del self.past[int(self._parameter("sensor.delay", "delay") * rig.rate) + 1 :]
         begin, last = self.time, self.steps
+        if self._happens("x.cut_off"):
+            u = 0.0
+        for axis, event in ((ALPHA, "x.held_pendulum"), (THETA, "x.held_arm")):
+            hand = self._parameter(event, "damping") if self._happens(event) else 0.0
+            self.model.dof_damping[axis] = self.damping[axis] + hand
         self.samples += 1
         self.steps = self.clock.step(self.samples, last)
         edges = begin + self.step * np.arange(self.steps - last + 1)

@@ -23,7 +23,7 @@ from mujoco_effects import EFFECTS, FOREIGN, hide  # noqa: E402
 from mujoco_rig import draw_rig  # noqa: E402
 
 OLD = {"usual": 60, "clean": 6, "pair": 8, "small": 8, "triple": 6, "hard": 12}
-LABORATORY = {"rough": 48, "foreign": 48, "lookalike": 40, "seldom": 20}
+LABORATORY = {"rough": 48, "foreign": 48, "lookalike": 40, "seldom": 20, "event": 12}
 
 
 def group(case):

@@ -48,6 +48,7 @@ fn a_motor_that_is_cut_off_is_told() {
 
 /// What is missing is named from the rest.
 #[test]
+#[ignore = "a minute: make test-long"]
 fn what_is_missing_is_named_beside_a_motor_that_is_cut_off() {
     let mut rig = qube();
     rig.effects = vec![furuta_model::Effect::new("arm.coulomb", &[1.5e-3]).expect("valid")];
