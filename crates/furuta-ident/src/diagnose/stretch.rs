@@ -2,25 +2,25 @@
 //! held the rig.
 //!
 //! A fit to everything is drawn towards such a stretch and is far from all. So each recording is left out in turn of what
-//! came closest; where what is left falls by most, a search goes over the others. If that explains them, and is near the recording but for
-//! one stretch, the stretch is left out, and everything else is diagnosed anew.
-
-use super::find::{USUAL, Work};
-use super::search::Search;
-use super::{Fit, SEARCH, Verdict, savers};
-use crate::diagnose::result::LeftOut;
-use crate::recording::Recording;
-use crate::shooting::{Effort, Problem, Window};
+//! came closest; where what is left falls by most, a search goes over the others. If that explains them, and is near the
+//! recording but for one stretch, the stretch is left out, and everything else is diagnosed anew.
 
 use super::evidence::FAR;
+use super::find::{USUAL, Work};
+use super::result::LeftOut;
+use super::search::Search;
+use super::{Fit, SEARCH, Verdict, savers};
+use crate::recording::Recording;
+use crate::shooting::{Effort, Problem, Window};
 
 /// Without its recording, what is left above the noise falls by this factor at least: half of it and more is that
 /// recording's own, of two or more.
 const OWN: f64 = 2.0;
-/// A shorter stretch may be what acts once and has a name, s: no push of the catalogue lasts longer.
+/// A shorter stretch may be what acts once and has a name, s: eight times the longest push from which a fit starts.
 const LEAST: f64 = 1.0;
 /// A longer one, as a share of its recording, is not something that happened but how the rig is.
 const MOST: f64 = 0.5;
+/// Of the quarters of a recording, one at least is free of a stretch that takes no more than `MOST` of it.
 const QUARTERS: usize = 4;
 /// Of its windows, at least this share is far from what explains all else.
 const TOGETHER: f64 = 0.5;
@@ -96,7 +96,7 @@ impl Work<'_> {
     }
 
     /// Which windows of a recording a fit to the others is far from. The recording's zeros are those of one of its
-    /// quarters: of a stretch that takes no more than half, one quarter at least is free.
+    /// quarters, that of which the fewest windows are far.
     fn far_from(&self, found: &Fit, windows: Vec<Window>) -> Vec<(Window, bool)> {
         let problem = |windows| Problem::new(self.data, windows).until(self.deadlines.stop);
         let all = problem(windows.clone());

@@ -126,7 +126,7 @@ fn where_a_command_jumps_between_kept_rows_is_a_gap() {
     let relay = |k: u32| {
         [
             0.02 * f64::from(k),
-            if k / 5 % 2 == 0 { 1.0 } else { -1.0 },
+            if (k / 5).is_multiple_of(2) { 1.0 } else { -1.0 },
             0.0,
             3.1,
         ]
