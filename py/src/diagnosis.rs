@@ -232,8 +232,8 @@ impl PyDiagnosis {
     }
 
     /// A stretch of one recording in which something else happened (a motor cut off, a hand), where what explains all
-    /// else shows one: run, from and to (s of its time stamps), rest (the verdict without it); else None. The verdict is
-    /// `unexplained` then, and all else is said of the rest.
+    /// else shows one: run, from and to (s of its time stamps), rest (the verdict without it); else None. The verdict
+    /// is `unexplained` then, and all else is said of the rest.
     #[getter]
     fn left_out<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match self.outcome.diagnosis.left_out {

@@ -5,7 +5,7 @@ For judging a change without fitting to one set. Makes the cases if they are not
     python py/tests/benchmark.py --seed 1 --out out/bench-1
     python py/tests/benchmark.py --seed 1 --out out/bench-1 --only-generate
     python py/tests/benchmark.py --out out/bench-1 --groups usual,clean --jobs 2
-    python py/tests/benchmark.py --seed 1 --out out/rough-1 --groups rough,foreign,lookalike,seldom,event   # laboratories
+    python py/tests/benchmark.py --seed 1 --out out/rough-1 --groups rough,foreign,lookalike,seldom,event
     python py/tests/benchmark.py --seed 1 --out out/limit-1 --near-the-limit --jobs 2
 
 `--near-the-limit` hides one effect so small that the data say little of it: 3 to 25 times the standard deviation with

@@ -54,10 +54,10 @@ const JUMP: f64 = 17.0;
 const SEEN: f64 = 0.01;
 
 impl Recording {
-    /// The recording of a command that changes smoothly from row to row: the command that is held becomes one that takes
-    /// a free mass to the same places. At rows that are `h` apart, these have the second differences `h² (u + h² u''/12)`
-    /// under `u`, and `h² (w[k] + w[k-1])/2` under a held command `w`. Up to a share of `(ω h)⁴/27` of a sine,
-    /// `w[k] = (7 u[k] + 7 u[k+1] - u[k-1] - u[k+2])/12` gives the same.
+    /// The recording of a command that changes smoothly from row to row: the command that is held becomes one that
+    /// takes a free mass to the same places. At rows that are `h` apart, these have the second differences
+    /// `h² (u + h² u''/12)` under `u`, and `h² (w[k] + w[k-1])/2` under a held command `w`. Up to a share of
+    /// `(ω h)⁴/27` of a sine, `w[k] = (7 u[k] + 7 u[k+1] - u[k-1] - u[k+2])/12` gives the same.
     ///
     /// Where the command jumps, the moment between the two rows is not known: the recording gets a gap there. Next to a
     /// gap the command goes on in a straight line.

@@ -206,7 +206,6 @@ impl Work<'_> {
             }
         }
 
-        let explained = explains(&named);
         let judge = Judge {
             problem: calm,
             apart: &self.apart,
@@ -216,6 +215,7 @@ impl Work<'_> {
             stop,
         };
         // A model that leaves no more than the noise has nothing that a name could stand in for.
+        let explained = explains(&named);
         let judged = if explained {
             judge.certain(named, rivals)
         } else {

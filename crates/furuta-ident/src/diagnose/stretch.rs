@@ -1,9 +1,9 @@
 //! A stretch of one recording in which something else happened: the motor was cut off while the command went on, a hand
 //! held the rig.
 //!
-//! A fit to everything is drawn towards such a stretch and is far from all. So each recording is left out in turn of what
-//! came closest; where what is left falls by most, a search goes over the others. If that explains them, and is near the
-//! recording but for one stretch, the stretch is left out, and everything else is diagnosed anew.
+//! A fit to everything is drawn towards such a stretch and is far from all. So each recording is left out in turn of
+//! what came closest; where what is left falls by most, a search goes over the others. If that explains them, and is
+//! near the recording but for one stretch, the stretch is left out, and everything else is diagnosed anew.
 
 use super::evidence::FAR;
 use super::find::{USUAL, Work};

@@ -19,7 +19,8 @@ pub struct LeftOut {
 }
 
 impl LeftOut {
-    /// `From 7.02 to 9.99 s of run-0.csv the rig did something else`, with what it may be.
+    /// `From 7.02 to 9.99 s of run-0.csv something happened that the rest of the recordings does not have`, with what it
+    /// may be: the beginning of a sentence that what is said of the rest ends.
     #[must_use]
     pub fn sentence(&self) -> String {
         format!(
